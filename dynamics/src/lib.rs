@@ -1,0 +1,2 @@
+#![no_std]
+//! Runtime of generated robot dynamics: traits, constrained solve, integrators; no_std, no allocation.

@@ -1,0 +1,2 @@
+#![no_std]
+//! Checked-in code generated from the models, reviewed as it stands.

@@ -1,0 +1,1 @@
+//! GP2: Gaussian processes pushed through known, possibly constrained, linear maps.

@@ -1,0 +1,1 @@
+//! From a measured log to the effect a model lacks.
