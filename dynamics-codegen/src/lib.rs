@@ -1,1 +1,23 @@
 //! From a model description to a symbolic graph to Rust, C or an in-process tape.
+//!
+//! ```text
+//! text ──parse──▶ syntax tree ──build──▶ model ──derive──▶ system ──emit──▶ Rust | tape
+//! ```
+//!
+//! [`compile`] is the whole pipeline.
+
+mod compile;
+pub mod derive;
+pub mod diagnostic;
+pub mod dimension;
+pub mod graph;
+pub mod model;
+pub mod source;
+pub mod syntax;
+pub mod tape;
+
+pub use compile::{Compiled, compile, compile_bytes};
+pub use derive::System;
+pub use diagnostic::{Diagnostic, Report, Severity};
+pub use model::{Library, Model};
+pub use tape::{Column, Tape};

@@ -1,0 +1,93 @@
+//! The whole pipeline on one screen.
+
+use crate::derive::{System, derive};
+use crate::diagnostic::{Diagnostic, Report};
+use crate::model::{Library, Model, build};
+use crate::source::Sources;
+use crate::syntax::parse;
+
+/// A model with its equations.
+#[derive(Debug, Clone)]
+pub struct Compiled {
+    /// The checked model; its graph holds all expressions.
+    pub model: Model,
+    /// The terms of the equation of motion.
+    pub system: System,
+    /// Warnings, with the texts they point into.
+    pub warnings: Report,
+}
+
+/// Compiles the text of a model file. `name` is what messages call it; effects
+/// that the model names are looked up in `library`.
+///
+/// # Errors
+/// Everything that is wrong with the text, each with its place and a mend.
+///
+/// ```
+/// use dynamics_codegen::{Library, compile};
+///
+/// let text = "
+///     model pendulum;
+///     coordinate j1: rad;
+///     parameter m: kg = 1;
+///     parameter l: m = 0.5;
+///     constant g: m/s^2 = 9.81;
+///     kinetic m*l^2/2*dot(j1)^2;
+///     potential -m*g*l*cos(j1);
+/// ";
+/// let compiled = compile("pendulum.model", text, &Library::builtin())?;
+/// assert_eq!(compiled.model.coordinates.len(), 1);
+/// # Ok::<(), dynamics_codegen::Report>(())
+/// ```
+pub fn compile(name: &str, text: &str, library: &Library) -> Result<Compiled, Report> {
+    let mut sources = Sources::new();
+    let id = sources.add(name, text);
+    let (file, mut diagnostics) = parse(&sources, id);
+    let readable = diagnostics.is_empty();
+    let model = file.and_then(|file| build(&file, &mut sources, library, &mut diagnostics));
+    match model {
+        Some(mut model) if readable => {
+            let system = derive(&mut model);
+            Ok(Compiled {
+                model,
+                system,
+                warnings: Report {
+                    sources,
+                    diagnostics,
+                },
+            })
+        }
+        _ => Err(Report {
+            sources,
+            diagnostics,
+        }),
+    }
+}
+
+/// As [`compile`], for bytes as they come from a file.
+///
+/// # Errors
+/// As [`compile`]; also if the bytes are not UTF-8.
+pub fn compile_bytes(name: &str, bytes: &[u8], library: &Library) -> Result<Compiled, Report> {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => compile(name, text, library),
+        Err(error) => {
+            let mut sources = Sources::new();
+            let valid = String::from_utf8_lossy(&bytes[..error.valid_up_to()]).into_owned();
+            let end = valid.len();
+            let source = sources.add(name, valid);
+            let span = crate::source::Span {
+                source,
+                start: end.saturating_sub(1),
+                end,
+            };
+            let diagnostic = Diagnostic::error(span, "the file is not UTF-8 text")
+                .label(format!("byte {} is not valid", error.valid_up_to()))
+                .help("save it as UTF-8");
+            Err(Report {
+                sources,
+                diagnostics: vec![diagnostic],
+            })
+        }
+    }
+}

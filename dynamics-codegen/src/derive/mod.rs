@@ -1,0 +1,90 @@
+//! From a model to the terms of the constrained equation of motion.
+
+mod constraint;
+mod force;
+mod lagrange;
+mod sensitivity;
+
+pub use sensitivity::{Sensitivity, Variable};
+
+use crate::graph::{ExprId, SymbolId};
+use crate::model::{ConstraintKind, Model};
+
+/// The terms of `M a = Q + Aᵀλ`, `A a = b` [3.17, 3.38] on the model's graph.
+/// With `n` coordinates, `m` constraints and `k` inputs:
+#[derive(Debug, Clone)]
+pub struct System {
+    /// Generalised inertia `M(q)`, `n×n`, symmetric.
+    pub mass_matrix: Vec<Vec<ExprId>>,
+    /// `Q_C`, `n`: fictitious and conservative forces, on the right-hand side.
+    pub bias_force: Vec<ExprId>,
+    /// `Q_D`, `n`: what is left of the stated forces at zero input.
+    pub applied_force: Vec<ExprId>,
+    /// `B = ∂Q/∂u`, `n×k`.
+    pub input_matrix: Vec<Vec<ExprId>>,
+    /// `Q = Q_C + Q_D + Q_u`, `n`.
+    pub force: Vec<ExprId>,
+    /// `A`, `m×n`.
+    pub constraint_matrix: Vec<Vec<ExprId>>,
+    /// `b`, `m`.
+    pub constraint_bias: Vec<ExprId>,
+    /// `c`, `m`: what the constraint demands to be zero.
+    pub constraint_residual: Vec<ExprId>,
+    /// `ċ`, `m`, for holonomic constraints; `c` itself for nonholonomic ones.
+    pub constraint_rate: Vec<ExprId>,
+    /// Per constraint: differentiated twice or once.
+    pub constraint_kinds: Vec<ConstraintKind>,
+    /// Named outputs.
+    pub outputs: Vec<ExprId>,
+    /// Per output: its derivative along the motion, without acceleration.
+    pub output_rates: Vec<ExprId>,
+}
+
+/// Derives the system. The graph grows; nothing in it changes.
+pub fn derive(model: &mut Model) -> System {
+    let lagrange::Lagrange {
+        mass_matrix,
+        bias_force,
+    } = lagrange::equations(model);
+    let force::Forces {
+        applied_force,
+        input_matrix,
+        total,
+    } = force::forces(model);
+    let force = (0..model.coordinates.len())
+        .map(|i| model.graph.add(bias_force[i], total[i]))
+        .collect();
+    let rows: Vec<constraint::Row> = (0..model.constraints.len())
+        .map(|index| constraint::row(model, index))
+        .collect();
+    let outputs: Vec<ExprId> = model.outputs.iter().map(|output| output.value).collect();
+    let seeds = model.time_seeds();
+    let output_rates = model.graph.directional(&outputs, &seeds);
+    System {
+        mass_matrix,
+        bias_force,
+        applied_force,
+        input_matrix,
+        force,
+        constraint_matrix: rows.iter().map(|row| row.jacobian.clone()).collect(),
+        constraint_bias: rows.iter().map(|row| row.bias).collect(),
+        constraint_residual: rows.iter().map(|row| row.residual).collect(),
+        constraint_rate: rows.iter().map(|row| row.rate).collect(),
+        constraint_kinds: model.constraints.iter().map(|c| c.kind).collect(),
+        outputs,
+        output_rates,
+    }
+}
+
+impl System {
+    /// The symbols that the system's functions depend on, in the order
+    /// `t, q, v, u, parameters`.
+    pub fn arguments(model: &Model) -> Vec<SymbolId> {
+        let mut arguments = vec![model.time];
+        arguments.extend(model.coordinates.iter().map(|c| c.position));
+        arguments.extend(model.coordinates.iter().map(|c| c.velocity));
+        arguments.extend(model.inputs.iter().map(|u| u.symbol));
+        arguments.extend(model.parameters.iter().map(|p| p.symbol));
+        arguments
+    }
+}

@@ -1,0 +1,227 @@
+//! Errors and warnings that point at the place and say how to mend it.
+//!
+//! They are collected, not thrown at the first: a file with three mistakes
+//! shows three.
+
+use crate::source::{Source, Sources, Span};
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+use std::fmt;
+
+/// How bad it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// Worth knowing; the result stands.
+    Warning,
+    /// No result.
+    Error,
+}
+
+/// A place with a word about it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Label {
+    /// Where.
+    pub span: Span,
+    /// What about it; may be empty.
+    pub text: String,
+}
+
+/// One finding about a source text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Diagnostic {
+    /// How bad it is.
+    pub severity: Severity,
+    /// What is wrong, in one line.
+    pub message: String,
+    /// The place itself.
+    pub primary: Label,
+    /// Other places that explain it.
+    pub secondary: Vec<Label>,
+    /// How to mend it.
+    pub help: Vec<String>,
+}
+
+impl Diagnostic {
+    /// An error at a place.
+    pub fn error(span: Span, message: impl Into<String>) -> Self {
+        Self {
+            severity: Severity::Error,
+            message: message.into(),
+            primary: Label {
+                span,
+                text: String::new(),
+            },
+            secondary: Vec::new(),
+            help: Vec::new(),
+        }
+    }
+
+    /// A warning at a place.
+    pub fn warning(span: Span, message: impl Into<String>) -> Self {
+        Self {
+            severity: Severity::Warning,
+            ..Self::error(span, message)
+        }
+    }
+
+    /// Says something at the underlined place.
+    #[must_use]
+    pub fn label(mut self, text: impl Into<String>) -> Self {
+        self.primary.text = text.into();
+        self
+    }
+
+    /// Points at a further place.
+    #[must_use]
+    pub fn also(mut self, span: Span, text: impl Into<String>) -> Self {
+        self.secondary.push(Label {
+            span,
+            text: text.into(),
+        });
+        self
+    }
+
+    /// Says how to mend it.
+    #[must_use]
+    pub fn help(mut self, text: impl Into<String>) -> Self {
+        self.help.push(text.into());
+        self
+    }
+}
+
+/// All that was found about some sources, with the texts needed to show it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Report {
+    /// The texts.
+    pub sources: Sources,
+    /// The findings, in the order in which they were made.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+impl Report {
+    /// Whether there is an error among the findings.
+    pub fn has_errors(&self) -> bool {
+        self.diagnostics
+            .iter()
+            .any(|d| d.severity == Severity::Error)
+    }
+
+    /// The findings as text, as a compiler would print them, without colours.
+    pub fn render(&self) -> String {
+        self.render_with(&Renderer::plain())
+    }
+
+    /// The findings as text with terminal colours.
+    pub fn render_styled(&self) -> String {
+        self.render_with(&Renderer::styled())
+    }
+
+    fn render_with(&self, renderer: &Renderer) -> String {
+        let mut ordered: Vec<&Diagnostic> = self.diagnostics.iter().collect();
+        ordered.sort_by_key(|d| (d.primary.span.source, d.primary.span.start));
+        let pieces: Vec<String> = ordered
+            .iter()
+            .map(|d| self.render_one(renderer, d))
+            .collect();
+        pieces.join("\n\n")
+    }
+
+    fn render_one(&self, renderer: &Renderer, diagnostic: &Diagnostic) -> String {
+        let level = match diagnostic.severity {
+            Severity::Error => Level::ERROR,
+            Severity::Warning => Level::WARNING,
+        };
+        let mut group = level
+            .primary_title(diagnostic.message.as_str())
+            .element(self.snippet(
+                &diagnostic.primary,
+                &diagnostic.secondary,
+                AnnotationKind::Primary,
+            ));
+        for label in &diagnostic.secondary {
+            if label.span.source != diagnostic.primary.span.source {
+                group = group.element(self.snippet(label, &[], AnnotationKind::Context));
+            }
+        }
+        let mut groups = vec![group];
+        for help in &diagnostic.help {
+            groups.push(Group::with_title(
+                Level::HELP.secondary_title(help.as_str()),
+            ));
+        }
+        renderer.render(&groups)
+    }
+
+    /// The text around a label, with those of `others` that stand in the same source.
+    fn snippet<'a>(
+        &'a self,
+        label: &'a Label,
+        others: &'a [Label],
+        kind: AnnotationKind,
+    ) -> Snippet<'a, annotate_snippets::Annotation<'a>> {
+        let Source { name, text } = self.sources.get(label.span.source);
+        let annotation = |label: &'a Label, kind: AnnotationKind| {
+            let annotation = kind.span(self.sources.clamp(label.span));
+            if label.text.is_empty() {
+                annotation
+            } else {
+                annotation.label(label.text.as_str())
+            }
+        };
+        Snippet::source(text.as_str())
+            .path(name.as_str())
+            .annotation(annotation(label, kind))
+            .annotations(
+                others
+                    .iter()
+                    .filter(|other| other.span.source == label.span.source)
+                    .map(|other| annotation(other, AnnotationKind::Context)),
+            )
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.render())
+    }
+}
+
+impl std::error::Error for Report {}
+
+/// The entry of `known` that is most like `name`, if one is near enough to be
+/// a slip of the pen.
+pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let limit = (name.chars().count() + 2) / 3;
+    known
+        .into_iter()
+        .map(|candidate| (edit_distance(name, candidate), candidate))
+        .filter(|&(distance, _)| distance <= limit)
+        .min()
+        .map(|(_, candidate)| candidate)
+}
+
+/// Levenshtein distance, by rows.
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, &y) in b.iter().enumerate() {
+            let substitute = diagonal + usize::from(x != y);
+            diagonal = row[j + 1];
+            row[j + 1] = substitute.min(diagonal + 1).min(row[j] + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nearest_name_is_a_slip_away() {
+        assert_eq!(nearest("theat", ["theta", "x"]), Some("theta"));
+        assert_eq!(nearest("omega", ["theta", "x"]), None);
+    }
+}

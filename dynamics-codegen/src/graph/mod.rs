@@ -1,0 +1,98 @@
+//! The expression graph: hash-consed nodes in an arena.
+//!
+//! Nodes are built by constructors that simplify on the spot ([`build`](self)),
+//! so equal expressions have one identity and common subexpressions are shared
+//! by construction. A node's children always have smaller identifiers than the
+//! node itself: every pass is a loop over identifiers, none is recursive.
+
+mod build;
+mod derivative;
+mod evaluate;
+mod node;
+mod order;
+
+pub use node::{Binary, ExprId, Node, SymbolId, Unary};
+pub use order::Reachable;
+
+use std::collections::HashMap;
+
+/// An arena of hash-consed expressions over named symbols.
+#[derive(Debug, Clone, Default)]
+pub struct Graph {
+    nodes: Vec<Node>,
+    identities: HashMap<Node, ExprId>,
+    symbols: Vec<String>,
+    symbol_nodes: Vec<ExprId>,
+}
+
+impl Graph {
+    /// An empty graph.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a symbol (a free variable) and returns it. Names are for people:
+    /// two symbols of one name are two variables.
+    pub fn symbol(&mut self, name: impl Into<String>) -> SymbolId {
+        let symbol = SymbolId(u32::try_from(self.symbols.len()).expect("fewer than 2^32 symbols"));
+        self.symbols.push(name.into());
+        let node = self.intern(Node::Symbol(symbol));
+        self.symbol_nodes.push(node);
+        symbol
+    }
+
+    /// The expression that is just `symbol`.
+    pub fn var(&self, symbol: SymbolId) -> ExprId {
+        self.symbol_nodes[symbol.index()]
+    }
+
+    /// The name that `symbol` was made with.
+    pub fn symbol_name(&self, symbol: SymbolId) -> &str {
+        &self.symbols[symbol.index()]
+    }
+
+    /// How many symbols there are.
+    pub fn symbol_count(&self) -> usize {
+        self.symbols.len()
+    }
+
+    /// The node behind an identifier.
+    pub fn node(&self, expr: ExprId) -> Node {
+        self.nodes[expr.index()]
+    }
+
+    /// How many nodes the arena holds.
+    pub fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// Whether the arena holds no node at all.
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// The value of `expr` if it is a constant.
+    pub fn as_constant(&self, expr: ExprId) -> Option<f64> {
+        match self.node(expr) {
+            Node::Constant(bits) => Some(f64::from_bits(bits)),
+            _ => None,
+        }
+    }
+
+    /// Whether `expr` is the constant zero.
+    pub fn is_zero(&self, expr: ExprId) -> bool {
+        self.as_constant(expr) == Some(0.0)
+    }
+
+    /// The identifier of a node, made if it is new. Simplification happens
+    /// before this, in the constructors.
+    fn intern(&mut self, node: Node) -> ExprId {
+        if let Some(&known) = self.identities.get(&node) {
+            return known;
+        }
+        let id = ExprId(u32::try_from(self.nodes.len()).expect("fewer than 2^32 nodes"));
+        self.nodes.push(node);
+        self.identities.insert(node, id);
+        id
+    }
+}

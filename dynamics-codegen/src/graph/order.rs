@@ -1,0 +1,56 @@
+//! Which nodes some outputs need.
+
+use super::{ExprId, Graph, SymbolId};
+
+/// The nodes needed by a set of outputs, children before parents.
+#[derive(Debug, Clone)]
+pub struct Reachable {
+    order: Vec<ExprId>,
+}
+
+impl Reachable {
+    /// The nodes in an order in which each can be computed.
+    pub fn iter(&self) -> impl DoubleEndedIterator<Item = ExprId> + '_ {
+        self.order.iter().copied()
+    }
+}
+
+impl Graph {
+    /// The nodes that `outputs` depend on, children before parents.
+    pub fn reachable(&self, outputs: &[ExprId]) -> Reachable {
+        let Some(last) = outputs.iter().max() else {
+            return Reachable { order: Vec::new() };
+        };
+        let mut needed = vec![false; last.index() + 1];
+        for output in outputs {
+            needed[output.index()] = true;
+        }
+        for index in (0..needed.len()).rev() {
+            if needed[index] {
+                for child in self.nodes[index].children() {
+                    needed[child.index()] = true;
+                }
+            }
+        }
+        let order = (0..needed.len())
+            .filter(|&index| needed[index])
+            .map(|index| ExprId(index as u32))
+            .collect();
+        Reachable { order }
+    }
+
+    /// Whether any of `outputs` depends on `symbol`.
+    pub fn depends_on(&self, outputs: &[ExprId], symbol: SymbolId) -> bool {
+        let var = self.var(symbol);
+        self.reachable(outputs).iter().any(|expr| expr == var)
+    }
+
+    /// How many operations the outputs cost together, each shared
+    /// subexpression counted once.
+    pub fn operation_count(&self, outputs: &[ExprId]) -> usize {
+        self.reachable(outputs)
+            .iter()
+            .filter(|&expr| self.node(expr).is_operation())
+            .count()
+    }
+}

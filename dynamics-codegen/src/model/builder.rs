@@ -1,0 +1,685 @@
+//! Statements to a model: names declared, then everything lowered.
+
+use super::effects::Templates;
+use super::names::{Binding, Declared, RESERVED, Scope, Term, TermState};
+use super::quantity::{Measure, Quantity};
+use super::{Constraint, ConstraintKind, Coordinate, Input, Model, Output, Parameter};
+use crate::diagnostic::{Diagnostic, Severity, nearest};
+use crate::dimension::Dimension;
+use crate::graph::{ExprId, Graph};
+use crate::source::{Sources, Span};
+use crate::syntax::{
+    Bounds, Expr, File, Heading, Name, PortKind, Prior, Statement, StatementKind, Unit, UnitBase,
+};
+use std::collections::HashMap;
+
+/// Builds the model that `file` describes. Findings are added to `diagnostics`;
+/// `None` if there is an error among them.
+pub(crate) fn build(
+    file: &File,
+    sources: &mut Sources,
+    library: &super::Library,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Option<Model> {
+    let name = match &file.heading {
+        Heading::Model(name) => name,
+        Heading::Effect { name, .. } => {
+            diagnostics.push(
+                Diagnostic::error(name.span, "this file is an effect template, not a model")
+                    .help("name it in a model with `effect name(place);`"),
+            );
+            return None;
+        }
+    };
+    let mut builder = Builder::new(name.text.clone(), file.doc.clone(), diagnostics);
+    let statements: Vec<&Statement> = file.statements.iter().collect();
+    builder.declare(&statements);
+    builder.lower_statements(&statements);
+    Templates { sources, library }.apply_all(&mut builder, &statements);
+    builder.finish(name.span)
+}
+
+/// A model under construction.
+pub(super) struct Builder<'a> {
+    pub model: Model,
+    pub scope: Scope,
+    pub term_depth: usize,
+    /// What parameters of the file at hand are called in the model.
+    pub prefix: String,
+    /// The effect at hand, while one is being applied.
+    pub effect: Option<usize>,
+    diagnostics: &'a mut Vec<Diagnostic>,
+    /// What each input's channel does, composed in the order of the text.
+    channels: Vec<ExprId>,
+    has_kinetic: bool,
+}
+
+impl<'a> Builder<'a> {
+    fn new(name: String, doc: String, diagnostics: &'a mut Vec<Diagnostic>) -> Self {
+        let mut graph = Graph::new();
+        let time = graph.symbol("t");
+        let zero = graph.zero();
+        let model = Model {
+            name,
+            doc,
+            graph,
+            time,
+            coordinates: Vec::new(),
+            inputs: Vec::new(),
+            parameters: Vec::new(),
+            kinetic: zero,
+            potential: zero,
+            dissipation: zero,
+            forces: Vec::new(),
+            constraints: Vec::new(),
+            outputs: Vec::new(),
+            effects: Vec::new(),
+        };
+        Self {
+            model,
+            scope: Scope::default(),
+            term_depth: 0,
+            prefix: String::new(),
+            effect: None,
+            diagnostics,
+            channels: Vec::new(),
+            has_kinetic: false,
+        }
+    }
+
+    /// Reports a finding; always `None`, so that it can end a lowering.
+    pub fn report<T>(&mut self, diagnostic: Diagnostic) -> Option<T> {
+        self.diagnostics.push(diagnostic);
+        None
+    }
+
+    /// First pass: every name, so that the order of the text does not matter.
+    pub fn declare(&mut self, statements: &[&Statement]) {
+        for statement in statements {
+            match &statement.kind {
+                StatementKind::Coordinate { name, unit } => {
+                    self.declare_coordinate(name, unit.as_ref(), &statement.doc);
+                }
+                StatementKind::Input { name, unit } => {
+                    self.declare_input(name, unit.as_ref(), &statement.doc);
+                }
+                StatementKind::Constant { name, unit, value } => {
+                    let declared = unit.as_ref().and_then(|unit| self.dimension(unit));
+                    self.declare_term(name, value, declared, true);
+                }
+                StatementKind::Let { name, value } => self.declare_term(name, value, None, false),
+                _ => {}
+            }
+        }
+        // Nominal values and bounds may use constants.
+        for statement in statements {
+            if let StatementKind::Parameter {
+                name,
+                unit,
+                nominal,
+                bounds,
+                prior,
+            } = &statement.kind
+            {
+                self.declare_parameter(
+                    name,
+                    unit.as_ref(),
+                    nominal.as_ref(),
+                    bounds.as_ref(),
+                    prior.as_ref(),
+                    &statement.doc,
+                );
+            }
+        }
+    }
+
+    fn declare_coordinate(&mut self, name: &Name, unit: Option<&Unit>, doc: &str) {
+        let dimension = unit.and_then(|unit| self.dimension(unit));
+        let graph = &mut self.model.graph;
+        let coordinate = Coordinate {
+            name: name.text.clone(),
+            dimension,
+            unit: unit.map_or_else(String::new, unit_text),
+            position: graph.symbol(format!("q_{}", name.text)),
+            velocity: graph.symbol(format!("dq_{}", name.text)),
+            doc: doc.to_string(),
+        };
+        let zero = graph.zero();
+        let binding = Binding::Coordinate(self.model.coordinates.len());
+        if self.bind(name, binding) {
+            self.model.coordinates.push(coordinate);
+            self.model.forces.push(zero);
+        }
+    }
+
+    fn declare_input(&mut self, name: &Name, unit: Option<&Unit>, doc: &str) {
+        if let Some(first) = self.scope.inputs.get(&name.text) {
+            let first = first.span;
+            self.duplicate(name, first);
+            return;
+        }
+        let dimension = unit.and_then(|unit| self.dimension(unit));
+        let symbol = self.model.graph.symbol(format!("u_{}", name.text));
+        let arrives = self.model.graph.var(symbol);
+        let declared = Declared {
+            what: self.model.inputs.len(),
+            span: name.span,
+        };
+        self.scope.inputs.insert(name.text.clone(), declared);
+        self.channels.push(arrives);
+        self.model.inputs.push(Input {
+            name: name.text.clone(),
+            dimension,
+            unit: unit.map_or_else(String::new, unit_text),
+            symbol,
+            arrives,
+            doc: doc.to_string(),
+        });
+    }
+
+    fn declare_term(
+        &mut self,
+        name: &Name,
+        value: &Expr,
+        declared: Option<Dimension>,
+        constant: bool,
+    ) {
+        let binding = Binding::Term(self.scope.terms.len());
+        if self.bind(name, binding) {
+            let state = TermState::Waiting;
+            self.scope.terms.push(Term {
+                value: value.clone(),
+                declared,
+                state,
+                constant,
+            });
+        }
+    }
+
+    fn declare_parameter(
+        &mut self,
+        name: &Name,
+        unit: Option<&Unit>,
+        nominal: Option<&Expr>,
+        bounds: Option<&Bounds>,
+        prior: Option<&Prior>,
+        doc: &str,
+    ) {
+        let in_model = self.effect.is_none();
+        let nominal_value = match nominal {
+            Some(expr) => self.number(expr),
+            None if in_model => self.report(
+                Diagnostic::error(name.span, format!("parameter `{}` has no value", name.text))
+                    .help(format!("give it one: `parameter {}: … = 1.0;`", name.text)),
+            ),
+            // An effect does nothing until its strength is known.
+            None => Some(0.0),
+        };
+        let lower = bounds
+            .and_then(|b| b.lower.as_ref())
+            .map_or(Some(f64::NEG_INFINITY), |e| self.number(e));
+        let upper = bounds
+            .and_then(|b| b.upper.as_ref())
+            .map_or(Some(f64::INFINITY), |e| self.number(e));
+        let prior = prior.map(|p| Some((self.number(&p.mean)?, self.number(&p.sd)?)));
+        let dimension = unit.and_then(|unit| self.dimension(unit));
+        let binding = Binding::Parameter(self.model.parameters.len());
+        if !self.bind(name, binding) {
+            return;
+        }
+        let full_name = format!("{}{}", self.prefix, name.text);
+        if let Some(earlier) = self.model.parameters.iter().find(|p| p.name == full_name) {
+            let message = format!("a parameter named `{}` exists already", earlier.name);
+            self.report::<()>(Diagnostic::error(name.span, message));
+        }
+        let symbol = self.model.graph.symbol(full_name.clone());
+        // Units of a template are written in terms of its ports: show them resolved.
+        let unit = match (unit, dimension) {
+            (Some(_), Some(dimension)) if self.effect.is_some() => dimension.to_string(),
+            (Some(unit), _) => unit_text(unit),
+            (None, _) => String::new(),
+        };
+        let (nominal_value, lower, upper) = (
+            nominal_value.unwrap_or(0.0),
+            lower.unwrap_or(f64::NEG_INFINITY),
+            upper.unwrap_or(f64::INFINITY),
+        );
+        self.model.parameters.push(Parameter {
+            name: full_name,
+            dimension,
+            unit,
+            nominal: nominal_value,
+            lower,
+            upper,
+            prior: prior.flatten(),
+            symbol,
+            effect: self.effect,
+            doc: doc.to_string(),
+        });
+        let span = bounds.map_or(name.span, |b| b.span);
+        if lower >= upper {
+            self.report::<()>(Diagnostic::error(
+                span,
+                format!("no value lies between {lower} and {upper}"),
+            ));
+        } else if !(lower..=upper).contains(&nominal_value) {
+            let message = format!(
+                "the value {nominal_value} of `{}` is not in its bounds",
+                name.text
+            );
+            let place = nominal.map_or(name.span, |e| e.span);
+            self.report::<()>(Diagnostic::error(place, message).also(span, "the bounds"));
+        }
+    }
+
+    /// The value of an expression of numbers and constants.
+    pub fn number(&mut self, expr: &Expr) -> Option<f64> {
+        let quantity = self.lower(expr)?;
+        match self.model.graph.as_constant(quantity.expr) {
+            Some(value) if value.is_finite() => Some(value),
+            Some(_) => self.report(Diagnostic::error(expr.span, "this is not a finite number")),
+            None => self.report(
+                Diagnostic::error(expr.span, "expected a number")
+                    .help("numbers and constants only: `0.5`, `pi/4`, `-g0`"),
+            ),
+        }
+    }
+
+    /// Binds a plain word; `false` (and a finding) if it is taken.
+    fn bind(&mut self, name: &Name, what: Binding) -> bool {
+        if RESERVED.contains(&name.text.as_str()) {
+            let message = format!(
+                "`{}` has a meaning of its own and cannot be redefined",
+                name.text
+            );
+            self.report::<()>(Diagnostic::error(name.span, message));
+            return false;
+        }
+        let taken = self
+            .scope
+            .names
+            .get(&name.text)
+            .map(|declared| declared.span);
+        if let Some(first) = taken {
+            self.duplicate(name, first);
+            return false;
+        }
+        self.scope.names.insert(
+            name.text.clone(),
+            Declared {
+                what,
+                span: name.span,
+            },
+        );
+        true
+    }
+
+    fn duplicate(&mut self, name: &Name, first: Span) {
+        self.report::<()>(
+            Diagnostic::error(name.span, format!("`{}` is defined twice", name.text))
+                .label("again here")
+                .also(first, "first here"),
+        );
+    }
+
+    /// The dimension of a unit as written; `None` (and a finding) if it is unknown.
+    fn dimension(&mut self, unit: &Unit) -> Option<Dimension> {
+        let mut product = Dimension::ONE;
+        for factor in &unit.factors {
+            let base = match &factor.base {
+                UnitBase::One => Some(Dimension::ONE),
+                UnitBase::Named(name) => Dimension::of_unit(name).or_else(|| {
+                    let error = Diagnostic::error(factor.span, format!("`{name}` is not a unit of the SI"));
+                    self.report(error.help(
+                        "units are products of m, kg, s, A, K, rad, N, J, W, Pa, V, …; prefixes and degrees are not known: convert the number",
+                    ))
+                }),
+                UnitBase::OfPort { function, port } => match self.unit_of_port(function, port)? {
+                    Some(dimension) => Some(dimension),
+                    // The model leaves the port's unit open: so is this one.
+                    None => return None,
+                },
+            };
+            product = product * base?.powi(factor.exponent);
+        }
+        Some(product)
+    }
+
+    /// `unit(port)`, `rate(port)`, `torque(port)`; the inner `None` if the model
+    /// does not state the port's unit.
+    fn unit_of_port(&mut self, function: &Name, port: &Name) -> Option<Option<Dimension>> {
+        let Some(&(kind, index)) = self.scope.ports.get(&port.text) else {
+            return self.report(Diagnostic::error(
+                port.span,
+                format!("`{}` is not a port of this effect", port.text),
+            ));
+        };
+        let declared = match kind {
+            PortKind::Coordinate => self.model.coordinates[index].dimension,
+            PortKind::Input => self.model.inputs[index].dimension,
+        };
+        let of = |f: fn(Dimension) -> Dimension| Some(declared.map(f));
+        match function.text.as_str() {
+            "unit" => of(|d| d),
+            "rate" => of(Dimension::rate),
+            "torque" => of(|d| Dimension::ENERGY / d),
+            _ => self.report(
+                Diagnostic::error(
+                    function.span,
+                    format!("there is no unit `{}(…)`", function.text),
+                )
+                .help(
+                    "a unit may follow from a port by `unit(port)`, `rate(port)` or `torque(port)`",
+                ),
+            ),
+        }
+    }
+
+    /// Second pass: expressions.
+    pub fn lower_statements(&mut self, statements: &[&Statement]) {
+        for statement in statements {
+            self.lower_statement(statement);
+        }
+        // Terms that nothing uses are still checked.
+        for index in 0..self.scope.terms.len() {
+            if let TermState::Waiting = self.scope.terms[index].state {
+                let value = self.scope.terms[index].value.clone();
+                let name = Expr {
+                    kind: value.kind.clone(),
+                    span: value.span,
+                };
+                self.scope.terms[index].state = match self.lower(&name) {
+                    Some(quantity) => TermState::Done(quantity),
+                    None => TermState::Failed,
+                };
+            }
+        }
+    }
+
+    fn lower_statement(&mut self, statement: &Statement) -> Option<()> {
+        match &statement.kind {
+            StatementKind::Kinetic(value) => {
+                self.has_kinetic = true;
+                let energy = self.energy(value, Dimension::ENERGY, "kinetic energy")?;
+                self.model.kinetic = self.model.graph.add(self.model.kinetic, energy);
+            }
+            StatementKind::Potential(value) => {
+                let energy = self.energy(value, Dimension::ENERGY, "potential energy")?;
+                self.refuse_velocity(energy, value.span, "potential energy")?;
+                self.model.potential = self.model.graph.add(self.model.potential, energy);
+            }
+            StatementKind::Dissipation(value) => {
+                let power = self.energy(value, Dimension::ENERGY.rate(), "dissipation")?;
+                self.model.dissipation = self.model.graph.add(self.model.dissipation, power);
+            }
+            StatementKind::Force { on, value } => self.lower_force(on, value)?,
+            StatementKind::Channel { name, value } => self.lower_channel(name, value)?,
+            StatementKind::Constraint { name, left, right } => {
+                self.lower_constraint(name, left, right, &statement.doc)?;
+            }
+            StatementKind::Output { name, value } => {
+                let quantity = self.lower(value)?;
+                self.model.outputs.push(Output {
+                    name: name.text.clone(),
+                    value: quantity.expr,
+                    dimension: quantity.measure.known(),
+                    doc: statement.doc.clone(),
+                });
+            }
+            _ => {}
+        }
+        Some(())
+    }
+
+    fn energy(&mut self, value: &Expr, dimension: Dimension, role: &str) -> Option<ExprId> {
+        let quantity = self.lower(value)?;
+        self.expect_dimension(quantity, dimension, value.span, role)?;
+        self.refuse_inputs(quantity.expr, value.span, role)?;
+        Some(quantity.expr)
+    }
+
+    fn refuse_velocity(&mut self, expr: ExprId, span: Span, role: &str) -> Option<()> {
+        let found = self
+            .model
+            .coordinates
+            .iter()
+            .find(|c| self.model.graph.depends_on(&[expr], c.velocity));
+        match found.map(|c| c.name.clone()) {
+            None => Some(()),
+            Some(name) => self.report(Diagnostic::error(
+                span,
+                format!("{role} contains the velocity `dot({name})`"),
+            )),
+        }
+    }
+
+    fn refuse_inputs(&mut self, expr: ExprId, span: Span, role: &str) -> Option<()> {
+        let found = self
+            .model
+            .inputs
+            .iter()
+            .find(|u| self.model.graph.depends_on(&[expr], u.symbol));
+        match found.map(|u| u.name.clone()) {
+            None => Some(()),
+            Some(name) => self.report(
+                Diagnostic::error(span, format!("{role} contains the input `{name}`"))
+                    .help("an input acts through `force`"),
+            ),
+        }
+    }
+
+    fn lower_force(&mut self, on: &Name, value: &Expr) -> Option<()> {
+        let index = self.find_coordinate(on)?;
+        let quantity = self.lower(value)?;
+        if let Some(dimension) = self.model.coordinates[index].dimension {
+            let role = format!("a force on `{}`", on.text);
+            self.expect_dimension(quantity, Dimension::ENERGY / dimension, value.span, &role)?;
+        }
+        let sum = self
+            .model
+            .graph
+            .add(self.model.forces[index], quantity.expr);
+        self.model.forces[index] = sum;
+        Some(())
+    }
+
+    /// The coordinate of this name, directly or through a port.
+    pub fn find_coordinate(&mut self, name: &Name) -> Option<usize> {
+        if let Some(&(PortKind::Coordinate, index)) = self.scope.ports.get(&name.text) {
+            return Some(index);
+        }
+        if let Some(Declared {
+            what: Binding::Coordinate(index),
+            ..
+        }) = self.scope.names.get(&name.text)
+        {
+            return Some(*index);
+        }
+        let known: Vec<String> = self
+            .model
+            .coordinates
+            .iter()
+            .map(|c| c.name.clone())
+            .collect();
+        self.unknown_place(name, "coordinate", &known)
+    }
+
+    /// The input of this name, directly or through a port.
+    pub fn find_input(&mut self, name: &Name) -> Option<usize> {
+        if let Some(&(PortKind::Input, index)) = self.scope.ports.get(&name.text) {
+            return Some(index);
+        }
+        if let Some(declared) = self.scope.inputs.get(&name.text) {
+            return Some(declared.what);
+        }
+        let known: Vec<String> = self.model.inputs.iter().map(|u| u.name.clone()).collect();
+        self.unknown_place(name, "input", &known)
+    }
+
+    fn unknown_place<T>(&mut self, name: &Name, what: &str, known: &[String]) -> Option<T> {
+        let error = Diagnostic::error(
+            name.span,
+            format!("there is no {what} named `{}`", name.text),
+        );
+        self.report(
+            match nearest(&name.text, known.iter().map(String::as_str)) {
+                Some(near) => error.help(format!("did you mean `{near}`?")),
+                None if known.is_empty() => error.help(format!("the model declares no {what}")),
+                None => error.help(format!("the model has: {}", known.join(", "))),
+            },
+        )
+    }
+
+    /// `input u = f(u)`: what arrived so far becomes the argument.
+    fn lower_channel(&mut self, name: &Name, value: &Expr) -> Option<()> {
+        let index = self.find_input(name)?;
+        let quantity = self.lower(value)?;
+        if let Some(dimension) = self.model.inputs[index].dimension {
+            let role = format!("what arrives at `{}`", name.text);
+            self.expect_dimension(quantity, dimension, value.span, &role)?;
+        }
+        let commanded = self.model.inputs[index].symbol;
+        let replacement = HashMap::from([(commanded, self.channels[index])]);
+        self.channels[index] = self.model.graph.substitute(&[quantity.expr], &replacement)[0];
+        Some(())
+    }
+
+    fn lower_constraint(
+        &mut self,
+        name: &Name,
+        left: &Expr,
+        right: &Expr,
+        doc: &str,
+    ) -> Option<()> {
+        let (a, b) = (self.lower(left), self.lower(right));
+        let (a, b): (Quantity, Quantity) = (a?, b?);
+        let measure: Measure =
+            self.unify(a.measure, left.span, b.measure, right.span, "equated")?;
+        let span = left.span.to(right.span);
+        if self.model.constraints.iter().any(|c| c.name == name.text) {
+            let message = format!("there are two constraints named `{}`", name.text);
+            return self.report(Diagnostic::error(name.span, message));
+        }
+        let residual = self.model.graph.sub(a.expr, b.expr);
+        self.refuse_inputs(residual, span, "a constraint")?;
+        let graph = &self.model.graph;
+        let coordinates = &self.model.coordinates;
+        let kind = if coordinates
+            .iter()
+            .any(|c| graph.depends_on(&[residual], c.velocity))
+        {
+            ConstraintKind::Nonholonomic
+        } else if coordinates
+            .iter()
+            .any(|c| graph.depends_on(&[residual], c.position))
+        {
+            ConstraintKind::Holonomic
+        } else {
+            return self.report(
+                Diagnostic::error(span, "this constraint contains no coordinate")
+                    .help("it would have to hold by itself; a constraint restricts coordinates or their rates"),
+            );
+        };
+        let time_dependent = graph.depends_on(&[residual], self.model.time);
+        self.model.constraints.push(Constraint {
+            name: name.text.clone(),
+            kind,
+            time_dependent,
+            residual,
+            dimension: measure.known(),
+            doc: doc.to_string(),
+        });
+        Some(())
+    }
+
+    /// Closes the model: puts the channels in, and looks at the whole.
+    fn finish(mut self, heading: Span) -> Option<Model> {
+        if self.model.coordinates.is_empty() {
+            self.report::<()>(
+                Diagnostic::error(heading, "the model has no coordinate")
+                    .help("declare what moves: `coordinate x: m;`"),
+            );
+        } else if !self.has_kinetic {
+            self.report::<()>(
+                Diagnostic::error(heading, "the model has no kinetic energy")
+                    .help("state it: `kinetic m/2*dot(x)^2;`"),
+            );
+        } else if self
+            .diagnostics
+            .iter()
+            .all(|d| d.severity != Severity::Error)
+        {
+            self.look_for_inertia();
+        }
+        let replacements: HashMap<_, _> = self
+            .model
+            .inputs
+            .iter()
+            .zip(&self.channels)
+            .map(|(input, &arrives)| (input.symbol, arrives))
+            .collect();
+        self.model.forces = self
+            .model
+            .graph
+            .substitute(&self.model.forces.clone(), &replacements);
+        for (input, &arrives) in self.model.inputs.iter_mut().zip(&self.channels) {
+            input.arrives = arrives;
+        }
+        let failed = self
+            .diagnostics
+            .iter()
+            .any(|d| d.severity == Severity::Error);
+        (!failed).then_some(self.model)
+    }
+
+    /// A coordinate without kinetic energy makes `M` singular: allowed (a
+    /// constraint may carry it), but worth a word.
+    fn look_for_inertia(&mut self) {
+        for index in 0..self.model.coordinates.len() {
+            let coordinate = &self.model.coordinates[index];
+            if self
+                .model
+                .graph
+                .depends_on(&[self.model.kinetic], coordinate.velocity)
+            {
+                continue;
+            }
+            let name = coordinate.name.clone();
+            let Some(span) = self.scope.names.get(&name).map(|declared| declared.span) else {
+                continue;
+            };
+            self.report::<()>(
+                Diagnostic::warning(
+                    span,
+                    format!("`{name}` has no kinetic energy: the mass matrix is singular"),
+                )
+                .help("fine if constraints determine it; otherwise add its part to `kinetic`"),
+            );
+        }
+    }
+}
+
+/// A unit as written, normalised.
+fn unit_text(unit: &Unit) -> String {
+    let mut text = String::new();
+    for (position, factor) in unit.factors.iter().enumerate() {
+        let base = match &factor.base {
+            UnitBase::One => "1".to_string(),
+            UnitBase::Named(name) => name.clone(),
+            UnitBase::OfPort { function, port } => format!("{}({})", function.text, port.text),
+        };
+        if position > 0 {
+            text.push(if factor.exponent < 0 { '/' } else { '*' });
+        }
+        text.push_str(&base);
+        let power = if position > 0 {
+            factor.exponent.abs()
+        } else {
+            factor.exponent
+        };
+        if power != 1 {
+            text.push_str(&format!("^{power}"));
+        }
+    }
+    text
+}

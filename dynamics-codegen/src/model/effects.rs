@@ -1,0 +1,257 @@
+//! Effect templates and their application to a model.
+
+use super::builder::Builder;
+use super::names::{Binding, Scope};
+use super::{Effect, Library};
+use crate::diagnostic::{Diagnostic, nearest};
+use crate::source::{SourceId, Sources, Span};
+use crate::syntax::{self, Expr, File, Heading, Name, Port, PortKind, Statement, StatementKind};
+
+/// What a template offers, for whoever wants to try it on a model.
+#[derive(Debug, Clone)]
+pub struct Template {
+    /// Its name.
+    pub name: String,
+    /// Its description.
+    pub doc: String,
+    /// What it acts on, in order.
+    pub ports: Vec<PortKind>,
+    /// Its parameters.
+    pub parameters: Vec<TemplateParameter>,
+}
+
+/// A parameter of a template.
+#[derive(Debug, Clone)]
+pub struct TemplateParameter {
+    /// Its name inside the template.
+    pub name: String,
+    /// Its description.
+    pub doc: String,
+}
+
+impl Library {
+    /// What the template `name` offers; `None` if there is no such template or
+    /// its file is faulty.
+    pub fn describe(&self, name: &str) -> Option<Template> {
+        let text = self.get(name)?;
+        let mut sources = Sources::new();
+        let id = sources.add(text.origin.clone(), text.text.clone());
+        let (file, faults) = syntax::parse(&sources, id);
+        let file = file.filter(|_| faults.is_empty())?;
+        let Heading::Effect { ports, .. } = &file.heading else {
+            return None;
+        };
+        let parameters = file
+            .statements
+            .iter()
+            .filter_map(|statement| match &statement.kind {
+                StatementKind::Parameter { name, .. } => Some(TemplateParameter {
+                    name: name.text.clone(),
+                    doc: statement.doc.clone(),
+                }),
+                _ => None,
+            });
+        Some(Template {
+            name: name.to_string(),
+            doc: file.doc.clone(),
+            ports: ports.iter().map(|port| port.kind).collect(),
+            parameters: parameters.collect(),
+        })
+    }
+}
+
+/// Applies the model's `effect` statements.
+pub(super) struct Templates<'a> {
+    pub sources: &'a mut Sources,
+    pub library: &'a Library,
+}
+
+/// One `effect` statement.
+struct Application<'a> {
+    template: &'a Name,
+    on: &'a [Name],
+    values: &'a [(Name, Expr)],
+    span: Span,
+}
+
+impl Templates<'_> {
+    pub fn apply_all(&mut self, builder: &mut Builder<'_>, statements: &[&Statement]) {
+        for statement in statements {
+            if let StatementKind::Effect {
+                template,
+                on,
+                values,
+            } = &statement.kind
+            {
+                self.apply(
+                    builder,
+                    &Application {
+                        template,
+                        on,
+                        values,
+                        span: statement.span,
+                    },
+                );
+            }
+        }
+    }
+
+    fn apply(&mut self, builder: &mut Builder<'_>, application: &Application<'_>) -> Option<()> {
+        let file = self.read(builder, application.template)?;
+        let Heading::Effect { ports, .. } = &file.heading else {
+            return builder.report(Diagnostic::error(
+                application.template.span,
+                format!("`{}` is not an effect template", application.template.text),
+            ));
+        };
+        let (places, scope) = bind_ports(builder, ports, application)?;
+        let values = evaluate_values(builder, application)?;
+        let index = builder.model.effects.len();
+        let outer = std::mem::replace(&mut builder.scope, scope);
+        let first_parameter = builder.model.parameters.len();
+        builder.effect = Some(index);
+        builder.prefix = prefix(application);
+        let statements: Vec<&Statement> = file.statements.iter().collect();
+        refuse_foreign_statements(builder, &statements);
+        builder.declare(&statements);
+        set_values(builder, first_parameter, values);
+        builder.lower_statements(&statements);
+        builder.effect = None;
+        builder.prefix.clear();
+        builder.scope = outer;
+        builder.model.effects.push(Effect {
+            template: application.template.text.clone(),
+            on: places,
+            parameters: (first_parameter..builder.model.parameters.len()).collect(),
+            doc: file.doc,
+        });
+        Some(())
+    }
+
+    /// The template's syntax tree.
+    fn read(&mut self, builder: &mut Builder<'_>, name: &Name) -> Option<File> {
+        let Some(text) = self.library.get(&name.text) else {
+            let error = Diagnostic::error(
+                name.span,
+                format!("there is no effect named `{}`", name.text),
+            );
+            let near = nearest(&name.text, self.library.names());
+            let names: Vec<&str> = self.library.names().collect();
+            return builder.report(match near {
+                Some(near) => error.help(format!("did you mean `{near}`?")),
+                None => error.help(format!("the library has: {}", names.join(", "))),
+            });
+        };
+        let id: SourceId = self.sources.add(text.origin.clone(), text.text.clone());
+        let (file, faults) = syntax::parse(self.sources, id);
+        let clean = faults.is_empty();
+        for fault in faults {
+            builder.report::<()>(fault.also(name.span, "needed here"));
+        }
+        file.filter(|_| clean)
+    }
+}
+
+/// Parameters of `viscous(j2)` are called `viscous_j2_<name>`.
+fn prefix(application: &Application<'_>) -> String {
+    let places: String = application
+        .on
+        .iter()
+        .map(|place| format!("{}_", place.text))
+        .collect();
+    format!("{}_{places}", application.template.text)
+}
+
+fn bind_ports(
+    builder: &mut Builder<'_>,
+    ports: &[Port],
+    application: &Application<'_>,
+) -> Option<(Vec<(PortKind, String)>, Scope)> {
+    if ports.len() != application.on.len() {
+        let names: Vec<&str> = ports.iter().map(|port| port.name.text.as_str()).collect();
+        return builder.report(Diagnostic::error(
+            application.span,
+            format!(
+                "`{}` acts on {} place(s) ({}), found {}",
+                application.template.text,
+                ports.len(),
+                names.join(", "),
+                application.on.len()
+            ),
+        ));
+    }
+    let (mut places, mut scope) = (Vec::new(), Scope::default());
+    for (port, place) in ports.iter().zip(application.on) {
+        let index = match port.kind {
+            PortKind::Coordinate => builder.find_coordinate(place)?,
+            PortKind::Input => builder.find_input(place)?,
+        };
+        scope
+            .ports
+            .insert(port.name.text.clone(), (port.kind, index));
+        places.push((port.kind, place.text.clone()));
+    }
+    Some((places, scope))
+}
+
+fn evaluate_values(
+    builder: &mut Builder<'_>,
+    application: &Application<'_>,
+) -> Option<Vec<(Name, f64)>> {
+    let mut values = Vec::new();
+    for (name, expr) in application.values {
+        values.push((name.clone(), builder.number(expr)?));
+    }
+    Some(values)
+}
+
+/// Gives the template's parameters the values that the model states.
+fn set_values(builder: &mut Builder<'_>, first: usize, values: Vec<(Name, f64)>) {
+    for (name, value) in values {
+        let bound = builder
+            .scope
+            .names
+            .get(&name.text)
+            .map(|declared| declared.what.clone());
+        let Some(Binding::Parameter(index)) = bound else {
+            let known: Vec<String> = builder.model.parameters[first..]
+                .iter()
+                .map(|p| p.name[builder.prefix.len()..].to_string())
+                .collect();
+            let message = format!("the effect has no parameter `{}`", name.text);
+            builder.report::<()>(
+                Diagnostic::error(name.span, message)
+                    .help(format!("its parameters are: {}", known.join(", "))),
+            );
+            continue;
+        };
+        let parameter = &mut builder.model.parameters[index];
+        if (parameter.lower..=parameter.upper).contains(&value) {
+            parameter.nominal = value;
+        } else {
+            let message = format!(
+                "`{}` is {value}, but may lie between {} and {} only",
+                name.text, parameter.lower, parameter.upper
+            );
+            builder.report::<()>(Diagnostic::error(name.span, message));
+        }
+    }
+}
+
+/// A template adds to a model; it does not define what the model consists of.
+fn refuse_foreign_statements(builder: &mut Builder<'_>, statements: &[&Statement]) {
+    for statement in statements {
+        let what = match &statement.kind {
+            StatementKind::Coordinate { .. } => "a coordinate",
+            StatementKind::Input { .. } => "an input",
+            StatementKind::Constraint { .. } => "a constraint",
+            StatementKind::Output { .. } => "an output",
+            StatementKind::Effect { .. } => "another effect",
+            _ => continue,
+        };
+        builder.report::<()>(Diagnostic::error(
+            statement.span,
+            format!("an effect template cannot declare {what}"),
+        ));
+    }
+}

@@ -1,0 +1,142 @@
+//! The effects that a model may name: templates, one per file.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Effect templates by name. A user's own folder takes part on equal terms with
+/// what is built in, and wins over it.
+#[derive(Debug, Clone, Default)]
+pub struct Library {
+    templates: BTreeMap<String, TemplateText>,
+}
+
+/// A template as text.
+#[derive(Debug, Clone)]
+pub(super) struct TemplateText {
+    /// The name shown in messages.
+    pub origin: String,
+    /// The whole file.
+    pub text: String,
+}
+
+/// Why a folder of templates could not be read.
+#[derive(Debug, thiserror::Error)]
+pub enum LibraryError {
+    /// The folder or a file in it.
+    #[error("cannot read `{path}`: {reason}; expected a folder of effect templates (`*.model`)", path = path.display())]
+    Unreadable {
+        /// Which.
+        path: PathBuf,
+        /// What the system says.
+        reason: std::io::Error,
+    },
+}
+
+macro_rules! builtin {
+    ($($name:literal),* $(,)?) => {
+        &[$(($name, include_str!(concat!("../../../models/effects/", $name, ".model")))),*]
+    };
+}
+
+/// The templates under `models/effects/`, compiled in. A test asserts that the
+/// list is the folder's content.
+const BUILTIN: &[(&str, &str)] = builtin![
+    "constant_force",
+    "coulomb",
+    "input_bias",
+    "input_gain",
+    "quadratic_drag",
+    "spring",
+    "stribeck",
+    "viscous",
+];
+
+impl Library {
+    /// No template at all.
+    pub fn empty() -> Self {
+        Self::default()
+    }
+
+    /// The templates that come with this crate.
+    pub fn builtin() -> Self {
+        let mut library = Self::empty();
+        for (name, text) in BUILTIN {
+            library.add(*name, format!("models/effects/{name}.model"), *text);
+        }
+        library
+    }
+
+    /// Adds a template; it replaces one of the same name.
+    pub fn add(
+        &mut self,
+        name: impl Into<String>,
+        origin: impl Into<String>,
+        text: impl Into<String>,
+    ) {
+        self.templates.insert(
+            name.into(),
+            TemplateText {
+                origin: origin.into(),
+                text: text.into(),
+            },
+        );
+    }
+
+    /// Adds every `*.model` file of a folder, in the order of their names.
+    ///
+    /// # Errors
+    /// If the folder or one of the files cannot be read as text.
+    pub fn add_folder(&mut self, folder: &Path) -> Result<(), LibraryError> {
+        let unreadable = |path: &Path| {
+            let path = path.to_path_buf();
+            move |reason| LibraryError::Unreadable { path, reason }
+        };
+        let mut files = Vec::new();
+        for entry in std::fs::read_dir(folder).map_err(unreadable(folder))? {
+            let path = entry.map_err(unreadable(folder))?.path();
+            if path
+                .extension()
+                .is_some_and(|extension| extension == "model")
+            {
+                files.push(path);
+            }
+        }
+        files.sort();
+        for path in files {
+            let text = std::fs::read_to_string(&path).map_err(unreadable(&path))?;
+            let name = path
+                .file_stem()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned();
+            self.add(name, path.display().to_string(), text);
+        }
+        Ok(())
+    }
+
+    /// The names of all templates, sorted.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.templates.keys().map(String::as_str)
+    }
+
+    pub(super) fn get(&self, name: &str) -> Option<&TemplateText> {
+        self.templates.get(name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_builtin_list_is_the_folder() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../models/effects");
+        let mut on_disk = Library::empty();
+        on_disk.add_folder(Path::new(folder)).unwrap();
+        let builtin = Library::builtin();
+        assert_eq!(
+            builtin.names().collect::<Vec<_>>(),
+            on_disk.names().collect::<Vec<_>>()
+        );
+    }
+}

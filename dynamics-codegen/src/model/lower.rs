@@ -1,0 +1,477 @@
+//! Syntax trees to graph nodes, with a unit check at every operator.
+
+use super::builder::Builder;
+use super::names::{Binding, FUNCTIONS, TermState};
+use super::quantity::{Measure, Quantity};
+use crate::diagnostic::{Diagnostic, nearest};
+use crate::dimension::Dimension;
+use crate::graph::{Binary, Unary};
+use crate::source::Span;
+use crate::syntax::{Expr, ExprKind, Name, PortKind};
+
+/// `None`: the error has been reported.
+type Lowered = Option<Quantity>;
+
+impl Builder<'_> {
+    /// An expression on the graph. `None` if it is wrong; the error is reported.
+    pub(super) fn lower(&mut self, expr: &Expr) -> Lowered {
+        match &expr.kind {
+            ExprKind::Number(value) => {
+                let expr = self.model.graph.constant(*value);
+                Some(Quantity {
+                    expr,
+                    measure: Measure::Bare,
+                })
+            }
+            ExprKind::Name(name) => self.lower_name(name, expr.span),
+            ExprKind::Negate(inner) => {
+                let inner = self.lower(inner)?;
+                let expr = self.model.graph.neg(inner.expr);
+                Some(Quantity { expr, ..inner })
+            }
+            ExprKind::Sum(first, rest) => self.lower_sum(first, rest),
+            ExprKind::Product(first, rest) => self.lower_product(first, rest),
+            ExprKind::Power(base, exponent) => self.lower_power(base, exponent),
+            ExprKind::Call(name, arguments) => self.lower_call(name, arguments, expr.span),
+        }
+    }
+
+    fn lower_name(&mut self, name: &str, span: Span) -> Lowered {
+        if name == "t" {
+            let expr = self.model.graph.var(self.model.time);
+            return Some(Quantity {
+                expr,
+                measure: Measure::Known(Dimension::TIME),
+            });
+        }
+        if name == "pi" {
+            let expr = self.model.graph.constant(std::f64::consts::PI);
+            return Some(Quantity {
+                expr,
+                measure: Measure::Bare,
+            });
+        }
+        if let Some(&(kind, index)) = self.scope.ports.get(name) {
+            return match kind {
+                PortKind::Coordinate => self.position(index),
+                PortKind::Input => self.input_symbol(index),
+            };
+        }
+        match self
+            .scope
+            .names
+            .get(name)
+            .map(|declared| declared.what.clone())
+        {
+            Some(Binding::Coordinate(index)) => self.position(index),
+            Some(Binding::Parameter(index)) => {
+                let parameter = &self.model.parameters[index];
+                let measure = Measure::of(parameter.dimension);
+                Some(Quantity {
+                    expr: self.model.graph.var(parameter.symbol),
+                    measure,
+                })
+            }
+            Some(Binding::Term(index)) => self.lower_term(index, name, span),
+            None => match self.scope.inputs.get(name).map(|declared| declared.what) {
+                Some(index) => self.input_symbol(index),
+                None => self.unknown_name(name, span),
+            },
+        }
+    }
+
+    fn unknown_name(&mut self, name: &str, span: Span) -> Lowered {
+        let error =
+            Diagnostic::error(span, format!("`{name}` is not defined")).label("not defined");
+        let near = nearest(name, self.scope.all_names()).map(str::to_string);
+        self.report(match near {
+            Some(near) => error.help(format!("did you mean `{near}`?")),
+            None => error.help(format!(
+                "declare it, for example with `parameter {name}: … = …;` or `let {name} = …;`"
+            )),
+        })
+    }
+
+    fn position(&self, index: usize) -> Lowered {
+        let coordinate = &self.model.coordinates[index];
+        let expr = self.model.graph.var(coordinate.position);
+        Some(Quantity {
+            expr,
+            measure: Measure::of(coordinate.dimension),
+        })
+    }
+
+    fn input_symbol(&self, index: usize) -> Lowered {
+        let input = &self.model.inputs[index];
+        let expr = self.model.graph.var(input.symbol);
+        Some(Quantity {
+            expr,
+            measure: Measure::of(input.dimension),
+        })
+    }
+
+    /// A `let` or a constant, lowered when first met.
+    fn lower_term(&mut self, index: usize, name: &str, span: Span) -> Lowered {
+        match self.scope.terms[index].state {
+            TermState::Done(quantity) => Some(quantity),
+            TermState::Failed => None,
+            TermState::Lowering => self.report(
+                Diagnostic::error(span, format!("`{name}` is defined by itself"))
+                    .label("the circle closes here"),
+            ),
+            TermState::Waiting => {
+                self.scope.terms[index].state = TermState::Lowering;
+                let value = self.scope.terms[index].value.clone();
+                let quantity = if self.term_depth < MAX_TERM_DEPTH {
+                    self.term_depth += 1;
+                    let quantity = self
+                        .lower(&value)
+                        .and_then(|q| self.check_term(index, q, &value));
+                    self.term_depth -= 1;
+                    quantity
+                } else {
+                    self.report(Diagnostic::error(
+                        span,
+                        format!("more than {MAX_TERM_DEPTH} definitions depend on one another in a chain"),
+                    ))
+                };
+                self.scope.terms[index].state = quantity.map_or(TermState::Failed, TermState::Done);
+                quantity
+            }
+        }
+    }
+
+    fn check_term(&mut self, index: usize, quantity: Quantity, value: &Expr) -> Lowered {
+        let term = &self.scope.terms[index];
+        let declared = term.declared;
+        if term.constant && self.model.graph.as_constant(quantity.expr).is_none() {
+            return self.report(
+                Diagnostic::error(
+                    value.span,
+                    "a constant contains numbers and other constants only",
+                )
+                .help("use `parameter` for what may vary, `let` for a shared term"),
+            );
+        }
+        let Some(dimension) = declared else {
+            return Some(quantity);
+        };
+        self.expect_dimension(quantity, dimension, value.span, "the declared unit")?;
+        Some(Quantity {
+            measure: Measure::Known(dimension),
+            ..quantity
+        })
+    }
+
+    fn lower_sum(&mut self, first: &Expr, rest: &[(bool, Expr)]) -> Lowered {
+        let mut sum = self.lower(first);
+        let mut so_far = first.span;
+        for (minus, term) in rest {
+            let next = self.lower(term);
+            sum = match (sum, next) {
+                (Some(a), Some(b)) => self.add(a, so_far, b, term.span, *minus),
+                _ => None,
+            };
+            so_far = so_far.to(term.span);
+        }
+        sum
+    }
+
+    fn add(&mut self, a: Quantity, at_a: Span, b: Quantity, at_b: Span, minus: bool) -> Lowered {
+        let measure = self.unify(
+            a.measure,
+            at_a,
+            b.measure,
+            at_b,
+            if minus { "subtracted" } else { "added" },
+        )?;
+        let graph = &mut self.model.graph;
+        let expr = if minus {
+            graph.sub(a.expr, b.expr)
+        } else {
+            graph.add(a.expr, b.expr)
+        };
+        Some(Quantity { expr, measure })
+    }
+
+    /// Both sides of a sum, an equation or a comparison measure the same thing.
+    pub(super) fn unify(
+        &mut self,
+        a: Measure,
+        at_a: Span,
+        b: Measure,
+        at_b: Span,
+        done: &str,
+    ) -> Option<Measure> {
+        if let Some(measure) = a.unify(b) {
+            return Some(measure);
+        }
+        let (a, b) = (a.known().unwrap_or_default(), b.known().unwrap_or_default());
+        self.report(
+            Diagnostic::error(at_b, format!("`{a}` and `{b}` cannot be {done}"))
+                .label(format!("this is in {b}"))
+                .also(at_a, format!("this is in {a}")),
+        )
+    }
+
+    fn lower_product(&mut self, first: &Expr, rest: &[(bool, Expr)]) -> Lowered {
+        let mut product = self.lower(first);
+        for (divide, factor) in rest {
+            let next = self.lower(factor);
+            let (Some(a), Some(b)) = (product, next) else {
+                product = None;
+                continue;
+            };
+            let graph = &mut self.model.graph;
+            if *divide && graph.is_zero(b.expr) {
+                product = self.report(Diagnostic::error(factor.span, "division by zero"));
+                continue;
+            }
+            product = Some(if *divide {
+                Quantity {
+                    expr: graph.div(a.expr, b.expr),
+                    measure: a.measure.combine(b.measure, |x, y| x / y),
+                }
+            } else {
+                Quantity {
+                    expr: graph.mul(a.expr, b.expr),
+                    measure: a.measure.combine(b.measure, |x, y| x * y),
+                }
+            });
+        }
+        product
+    }
+
+    fn lower_power(&mut self, base: &Expr, exponent: &Expr) -> Lowered {
+        let (b, e) = (self.lower(base), self.lower(exponent));
+        let (b, e) = (b?, e?);
+        self.expect_dimension(e, Dimension::ONE, exponent.span, "an exponent")?;
+        let constant = self.model.graph.as_constant(e.expr);
+        let measure = match (b.measure, constant) {
+            (Measure::Known(dimension), Some(n)) => match dimension.powf(n) {
+                Some(power) => Measure::Known(power),
+                None => {
+                    return self.report(Diagnostic::error(
+                        base.span.to(exponent.span),
+                        format!("`{dimension}` to the power {n} has no unit"),
+                    ));
+                }
+            },
+            (Measure::Known(dimension), None) if dimension != Dimension::ONE => {
+                return self.report(
+                    Diagnostic::error(base.span, "only a pure number has a variable exponent")
+                        .label(format!("this is in {dimension}")),
+                );
+            }
+            (measure, _) => measure,
+        };
+        Some(Quantity {
+            expr: self.model.graph.pow(b.expr, e.expr),
+            measure,
+        })
+    }
+
+    fn lower_call(&mut self, name: &Name, arguments: &[Expr], span: Span) -> Lowered {
+        let Some(&(_, arity)) = FUNCTIONS.iter().find(|(known, _)| *known == name.text) else {
+            let error =
+                Diagnostic::error(name.span, format!("there is no function `{}`", name.text));
+            return self.report(
+                match nearest(&name.text, FUNCTIONS.map(|(known, _)| known)) {
+                    Some(near) => error.help(format!("did you mean `{near}`?")),
+                    None => error.help(format!(
+                        "the functions are {}; write `*` for a product",
+                        FUNCTIONS.map(|(known, _)| known).join(", ")
+                    )),
+                },
+            );
+        };
+        if arguments.len() != arity {
+            return self.report(Diagnostic::error(
+                span,
+                format!(
+                    "`{}` takes {arity} argument(s), found {}",
+                    name.text,
+                    arguments.len()
+                ),
+            ));
+        }
+        match name.text.as_str() {
+            "dot" => self.lower_dot(&arguments[0], span),
+            "input" | "coordinate" => self.lower_lookup(&name.text, &arguments[0]),
+            "atan2" | "min" | "max" => self.lower_two(&name.text, &arguments[0], &arguments[1]),
+            function => self.lower_one(function, &arguments[0]),
+        }
+    }
+
+    /// `input(x)`, `coordinate(x)`: says which of two namesakes is meant.
+    fn lower_lookup(&mut self, what: &str, argument: &Expr) -> Lowered {
+        let ExprKind::Name(name) = &argument.kind else {
+            return self.report(Diagnostic::error(
+                argument.span,
+                format!("`{what}(…)` takes the name of one {what}"),
+            ));
+        };
+        let found = if what == "input" {
+            self.scope
+                .inputs
+                .get(name)
+                .map(|declared| declared.what)
+                .map(|i| self.input_symbol(i))
+        } else {
+            match self.scope.names.get(name).map(|declared| &declared.what) {
+                Some(Binding::Coordinate(index)) => Some(self.position(*index)),
+                _ => None,
+            }
+        };
+        match found {
+            Some(quantity) => quantity,
+            None => self.report(Diagnostic::error(
+                argument.span,
+                format!("there is no {what} named `{name}`"),
+            )),
+        }
+    }
+
+    /// `d/dt` along the motion: `q → v`, `t → 1`.
+    fn lower_dot(&mut self, argument: &Expr, span: Span) -> Lowered {
+        let inner = self.lower(argument)?;
+        for index in 0..self.model.coordinates.len() {
+            let velocity = self.model.coordinates[index].velocity;
+            if self.model.graph.depends_on(&[inner.expr], velocity) {
+                let name = &self.model.coordinates[index].name;
+                let message = format!("`dot` of something that already contains `dot({name})`");
+                return self.report(Diagnostic::error(span, message).label("an acceleration").help(
+                    "energies, forces and constraints depend on positions and velocities only",
+                ));
+            }
+        }
+        for index in 0..self.model.inputs.len() {
+            if self
+                .model
+                .graph
+                .depends_on(&[inner.expr], self.model.inputs[index].symbol)
+            {
+                let name = &self.model.inputs[index].name;
+                let message = format!("`dot` of something that contains the input `{name}`");
+                return self.report(
+                    Diagnostic::error(span, message).help("the rate of an input is not known"),
+                );
+            }
+        }
+        let seeds = self.model.time_seeds();
+        let expr = self.model.graph.directional(&[inner.expr], &seeds)[0];
+        let measure = match inner.measure {
+            Measure::Known(dimension) => Measure::Known(dimension.rate()),
+            other => other,
+        };
+        Some(Quantity { expr, measure })
+    }
+
+    fn lower_two(&mut self, function: &str, x: &Expr, y: &Expr) -> Lowered {
+        let (a, b) = (self.lower(x), self.lower(y));
+        let (a, b) = (a?, b?);
+        let measure = self.unify(a.measure, x.span, b.measure, y.span, "compared")?;
+        let (op, measure) = match function {
+            "atan2" => (Binary::Atan2, Measure::Known(Dimension::ONE)),
+            "min" => (Binary::Min, measure),
+            _ => (Binary::Max, measure),
+        };
+        Some(Quantity {
+            expr: self.model.graph.binary(op, a.expr, b.expr),
+            measure,
+        })
+    }
+
+    fn lower_one(&mut self, function: &str, argument: &Expr) -> Lowered {
+        let x = self.lower(argument)?;
+        let graph = &mut self.model.graph;
+        let any_unit = match function {
+            "abs" => Some((Unary::Abs, x.measure)),
+            "sign" => Some((Unary::Sign, Measure::Known(Dimension::ONE))),
+            "step" => Some((Unary::Step, Measure::Known(Dimension::ONE))),
+            "sqrt" => match x.measure {
+                Measure::Known(dimension) => dimension
+                    .powf(0.5)
+                    .map(|d| (Unary::Sqrt, Measure::Known(d))),
+                other => Some((Unary::Sqrt, other)),
+            },
+            _ => None,
+        };
+        if let Some((op, measure)) = any_unit {
+            return Some(Quantity {
+                expr: graph.unary(op, x.expr),
+                measure,
+            });
+        }
+        self.expect_dimension(
+            x,
+            Dimension::ONE,
+            argument.span,
+            &format!("the argument of `{function}`"),
+        )?;
+        let expr = self.elementary(function, x);
+        Some(Quantity {
+            expr,
+            measure: if x.measure == Measure::Bare {
+                Measure::Bare
+            } else {
+                Measure::Known(Dimension::ONE)
+            },
+        })
+    }
+
+    fn elementary(&mut self, function: &str, x: Quantity) -> crate::graph::ExprId {
+        let graph = &mut self.model.graph;
+        let op = match function {
+            "sin" => Unary::Sin,
+            "cos" => Unary::Cos,
+            "tan" => Unary::Tan,
+            "asin" => Unary::Asin,
+            "acos" => Unary::Acos,
+            "atan" => Unary::Atan,
+            "exp" => Unary::Exp,
+            "ln" => Unary::Ln,
+            "tanh" => Unary::Tanh,
+            // sinh and cosh, from exponentials.
+            _ => {
+                let rise = graph.unary(Unary::Exp, x.expr);
+                let minus = graph.neg(x.expr);
+                let fall = graph.unary(Unary::Exp, minus);
+                let twice = if function == "sinh" {
+                    graph.sub(rise, fall)
+                } else {
+                    graph.add(rise, fall)
+                };
+                return graph.scale(0.5, twice);
+            }
+        };
+        graph.unary(op, x.expr)
+    }
+
+    /// Reports `quantity` unless it measures `expected`.
+    pub(super) fn expect_dimension(
+        &mut self,
+        quantity: Quantity,
+        expected: Dimension,
+        span: Span,
+        role: &str,
+    ) -> Option<()> {
+        match quantity.measure {
+            Measure::Known(found) if found != expected => {
+                let expected = if expected == Dimension::ONE {
+                    "a pure number".to_string()
+                } else {
+                    format!("`{expected}`")
+                };
+                self.report(
+                    Diagnostic::error(span, format!("{role} must be {expected}, found `{found}`"))
+                        .label(format!("this is in {found}")),
+                )
+            }
+            _ => Some(()),
+        }
+    }
+}
+
+/// Definitions may lean on one another this deep.
+const MAX_TERM_DEPTH: usize = 64;

@@ -1,0 +1,178 @@
+//! The checked model: names resolved, units checked, expressions on the graph.
+
+mod builder;
+mod effects;
+mod library;
+mod lower;
+mod names;
+mod quantity;
+
+pub(crate) use builder::build;
+pub use effects::{Template, TemplateParameter};
+pub use library::{Library, LibraryError};
+
+use crate::dimension::Dimension;
+use crate::graph::{ExprId, Graph, SymbolId};
+use crate::syntax::PortKind;
+
+/// A generalised coordinate.
+#[derive(Debug, Clone)]
+pub struct Coordinate {
+    /// Its name; log columns are `q_<name>`, `dq_<name>`, `ddq_<name>`.
+    pub name: String,
+    /// Its dimension, if the model declares one.
+    pub dimension: Option<Dimension>,
+    /// The unit as written.
+    pub unit: String,
+    /// Position `q`.
+    pub position: SymbolId,
+    /// Velocity `v = dq/dt`.
+    pub velocity: SymbolId,
+    /// What the model says about it.
+    pub doc: String,
+}
+
+/// An input (a commanded force, torque, current, …).
+#[derive(Debug, Clone)]
+pub struct Input {
+    /// Its name; the log column is `u_<name>`.
+    pub name: String,
+    /// Its dimension, if the model declares one.
+    pub dimension: Option<Dimension>,
+    /// The unit as written.
+    pub unit: String,
+    /// What was commanded.
+    pub symbol: SymbolId,
+    /// What arrives: the command itself unless an effect is in the way.
+    pub arrives: ExprId,
+    /// What the model says about it.
+    pub doc: String,
+}
+
+/// A parameter: a number that may differ from machine to machine.
+#[derive(Debug, Clone)]
+pub struct Parameter {
+    /// Its name. A parameter of an effect is `<effect>_<places>_<parameter>`.
+    pub name: String,
+    /// Its dimension, if known.
+    pub dimension: Option<Dimension>,
+    /// The unit, for people.
+    pub unit: String,
+    /// The value that the model states.
+    pub nominal: f64,
+    /// The smallest value that makes sense (`-∞` if not stated).
+    pub lower: f64,
+    /// The largest value that makes sense (`∞` if not stated).
+    pub upper: f64,
+    /// Mean and standard deviation believed beforehand, if stated.
+    pub prior: Option<(f64, f64)>,
+    /// Its variable.
+    pub symbol: SymbolId,
+    /// Which of the model's effects it belongs to, if any.
+    pub effect: Option<usize>,
+    /// What the model says about it.
+    pub doc: String,
+}
+
+/// What a constraint contains decides how often it is differentiated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ConstraintKind {
+    /// `c(q, t) = 0`, differentiated twice.
+    Holonomic,
+    /// `c(q, v, t) = 0`, differentiated once.
+    Nonholonomic,
+}
+
+/// A constraint `c = 0`.
+#[derive(Debug, Clone)]
+pub struct Constraint {
+    /// Its name.
+    pub name: String,
+    /// What it contains.
+    pub kind: ConstraintKind,
+    /// Whether it depends explicitly on time.
+    pub time_dependent: bool,
+    /// `c`: left side minus right side.
+    pub residual: ExprId,
+    /// Its dimension, if known.
+    pub dimension: Option<Dimension>,
+    /// What the model says about it.
+    pub doc: String,
+}
+
+/// A named expression that the user wants to see.
+#[derive(Debug, Clone)]
+pub struct Output {
+    /// Its name.
+    pub name: String,
+    /// Its value.
+    pub value: ExprId,
+    /// Its dimension, if known.
+    pub dimension: Option<Dimension>,
+    /// What the model says about it.
+    pub doc: String,
+}
+
+/// An effect that the model contains.
+#[derive(Debug, Clone)]
+pub struct Effect {
+    /// The template's name.
+    pub template: String,
+    /// What it acts on.
+    pub on: Vec<(PortKind, String)>,
+    /// Indices into [`Model::parameters`].
+    pub parameters: Vec<usize>,
+    /// The template's description.
+    pub doc: String,
+}
+
+/// A checked model.
+#[derive(Debug, Clone)]
+pub struct Model {
+    /// Its name.
+    pub name: String,
+    /// What it says about itself.
+    pub doc: String,
+    /// All expressions.
+    pub graph: Graph,
+    /// Time `t`.
+    pub time: SymbolId,
+    /// The generalised coordinates, in the order of the text.
+    pub coordinates: Vec<Coordinate>,
+    /// The inputs, in the order of the text.
+    pub inputs: Vec<Input>,
+    /// The parameters, in the order of the text, then those of the effects.
+    pub parameters: Vec<Parameter>,
+    /// Kinetic energy `T(q, v, t)`.
+    pub kinetic: ExprId,
+    /// Potential energy `V(q, t)`.
+    pub potential: ExprId,
+    /// Rayleigh dissipation function; its force is `-∂/∂v`.
+    pub dissipation: ExprId,
+    /// Generalised forces stated outright, one sum per coordinate.
+    pub forces: Vec<ExprId>,
+    /// The constraints, in the order of the text.
+    pub constraints: Vec<Constraint>,
+    /// The outputs, in the order of the text.
+    pub outputs: Vec<Output>,
+    /// The effects, in the order of the text.
+    pub effects: Vec<Effect>,
+}
+
+impl Model {
+    /// The nominal parameter values, in the order of [`parameters`](Self::parameters).
+    pub fn nominal_parameters(&self) -> Vec<f64> {
+        self.parameters.iter().map(|p| p.nominal).collect()
+    }
+
+    /// The time derivative's seeds: `q → v`, `t → 1` (velocities are not
+    /// differentiated: no statement may contain an acceleration).
+    pub(crate) fn time_seeds(&mut self) -> Vec<(SymbolId, ExprId)> {
+        let one = self.graph.one();
+        let mut seeds = vec![(self.time, one)];
+        for c in &self.coordinates {
+            seeds.push((c.position, self.graph.var(c.velocity)));
+        }
+        seeds
+    }
+}

@@ -1,0 +1,97 @@
+//! Which word means what.
+//!
+//! Coordinates and inputs have namespaces of their own, because a log has
+//! `q_j1` and `u_j1`: joint and motor share a name. Everything else shares one.
+
+use crate::source::Span;
+use crate::syntax::{Expr, PortKind};
+use std::collections::BTreeMap;
+
+/// What a plain word stands for.
+#[derive(Debug, Clone)]
+pub(super) enum Binding {
+    /// Index of a coordinate.
+    Coordinate(usize),
+    /// Index of a parameter.
+    Parameter(usize),
+    /// A constant or a `let`: its expression, lowered when first used.
+    Term(usize),
+}
+
+/// A shared term before and while it is being lowered.
+#[derive(Debug, Clone)]
+pub(super) struct Term {
+    pub value: Expr,
+    pub declared: Option<crate::dimension::Dimension>,
+    pub state: TermState,
+    /// Constants may contain numbers and other constants only.
+    pub constant: bool,
+}
+
+/// How far a term has come.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum TermState {
+    Waiting,
+    /// On the stack: meeting it again is a circle.
+    Lowering,
+    Done(super::quantity::Quantity),
+    /// Its error has been reported.
+    Failed,
+}
+
+/// A declared name with its place.
+#[derive(Debug, Clone)]
+pub(super) struct Declared<T> {
+    pub what: T,
+    pub span: Span,
+}
+
+/// The names visible in one file.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Scope {
+    pub names: BTreeMap<String, Declared<Binding>>,
+    pub inputs: BTreeMap<String, Declared<usize>>,
+    /// In a template: what the ports are bound to.
+    pub ports: BTreeMap<String, (PortKind, usize)>,
+    pub terms: Vec<Term>,
+}
+
+/// Words with a meaning of their own.
+pub(super) const RESERVED: [&str; 2] = ["t", "pi"];
+
+/// The functions of the language with their number of arguments.
+pub(super) const FUNCTIONS: [(&str, usize); 21] = [
+    ("sin", 1),
+    ("cos", 1),
+    ("tan", 1),
+    ("asin", 1),
+    ("acos", 1),
+    ("atan", 1),
+    ("atan2", 2),
+    ("sinh", 1),
+    ("cosh", 1),
+    ("tanh", 1),
+    ("exp", 1),
+    ("ln", 1),
+    ("sqrt", 1),
+    ("abs", 1),
+    ("sign", 1),
+    ("step", 1),
+    ("min", 2),
+    ("max", 2),
+    ("dot", 1),
+    ("input", 1),
+    ("coordinate", 1),
+];
+
+impl Scope {
+    /// Every word that may stand in an expression.
+    pub fn all_names(&self) -> impl Iterator<Item = &str> {
+        let own = self
+            .names
+            .keys()
+            .chain(self.inputs.keys())
+            .chain(self.ports.keys());
+        own.map(String::as_str).chain(RESERVED)
+    }
+}

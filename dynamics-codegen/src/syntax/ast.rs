@@ -1,0 +1,244 @@
+//! The syntax tree. Every node keeps its place in the text.
+
+use crate::source::Span;
+
+/// A word with its place.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Name {
+    /// The word.
+    pub text: String,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// A model file or an effect template.
+#[derive(Debug, Clone)]
+pub struct File {
+    /// What stands in the first line.
+    pub heading: Heading,
+    /// Text of the doc comment in front of the heading.
+    pub doc: String,
+    /// Everything else, in the order of the text.
+    pub statements: Vec<Statement>,
+}
+
+/// The first line of a file.
+#[derive(Debug, Clone)]
+pub enum Heading {
+    /// `model name;`
+    Model(Name),
+    /// `effect name(joint, drive: input);`
+    Effect {
+        /// The effect's name.
+        name: Name,
+        /// What it acts on.
+        ports: Vec<Port>,
+    },
+}
+
+/// A formal argument of an effect template: something of the model to act on.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Port {
+    /// Its name inside the template.
+    pub name: Name,
+    /// What it stands for.
+    pub kind: PortKind,
+}
+
+/// What an effect can act on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum PortKind {
+    /// A coordinate (the default).
+    Coordinate,
+    /// An input.
+    Input,
+}
+
+/// One statement.
+#[derive(Debug, Clone)]
+pub struct Statement {
+    /// Text of the doc comment in front of it.
+    pub doc: String,
+    /// From its first to its last token.
+    pub span: Span,
+    /// What it says.
+    pub kind: StatementKind,
+}
+
+/// What a statement says.
+#[derive(Debug, Clone)]
+pub enum StatementKind {
+    /// `coordinate x: m;`
+    Coordinate {
+        /// Its name.
+        name: Name,
+        /// Its unit.
+        unit: Option<Unit>,
+    },
+    /// `input u: N;`
+    Input {
+        /// Its name.
+        name: Name,
+        /// Its unit.
+        unit: Option<Unit>,
+    },
+    /// `input u = gain*u;`: what arrives in place of what was commanded.
+    Channel {
+        /// The input that is replaced.
+        name: Name,
+        /// What arrives.
+        value: Expr,
+    },
+    /// `parameter m: kg = 1.0 in 0.01.. prior normal(1, 0.05);`
+    Parameter {
+        /// Its name.
+        name: Name,
+        /// Its unit.
+        unit: Option<Unit>,
+        /// Its nominal value.
+        nominal: Option<Expr>,
+        /// Where it may lie.
+        bounds: Option<Bounds>,
+        /// What is believed of it beforehand.
+        prior: Option<Prior>,
+    },
+    /// `constant g: m/s^2 = 9.81;`
+    Constant {
+        /// Its name.
+        name: Name,
+        /// Its unit.
+        unit: Option<Unit>,
+        /// Its value.
+        value: Expr,
+    },
+    /// `let s = sin(theta);`
+    Let {
+        /// Its name.
+        name: Name,
+        /// What it stands for.
+        value: Expr,
+    },
+    /// `kinetic m/2*dot(x)^2;`
+    Kinetic(Expr),
+    /// `potential m*g*z;`
+    Potential(Expr),
+    /// `dissipation d/2*dot(x)^2;` (Rayleigh: the force is `-∂/∂v`)
+    Dissipation(Expr),
+    /// `force x = u;`
+    Force {
+        /// The coordinate it acts on.
+        on: Name,
+        /// The generalised force.
+        value: Expr,
+    },
+    /// `constraint name: left == right;`
+    Constraint {
+        /// Its name.
+        name: Name,
+        /// Left of `==`.
+        left: Expr,
+        /// Right of `==`.
+        right: Expr,
+    },
+    /// `output name = expression;`
+    Output {
+        /// Its name.
+        name: Name,
+        /// What it stands for.
+        value: Expr,
+    },
+    /// `effect viscous(j2) { d = 0.02 }`
+    Effect {
+        /// The template's name.
+        template: Name,
+        /// What it acts on.
+        on: Vec<Name>,
+        /// Values for its parameters.
+        values: Vec<(Name, Expr)>,
+    },
+}
+
+/// `in lower..upper`, each side optional.
+#[derive(Debug, Clone)]
+pub struct Bounds {
+    /// The lower bound.
+    pub lower: Option<Expr>,
+    /// The upper bound.
+    pub upper: Option<Expr>,
+    /// The whole of it.
+    pub span: Span,
+}
+
+/// `prior normal(mean, sd)`
+#[derive(Debug, Clone)]
+pub struct Prior {
+    /// The mean.
+    pub mean: Expr,
+    /// The standard deviation.
+    pub sd: Expr,
+}
+
+/// A unit: a product of powers.
+#[derive(Debug, Clone)]
+pub struct Unit {
+    /// The factors.
+    pub factors: Vec<UnitFactor>,
+    /// The whole of it.
+    pub span: Span,
+}
+
+/// One factor of a unit.
+#[derive(Debug, Clone)]
+pub struct UnitFactor {
+    /// What is raised to the power.
+    pub base: UnitBase,
+    /// The power.
+    pub exponent: i32,
+    /// Its place.
+    pub span: Span,
+}
+
+/// What a factor of a unit can be.
+#[derive(Debug, Clone)]
+pub enum UnitBase {
+    /// The number one, as in `1/s`.
+    One,
+    /// A unit by name.
+    Named(String),
+    /// In a template, a unit that follows from a port: `torque(joint)`.
+    OfPort {
+        /// `unit`, `rate` or `torque`.
+        function: Name,
+        /// The port.
+        port: Name,
+    },
+}
+
+/// An expression.
+#[derive(Debug, Clone)]
+pub struct Expr {
+    /// What it is.
+    pub kind: ExprKind,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// What an expression can be. Chains are kept flat, so that depth is nesting
+/// and nothing else.
+#[derive(Debug, Clone)]
+pub enum ExprKind {
+    /// A number.
+    Number(f64),
+    /// A name.
+    Name(String),
+    /// `-x`
+    Negate(Box<Expr>),
+    /// `a + b - c`: the first term and what follows, `true` for minus.
+    Sum(Box<Expr>, Vec<(bool, Expr)>),
+    /// `a*b/c`: the first factor and what follows, `true` for division.
+    Product(Box<Expr>, Vec<(bool, Expr)>),
+    /// `x^y`
+    Power(Box<Expr>, Box<Expr>),
+    /// `f(a, b)`
+    Call(Name, Vec<Expr>),
+}

@@ -1,0 +1,37 @@
+//! From text to a syntax tree that keeps its places.
+
+mod ast;
+mod expression;
+mod lexical;
+mod statement;
+mod stream;
+
+pub use ast::*;
+
+use crate::diagnostic::Diagnostic;
+use crate::source::{SourceId, Sources};
+use stream::Stream;
+
+/// Parses one file: a model or an effect template.
+///
+/// Never fails as a whole: what could not be read is in the diagnostics, and
+/// what could be read is in the tree (`None` if not even the heading was found).
+pub fn parse(sources: &Sources, id: SourceId) -> (Option<File>, Vec<Diagnostic>) {
+    let text = &sources.get(id).text;
+    let faults = lexical::check(text, id);
+    if !faults.is_empty() {
+        return (None, faults);
+    }
+    let (mut file, mut diagnostics) = (None, Vec::new());
+    let parser = |input: syn::parse::ParseStream| {
+        let (parsed, found) = statement::file(&mut Stream::new(input, id));
+        (file, diagnostics) = (parsed, found);
+        Ok(())
+    };
+    if let Err(error) = syn::parse::Parser::parse_str(parser, text)
+        && diagnostics.is_empty()
+    {
+        diagnostics.push(stream::from_syn(&error, id));
+    }
+    (file, diagnostics)
+}

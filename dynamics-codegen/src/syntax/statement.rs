@@ -1,0 +1,321 @@
+//! Statements. A fault in one does not hide the faults in the next.
+
+use super::ast::{Expr, File, Heading, Name, Port, PortKind, Prior, Statement, StatementKind};
+use super::expression::{bounds, expression, unit};
+use super::stream::{Parsed, Stream};
+use crate::diagnostic::{Diagnostic, nearest};
+
+/// The words that begin a statement.
+const KEYWORDS: [&str; 12] = [
+    "coordinate",
+    "input",
+    "parameter",
+    "constant",
+    "let",
+    "kinetic",
+    "potential",
+    "dissipation",
+    "force",
+    "constraint",
+    "output",
+    "effect",
+];
+
+/// The whole file.
+pub(super) fn file(stream: &mut Stream<'_>) -> (Option<File>, Vec<Diagnostic>) {
+    let mut found = Vec::new();
+    let opening = heading(stream);
+    let (doc, heading) = match opening {
+        Ok((doc, heading)) => (doc, Some(heading)),
+        Err(diagnostic) => {
+            found.push(*diagnostic);
+            recover(stream);
+            (String::new(), None)
+        }
+    };
+    let mut statements = Vec::new();
+    while !stream.input.is_empty() {
+        match statement(stream) {
+            Ok(statement) => statements.push(statement),
+            Err(diagnostic) => {
+                found.push(*diagnostic);
+                recover(stream);
+            }
+        }
+    }
+    (
+        heading.map(|heading| File {
+            heading,
+            doc,
+            statements,
+        }),
+        found,
+    )
+}
+
+/// Goes on behind the next `;`, or in front of the next word that begins a statement.
+fn recover(stream: &mut Stream<'_>) {
+    while !stream.input.is_empty() {
+        if stream.eat(';') {
+            return;
+        }
+        stream.skip();
+        let fresh_line = KEYWORDS.iter().any(|word| stream.at_word(word));
+        if fresh_line {
+            return;
+        }
+    }
+}
+
+fn heading(stream: &mut Stream<'_>) -> Parsed<(String, Heading)> {
+    let doc = stream.doc()?;
+    let heading = if stream.eat_word("model") {
+        Heading::Model(stream.name("the model's name")?)
+    } else if stream.eat_word("effect") {
+        let name = stream.name("the effect's name")?;
+        Heading::Effect {
+            name,
+            ports: ports(stream)?,
+        }
+    } else {
+        let error = Diagnostic::error(stream.here(), "a file begins with `model name;`")
+            .help("or, for an effect template, with `effect name(joint);`");
+        return Err(Box::new(error));
+    };
+    stream.expect(';', "the heading")?;
+    Ok((doc, heading))
+}
+
+fn ports(stream: &mut Stream<'_>) -> Parsed<Vec<Port>> {
+    let mut ports = Vec::new();
+    in_brackets(stream, |inner| {
+        let name = inner.name("the name of a port")?;
+        let kind = if inner.eat(':') {
+            let kind = inner.name("`coordinate` or `input`")?;
+            match kind.text.as_str() {
+                "coordinate" => PortKind::Coordinate,
+                "input" => PortKind::Input,
+                _ => {
+                    return Err(Box::new(
+                        Diagnostic::error(kind.span, "expected `coordinate` or `input`")
+                            .label("no such kind of port"),
+                    ));
+                }
+            }
+        } else {
+            PortKind::Coordinate
+        };
+        ports.push(Port { name, kind });
+        Ok(())
+    })?;
+    Ok(ports)
+}
+
+/// `( item, item, … )`
+fn in_brackets(
+    stream: &mut Stream<'_>,
+    mut item: impl FnMut(&mut Stream<'_>) -> Parsed<()>,
+) -> Parsed<()> {
+    if !stream.input.peek(syn::token::Paren) {
+        return stream.unexpected("`(`");
+    }
+    let (content, paren) = stream.parentheses()?;
+    let mut inner = stream.inside(&content);
+    while !inner.input.is_empty() {
+        item(&mut inner)?;
+        if !inner.input.is_empty() {
+            inner.expect(',', "this entry")?;
+        }
+    }
+    stream.passed(paren.span.close());
+    Ok(())
+}
+
+fn statement(stream: &mut Stream<'_>) -> Parsed<Statement> {
+    let doc = stream.doc()?;
+    let start = stream.here();
+    let keyword = stream.name("a statement")?;
+    let kind = match keyword.text.as_str() {
+        "coordinate" => {
+            let name = stream.name("the coordinate's name")?;
+            StatementKind::Coordinate {
+                name,
+                unit: unit_behind_colon(stream)?,
+            }
+        }
+        "input" => input(stream)?,
+        "parameter" => parameter(stream)?,
+        "constant" => constant(stream)?,
+        "let" => {
+            let name = stream.name("a name")?;
+            StatementKind::Let {
+                name,
+                value: value(stream)?,
+            }
+        }
+        "output" => {
+            let name = stream.name("the output's name")?;
+            StatementKind::Output {
+                name,
+                value: value(stream)?,
+            }
+        }
+        "kinetic" => StatementKind::Kinetic(expression(stream)?),
+        "potential" => StatementKind::Potential(expression(stream)?),
+        "dissipation" => StatementKind::Dissipation(expression(stream)?),
+        "force" => {
+            let on = stream.name("the coordinate that the force acts on")?;
+            StatementKind::Force {
+                on,
+                value: value(stream)?,
+            }
+        }
+        "constraint" => constraint(stream)?,
+        "effect" => return effect(stream, doc, start),
+        unknown => return Err(Box::new(unknown_statement(&keyword, unknown))),
+    };
+    stream.expect(';', "this statement")?;
+    Ok(Statement {
+        doc,
+        span: start.to(stream.previous()),
+        kind,
+    })
+}
+
+fn unknown_statement(keyword: &Name, word: &str) -> Diagnostic {
+    let error = Diagnostic::error(keyword.span, format!("`{word}` does not begin a statement"));
+    match nearest(word, KEYWORDS) {
+        Some(near) => error.help(format!("did you mean `{near}`?")),
+        None => error.help(format!(
+            "a statement begins with one of: {}",
+            KEYWORDS.join(", ")
+        )),
+    }
+}
+
+fn unit_behind_colon(stream: &mut Stream<'_>) -> Parsed<Option<super::ast::Unit>> {
+    stream.eat(':').then(|| unit(stream)).transpose()
+}
+
+fn value(stream: &mut Stream<'_>) -> Parsed<Expr> {
+    stream.expect('=', "the name")?;
+    expression(stream)
+}
+
+fn input(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
+    let name = stream.name("the input's name")?;
+    if stream.eat('=') {
+        return Ok(StatementKind::Channel {
+            name,
+            value: expression(stream)?,
+        });
+    }
+    Ok(StatementKind::Input {
+        name,
+        unit: unit_behind_colon(stream)?,
+    })
+}
+
+fn parameter(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
+    let name = stream.name("the parameter's name")?;
+    let unit = unit_behind_colon(stream)?;
+    let nominal = stream.eat('=').then(|| expression(stream)).transpose()?;
+    let bounds = stream.eat_word("in").then(|| bounds(stream)).transpose()?;
+    let prior = stream
+        .eat_word("prior")
+        .then(|| prior(stream))
+        .transpose()?;
+    Ok(StatementKind::Parameter {
+        name,
+        unit,
+        nominal,
+        bounds,
+        prior,
+    })
+}
+
+fn prior(stream: &mut Stream<'_>) -> Parsed<Prior> {
+    let name = stream.name("`normal(mean, sd)`")?;
+    let mut values = Vec::new();
+    in_brackets(stream, |inner| {
+        values.push(expression(inner)?);
+        Ok(())
+    })?;
+    let count = values.len();
+    match (name.text.as_str(), <[Expr; 2]>::try_from(values)) {
+        ("normal", Ok([mean, sd])) => Ok(Prior { mean, sd }),
+        _ => Err(Box::new(
+            Diagnostic::error(name.span, "a prior is `normal(mean, sd)`")
+                .label(format!("`{}` with {count} values", name.text)),
+        )),
+    }
+}
+
+fn constant(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
+    let name = stream.name("the constant's name")?;
+    let unit = unit_behind_colon(stream)?;
+    Ok(StatementKind::Constant {
+        name,
+        unit,
+        value: value(stream)?,
+    })
+}
+
+fn constraint(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
+    let name = stream.name("the constraint's name")?;
+    stream.expect(':', "the constraint's name")?;
+    let left = expression(stream)?;
+    if !stream.at_pair('=', '=') {
+        let error = Diagnostic::error(
+            stream.here(),
+            "a constraint is an equation, `left == right`",
+        )
+        .label("expected `==`");
+        return Err(Box::new(error));
+    }
+    stream.skip();
+    stream.skip();
+    Ok(StatementKind::Constraint {
+        name,
+        left,
+        right: expression(stream)?,
+    })
+}
+
+/// `effect name(places) { parameter = value, … }`; the braces and the `;` may be left out.
+fn effect(stream: &mut Stream<'_>, doc: String, start: crate::source::Span) -> Parsed<Statement> {
+    let template = stream.name("the effect's name")?;
+    let mut on = Vec::new();
+    in_brackets(stream, |inner| {
+        on.push(inner.name("the name of a coordinate or input")?);
+        Ok(())
+    })?;
+    let mut values = Vec::new();
+    let braced = stream.input.peek(syn::token::Brace);
+    if braced {
+        let (content, brace) = stream.braces()?;
+        let mut inner = stream.inside(&content);
+        while !inner.input.is_empty() {
+            let name = inner.name("a parameter of the effect")?;
+            inner.expect('=', "the parameter's name")?;
+            values.push((name, expression(&mut inner)?));
+            if !inner.input.is_empty() && !inner.eat(';') {
+                inner.expect(',', "this value")?;
+            }
+        }
+        stream.passed(brace.span.close());
+    }
+    if !stream.eat(';') && !braced {
+        stream.expect(';', "this statement")?;
+    }
+    let kind = StatementKind::Effect {
+        template,
+        on,
+        values,
+    };
+    Ok(Statement {
+        doc,
+        span: start.to(stream.previous()),
+        kind,
+    })
+}
