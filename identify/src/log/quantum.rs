@@ -19,7 +19,8 @@ const CONCENTRATED: f64 = 0.97;
 /// step when the phases `2π Δ/s` of the increments `Δ` that are not much
 /// longer than itself concentrate at zero, `|mean exp(2πi Δ/s)| ≥ 0.97`; the
 /// longest such candidate, refined by least squares over the multiples, is
-/// returned. At least three different multiples must occur: a ramp has no step. Numbers written with few decimals have those as their step.
+/// returned. At least three different multiples must occur, or a tenth of
+/// the samples equal the one before: a mere ramp has no step. Numbers written with few decimals have those as their step.
 ///
 /// `None` for a channel that is constant, changes by arbitrary amounts, or
 /// always changes by many steps at once.
@@ -33,13 +34,15 @@ pub fn quantisation_step(values: &[f64]) -> Option<f64> {
         return None;
     }
     increments.sort_by(f64::total_cmp);
+    let still = values.windows(2).filter(|pair| pair[0] == pair[1]).count();
+    let fewest_multiples = if 10 * still >= values.len() { 1 } else { 3 };
     let range = values
         .iter()
         .fold(0.0_f64, |most, value| most.max(value.abs()));
     distinct(&increments, 1e-12 * range)
         .into_iter()
         .rev()
-        .find_map(|candidate| accepted(candidate, &increments))
+        .find_map(|candidate| accepted(candidate, &increments, fewest_multiples))
 }
 
 /// The smallest increments, those that differ by rounding taken as one.
@@ -58,13 +61,13 @@ fn distinct(increments: &[f64], rounding: f64) -> Vec<f64> {
 }
 
 /// The refined step when the increments are multiples of the candidate.
-fn accepted(candidate: f64, sorted: &[f64]) -> Option<f64> {
+fn accepted(candidate: f64, sorted: &[f64], fewest_multiples: usize) -> Option<f64> {
     let refined = refine(candidate, sorted, 3.0);
     let step = refine(refined, sorted, REACH);
     let near = &sorted[..sorted.partition_point(|increment| *increment <= REACH * step)];
     let mut multiples: Vec<u32> = near.iter().map(|i| (i / step).round() as u32).collect();
     multiples.dedup();
-    if near.len() < FEWEST || multiples.len() < 3 {
+    if near.len() < FEWEST || multiples.len() < fewest_multiples {
         return None;
     }
     let (sine, cosine) = near.iter().fold((0.0, 0.0), |(sine, cosine), increment| {
