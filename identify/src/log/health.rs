@@ -2,7 +2,7 @@
 
 use super::quantum::quantisation_step;
 use super::record::{GAP, Record, median_step};
-use super::statistics::{mad_sd, quantile};
+use super::statistics::quantile;
 use super::warning::Warning;
 use std::f64::consts::{PI, TAU};
 
@@ -178,11 +178,13 @@ fn quantised(column: &str, values: &[f64]) -> Option<Warning> {
     let step = quantisation_step(values)?;
     let pairs = values.len().saturating_sub(1).max(1);
     let equal = values.windows(2).filter(|pair| pair[0] == pair[1]).count();
-    let third: Vec<f64> = values
+    let third = values
         .windows(4)
-        .map(|v| (v[3] - 3.0 * v[2] + 3.0 * v[1] - v[0]) / 20_f64.sqrt())
-        .collect();
-    let coarse = mad_sd(&third)? < 0.5 * step;
+        .map(|v| v[3] - 3.0 * v[2] + 3.0 * v[1] - v[0]);
+    let square: f64 = third.map(|difference| difference * difference).sum();
+    // White noise of variance s² gives third differences of variance 20 s².
+    let noise = (square / (20.0 * pairs as f64)).sqrt();
+    let coarse = noise < 0.5 * step;
     (coarse && equal > 0).then(|| Warning::Quantised {
         column: column.to_owned(),
         step,
