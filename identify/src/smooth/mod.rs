@@ -1,0 +1,1 @@
+//! Kinematic state estimation.
