@@ -163,7 +163,12 @@ fn locals(
                 acceleration.columns_mut(next, part.ncols()).copy_from(part);
                 next += part.ncols();
             }
-            Local { acceleration, slope, mobility: motion.factorisation.mobility(), force: force_size(&motion) }
+            Local {
+                acceleration,
+                slope,
+                mobility: motion.factorisation.mobility(),
+                force: force_size(&motion),
+            }
         })
         .collect())
 }
@@ -181,7 +186,10 @@ fn force_size(motion: &Motion) -> DVector<f64> {
 /// its rate is the velocity at both ends.
 fn between(curve: &States, range: std::ops::Range<usize>, share: f64, hold: Hold) -> States {
     let intervals = range.clone();
-    let t = intervals.clone().map(|k| curve.t[k] + share * (curve.t[k + 1] - curve.t[k])).collect();
+    let t = intervals
+        .clone()
+        .map(|k| curve.t[k] + share * (curve.t[k + 1] - curve.t[k]))
+        .collect();
     let (mut q, mut v) = (Vec::new(), Vec::new());
     for (positions, rates) in curve.q.iter().zip(&curve.v) {
         let at = |k: usize| {
@@ -206,7 +214,12 @@ fn between(curve: &States, range: std::ops::Range<usize>, share: f64, hold: Hold
             })
             .collect()
     };
-    States { t, q, v, u: curve.u.iter().map(input).collect() }
+    States {
+        t,
+        q,
+        v,
+        u: curve.u.iter().map(input).collect(),
+    }
 }
 
 fn piece(

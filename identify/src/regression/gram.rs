@@ -38,8 +38,14 @@ impl Gram {
             })
             .collect();
         let width = rows.ncols();
-        let total = blocks.iter().fold(DMatrix::zeros(width, width), |sum, block| sum + block);
-        Self { total, blocks, rows: rows.nrows() }
+        let total = blocks
+            .iter()
+            .fold(DMatrix::zeros(width, width), |sum, block| sum + block);
+        Self {
+            total,
+            blocks,
+            rows: rows.nrows(),
+        }
     }
 
     /// How many rows there were.
@@ -115,7 +121,11 @@ fn fit(gram: &DMatrix<f64>, columns: &[usize]) -> Fit {
     let at = |i: usize| columns[i] + 1;
     if p == 0 {
         let misfit = gram[(0, 0)];
-        return Fit { coefficients: DVector::zeros(0), misfit, covariance: DMatrix::zeros(0, 0) };
+        return Fit {
+            coefficients: DVector::zeros(0),
+            misfit,
+            covariance: DMatrix::zeros(0, 0),
+        };
     }
     // Unit columns: damping then means the same for all of them.
     let scale = DVector::from_fn(p, |i, _| {
@@ -129,12 +139,18 @@ fn fit(gram: &DMatrix<f64>, columns: &[usize]) -> Fit {
     let target = DVector::from_fn(p, |i, _| gram[(at(i), 0)] * scale[i]);
     let inverse = match Cholesky::new(normal.clone()) {
         Some(cholesky) => cholesky.inverse(),
-        None => normal.pseudo_inverse(1e-12).unwrap_or_else(|_| DMatrix::zeros(p, p)),
+        None => normal
+            .pseudo_inverse(1e-12)
+            .unwrap_or_else(|_| DMatrix::zeros(p, p)),
     };
     let coefficients = (&inverse * target).component_mul(&scale);
     let covariance = DMatrix::from_fn(p, p, |i, j| inverse[(i, j)] * scale[i] * scale[j]);
     let misfit = misfit(gram, columns, &coefficients);
-    Fit { coefficients, misfit, covariance }
+    Fit {
+        coefficients,
+        misfit,
+        covariance,
+    }
 }
 
 /// `‖data − Σ cⱼ columnⱼ‖²`

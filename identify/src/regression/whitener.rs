@@ -131,9 +131,19 @@ impl<'a> Whitener<'a> {
     fn read(&mut self, sample: usize, covariance: &mut DMatrix<f64>) {
         let n = self.dynamics.coordinate_count();
         for i in 0..n {
-            self.update(sample, Sensor::Position(i), self.readings.position_sd[i], covariance);
+            self.update(
+                sample,
+                Sensor::Position(i),
+                self.readings.position_sd[i],
+                covariance,
+            );
             if self.readings.velocity[i].is_some() {
-                self.update(sample, Sensor::Velocity(i), self.readings.velocity_sd[i], covariance);
+                self.update(
+                    sample,
+                    Sensor::Velocity(i),
+                    self.readings.velocity_sd[i],
+                    covariance,
+                );
             }
             if self.readings.acceleration[i].is_some() {
                 let sd = self.readings.acceleration_sd[i];
@@ -142,11 +152,20 @@ impl<'a> Whitener<'a> {
         }
     }
 
-    fn update(&mut self, sample: usize, sensor: Sensor, noise_sd: f64, covariance: &mut DMatrix<f64>) {
+    fn update(
+        &mut self,
+        sample: usize,
+        sensor: Sensor,
+        noise_sd: f64,
+        covariance: &mut DMatrix<f64>,
+    ) {
         let n = self.dynamics.coordinate_count();
         let (column, own) = match sensor {
             Sensor::Position(i) => (covariance.column(i).into_owned(), covariance[(i, i)]),
-            Sensor::Velocity(i) => (covariance.column(n + i).into_owned(), covariance[(n + i, n + i)]),
+            Sensor::Velocity(i) => (
+                covariance.column(n + i).into_owned(),
+                covariance[(n + i, n + i)],
+            ),
             Sensor::Acceleration(i) => {
                 let row = self.dynamics.slope[sample].row(i).transpose();
                 let column = &*covariance * &row;
@@ -159,7 +178,12 @@ impl<'a> Whitener<'a> {
         covariance.ger(-1.0 / variance, &column, &column, 1.0);
         let sd = variance.sqrt();
         self.log_sd += sd.ln();
-        self.updates.push(Update { sample: sample as u32, sensor, gain, sd });
+        self.updates.push(Update {
+            sample: sample as u32,
+            sensor,
+            gain,
+            sd,
+        });
     }
 
     /// `Σ ln sd` of all innovations: the part of the negative log likelihood that
@@ -196,8 +220,13 @@ impl<'a> Whitener<'a> {
     /// Boundaries of the blocks in rows.
     fn blocks(&self) -> Vec<std::ops::Range<usize>> {
         let samples = self.dynamics.t.len();
-        let row_at = |sample: usize| self.updates.partition_point(|u| (u.sample as usize) < sample);
-        (0..BLOCKS).map(|b| row_at(b * samples / BLOCKS)..row_at((b + 1) * samples / BLOCKS)).collect()
+        let row_at = |sample: usize| {
+            self.updates
+                .partition_point(|u| (u.sample as usize) < sample)
+        };
+        (0..BLOCKS)
+            .map(|b| row_at(b * samples / BLOCKS)..row_at((b + 1) * samples / BLOCKS))
+            .collect()
     }
 
     /// Whitened innovations of `count` columns from `first` on. With `mixture`,
@@ -206,7 +235,7 @@ impl<'a> Whitener<'a> {
         let n = self.dynamics.coordinate_count();
         let pick = |all: &DMatrix<f64>| match mixture {
             None => all.columns(first, count).into_owned(),
-            Some(weights) => all * weights,
+            Some(weights) => DMatrix::from_column_slice(all.nrows(), 1, (all * weights).as_slice()),
         };
         let mut state = DMatrix::zeros(2 * n, count);
         let mut rows = DMatrix::zeros(self.updates.len(), count);
@@ -220,7 +249,9 @@ impl<'a> Whitener<'a> {
                     innovation[0] += data;
                 }
                 for column in 0..count {
-                    state.column_mut(column).axpy(innovation[column], &update.gain, 1.0);
+                    state
+                        .column_mut(column)
+                        .axpy(innovation[column], &update.gain, 1.0);
                     rows[(next, column)] = innovation[column] / update.sd;
                 }
                 next += 1;
@@ -322,7 +353,8 @@ impl<'a> Whitener<'a> {
                 state = if self.gaps[sample] {
                     DVector::zeros(2 * n)
                 } else {
-                    &self.dynamics.transition[sample] * state + &self.dynamics.forcing[sample] * weights
+                    &self.dynamics.transition[sample] * state
+                        + &self.dynamics.forcing[sample] * weights
                 };
             }
         }

@@ -93,7 +93,12 @@ impl Dictionary {
     ///
     /// # Errors
     /// What the compiler says; the text itself is known to compile.
-    pub fn new(name: &str, text: &str, library: &Library, ranges: &[Vec<f64>]) -> Result<Self, Report> {
+    pub fn new(
+        name: &str,
+        text: &str,
+        library: &Library,
+        ranges: &[Vec<f64>],
+    ) -> Result<Self, Report> {
         let plain = compile(name, text, library)?;
         let places = places(&plain.model, library);
         let mut extended = text.to_string();
@@ -103,8 +108,10 @@ impl Dictionary {
         let compiled = compile(name, &extended, library)?;
         let mut machine = Machine::new(compiled);
         let n = machine.coordinate_count();
-        let state: Vec<Variable> =
-            (0..n).map(Variable::Position).chain((0..n).map(Variable::Velocity)).collect();
+        let state: Vec<Variable> = (0..n)
+            .map(Variable::Position)
+            .chain((0..n).map(Variable::Velocity))
+            .collect();
         let slopes = machine.sensitivity(&state);
         let defaults = machine.nominal_parameters();
         let all: Vec<Variable> = (0..defaults.len()).map(Variable::Parameter).collect();
@@ -131,8 +138,14 @@ impl Dictionary {
                 channel: effect.on.iter().any(|(kind, _)| *kind == PortKind::Input),
             });
         }
-        let mut dictionary =
-            Self { machine, slopes, by_parameter, candidates, by_shape: Vec::new(), defaults };
+        let mut dictionary = Self {
+            machine,
+            slopes,
+            by_parameter,
+            candidates,
+            by_shape: Vec::new(),
+            defaults,
+        };
         dictionary.find_shapes(ranges);
         Ok(dictionary)
     }
@@ -146,27 +159,42 @@ impl Dictionary {
             if let Subject::Parameter(_) = candidate.subject {
                 continue;
             }
-            let inactive = candidate.parameters.iter().filter(|&&index| !active[index]).count();
+            let inactive = candidate
+                .parameters
+                .iter()
+                .filter(|&&index| !active[index])
+                .count();
             let count = SHAPE_VALUES[usize::from(inactive > 1)];
-            candidate.strengths =
-                candidate.parameters.iter().copied().filter(|&index| active[index]).collect();
+            candidate.strengths = candidate
+                .parameters
+                .iter()
+                .copied()
+                .filter(|&index| active[index])
+                .collect();
             let mut shapes: Vec<Vec<(usize, f64)>> = vec![Vec::new()];
             for &index in candidate.parameters.iter().filter(|&&index| !active[index]) {
                 shapes = shapes
                     .iter()
                     .flat_map(|shape| {
-                        self.shape_values(index, count, ranges).into_iter().map(move |value| {
-                            let mut longer = shape.clone();
-                            longer.push((index, value));
-                            longer
-                        })
+                        self.shape_values(index, count, ranges)
+                            .into_iter()
+                            .map(move |value| {
+                                let mut longer = shape.clone();
+                                longer.push((index, value));
+                                longer
+                            })
                     })
                     .collect();
             }
             candidate.shapes = shapes;
         }
         self.candidates = candidates;
-        let most = self.candidates.iter().map(|c| c.shapes.len()).max().unwrap_or(1);
+        let most = self
+            .candidates
+            .iter()
+            .map(|c| c.shapes.len())
+            .max()
+            .unwrap_or(1);
         self.by_shape = (1..most)
             .map(|shape| {
                 let strengths: Vec<usize> = self.strengths_with_shape(shape).collect();
@@ -183,7 +211,10 @@ impl Dictionary {
 
     /// Strengths of the candidates that come in more than `shape` shapes.
     fn strengths_with_shape(&self, shape: usize) -> impl Iterator<Item = usize> + '_ {
-        let with = self.candidates.iter().filter(move |c| c.shapes.len() > shape);
+        let with = self
+            .candidates
+            .iter()
+            .filter(move |c| c.shapes.len() > shape);
         with.flat_map(|c| c.strengths.iter().copied())
     }
 
@@ -217,7 +248,9 @@ impl Dictionary {
         let parameter = &model.parameters[index];
         let (lower, upper) = (parameter.lower, parameter.upper);
         let steps = |f: &dyn Fn(f64) -> f64| -> Vec<f64> {
-            (0..count).map(|i| f((i as f64 + 0.5) / count as f64)).collect()
+            (0..count)
+                .map(|i| f((i as f64 + 0.5) / count as f64))
+                .collect()
         };
         if lower > 0.0 && upper.is_finite() {
             return steps(&|share| lower * (upper / lower).powf(share));
@@ -228,7 +261,10 @@ impl Dictionary {
         // In the unit of the coordinate it acts on: somewhere along the log.
         let place = parameter.effect.and_then(|effect| {
             let (_, name) = model.effects[effect].on.first()?;
-            model.coordinates.iter().position(|c| c.name == *name && c.dimension == parameter.dimension)
+            model
+                .coordinates
+                .iter()
+                .position(|c| c.name == *name && c.dimension == parameter.dimension)
         });
         match place {
             Some(coordinate) => {
@@ -255,11 +291,14 @@ fn places(model: &dynamics_codegen::Model, library: &Library) -> Vec<(String, Ve
             choices = choices
                 .iter()
                 .flat_map(|chosen| {
-                    names(*kind).into_iter().filter(|name| !chosen.contains(name)).map(|name| {
-                        let mut longer = chosen.clone();
-                        longer.push(name);
-                        longer
-                    })
+                    names(*kind)
+                        .into_iter()
+                        .filter(|name| !chosen.contains(name))
+                        .map(|name| {
+                            let mut longer = chosen.clone();
+                            longer.push(name);
+                            longer
+                        })
                 })
                 .collect();
         }

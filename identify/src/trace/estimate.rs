@@ -4,6 +4,7 @@
 use crate::log::Record;
 use crate::machine::States;
 use crate::regression::{Hold, Readings};
+use crate::smooth::{ChannelNoise, SmoothError, smooth};
 use nalgebra::DVector;
 
 /// A record with the curve that is thought to run through it.
@@ -24,14 +25,53 @@ pub struct Observed {
 }
 
 impl Observed {
+    /// The kinematic estimate: smooth motion, no dynamics.
+    ///
+    /// # Errors
+    /// If the log cannot be smoothed.
+    pub fn new(record: Record, hold: Hold) -> Result<Self, SmoothError> {
+        let smoothed = smooth(&record)?;
+        let noise = |pick: fn(&ChannelNoise) -> Option<f64>| {
+            smoothed
+                .iter()
+                .map(|s| pick(&s.noise).unwrap_or(f64::INFINITY))
+                .collect()
+        };
+        let curve = States {
+            t: record.t.clone(),
+            q: smoothed.iter().map(|s| s.q.clone()).collect(),
+            v: smoothed.iter().map(|s| s.v.clone()).collect(),
+            u: record.u.clone(),
+        };
+        let position_sd = noise(|n| Some(n.sd_q));
+        let velocity_sd = noise(|n| n.sd_dq);
+        let acceleration_sd = noise(|n| n.sd_ddq);
+        Ok(Self {
+            record,
+            curve,
+            position_sd,
+            velocity_sd,
+            acceleration_sd,
+            hold,
+        })
+    }
+
     /// What the sensors read beside the curve.
     pub fn readings(&self) -> Readings {
         let beside = |y: &Vec<f64>, x: &Vec<f64>| y.iter().zip(x).map(|(y, x)| y - x).collect();
         let rates = self.record.dq.iter().zip(&self.curve.v);
         Readings {
-            position: self.record.q.iter().zip(&self.curve.q).map(|(y, x)| beside(y, x)).collect(),
+            position: self
+                .record
+                .q
+                .iter()
+                .zip(&self.curve.q)
+                .map(|(y, x)| beside(y, x))
+                .collect(),
             position_sd: self.position_sd.clone(),
-            velocity: rates.map(|(y, x)| y.as_ref().map(|y| beside(y, x))).collect(),
+            velocity: rates
+                .map(|(y, x)| y.as_ref().map(|y| beside(y, x)))
+                .collect(),
             velocity_sd: self.velocity_sd.clone(),
             acceleration: self.record.ddq.clone(),
             acceleration_sd: self.acceleration_sd.clone(),

@@ -40,7 +40,10 @@ pub fn refine(
 ) -> Result<Estimate, SolveError> {
     let mut step = 0;
     loop {
-        let columns = [Columns { tape, parameters: &*values }];
+        let columns = [Columns {
+            tape,
+            parameters: &*values,
+        }];
         let dynamics = ErrorDynamics::new(
             &dictionary.machine,
             &dictionary.slopes,
@@ -57,7 +60,10 @@ pub fn refine(
         let (moved, taken) = limited(dictionary, parameters, values, &fit.coefficients);
         observed.move_by(&whitener.smooth(&taken));
         let length = (0..parameters.len())
-            .map(|i| (moved[i] - values[parameters[i]]).abs() / fit.covariance[(i, i)].sqrt().max(f64::MIN_POSITIVE))
+            .map(|i| {
+                (moved[i] - values[parameters[i]]).abs()
+                    / fit.covariance[(i, i)].sqrt().max(f64::MIN_POSITIVE)
+            })
             .fold(0.0, f64::max);
         for (i, &index) in parameters.iter().enumerate() {
             values[index] = moved[i];

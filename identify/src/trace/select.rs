@@ -4,7 +4,7 @@ use super::dictionary::{Candidate, Dictionary, Subject};
 use super::estimate::Observed;
 use super::refine::{Estimate, refine};
 use crate::machine::{SensitivityTape, SolveError};
-use crate::regression::{Columns, ErrorDynamics, Gram, ProcessNoise, Whitener};
+use crate::regression::{Columns, ErrorDynamics, Gram, ProcessNoise, Readings, Whitener};
 use dynamics_codegen::derive::Variable;
 use nalgebra::DVector;
 
@@ -60,6 +60,10 @@ pub struct Selection {
 const TIE: f64 = 6.0;
 /// A term must bring this many nats beyond its price.
 const MARGIN: f64 = 3.0;
+/// Candidates with at least this share of the best one's gain are fitted before
+/// one is chosen, the best few of them.
+const LEADER_SHARE: f64 = 0.5;
+const MAX_LEADERS: usize = 5;
 /// Terms at most.
 const MAX_TERMS: usize = 24;
 
@@ -70,11 +74,21 @@ struct Option_ {
     columns: Vec<usize>,
 }
 
+/// A candidate after its fit.
+struct Attempt {
+    candidate: usize,
+    cost: f64,
+    values: Vec<f64>,
+    observed: Observed,
+}
+
 struct Search<'a> {
     dictionary: &'a Dictionary,
     observed: &'a mut Observed,
     values: Vec<f64>,
     terms: Vec<Term>,
+    /// Which share of the forces is noise, as last found.
+    noise_index: usize,
 }
 
 /// Selects terms for `observed`, whose curve is improved on the way.
@@ -83,7 +97,13 @@ struct Search<'a> {
 /// If the equation of motion cannot be solved along the curve.
 pub fn select(dictionary: &Dictionary, observed: &mut Observed) -> Result<Selection, SolveError> {
     let values = dictionary.defaults.clone();
-    let mut search = Search { dictionary, observed, values, terms: Vec::new() };
+    let mut search = Search {
+        dictionary,
+        observed,
+        values,
+        terms: Vec::new(),
+        noise_index: 0,
+    };
     search.smooth_with_everything()?;
     let mut first_round = Vec::new();
     let mut nominal_misfit = None;
@@ -94,11 +114,7 @@ pub fn select(dictionary: &Dictionary, observed: &mut Observed) -> Result<Select
             nominal_misfit = Some(gram.data_misfit() / gram.rows() as f64);
             first_round.clone_from(&considered);
         }
-        let best = considered.iter().find(|c| c.score > MARGIN && c.held_out_gain > MARGIN).cloned();
-        let done = search.terms.len() == MAX_TERMS || best.is_none();
-        if let Some(best) = best.filter(|_| !done) {
-            search.accept(&best, &considered);
-            search.refine(&noise)?;
+        if search.terms.len() < MAX_TERMS && search.accept(&considered, &noise)? {
             continue;
         }
         search.drop_idle_terms(&gram);
@@ -122,10 +138,13 @@ impl Search<'_> {
     /// Columns: every parameter at the current values, then the further shapes.
     fn dynamics(&self) -> Result<(ErrorDynamics, Vec<Option_>), SolveError> {
         let dictionary = self.dictionary;
-        let shaped: Vec<Vec<f64>> =
-            (1..=dictionary.by_shape.len()).map(|shape| self.with_shape(shape)).collect();
-        let mut columns =
-            vec![Columns { tape: &dictionary.by_parameter, parameters: &self.values }];
+        let shaped: Vec<Vec<f64>> = (1..=dictionary.by_shape.len())
+            .map(|shape| self.with_shape(shape))
+            .collect();
+        let mut columns = vec![Columns {
+            tape: &dictionary.by_parameter,
+            parameters: &self.values,
+        }];
         for ((_, tape), parameters) in dictionary.by_shape.iter().zip(&shaped) {
             columns.push(Columns { tape, parameters });
         }
@@ -161,7 +180,11 @@ impl Search<'_> {
         let mut options = Vec::new();
         let mut first_column = self.values.len();
         for (index, candidate) in self.dictionary.candidates.iter().enumerate() {
-            options.push(Option_ { candidate: index, shape: 0, columns: candidate.strengths.clone() });
+            options.push(Option_ {
+                candidate: index,
+                shape: 0,
+                columns: candidate.strengths.clone(),
+            });
         }
         for (shape, (strengths, _)) in self.dictionary.by_shape.iter().enumerate() {
             for (index, candidate) in self.dictionary.candidates.iter().enumerate() {
@@ -171,7 +194,11 @@ impl Search<'_> {
                 let column_of = |s: &usize| strengths.iter().position(|x| x == s);
                 let columns = candidate.strengths.iter().filter_map(column_of);
                 let columns = columns.map(|c| first_column + c).collect();
-                options.push(Option_ { candidate: index, shape: shape + 1, columns });
+                options.push(Option_ {
+                    candidate: index,
+                    shape: shape + 1,
+                    columns,
+                });
             }
             first_column += strengths.len();
         }
@@ -182,7 +209,9 @@ impl Search<'_> {
     /// Parameters of the accepted terms.
     fn accepted_parameters(&self) -> Vec<usize> {
         let terms = self.terms.iter();
-        terms.flat_map(|t| self.dictionary.candidates[t.candidate].parameters.clone()).collect()
+        terms
+            .flat_map(|t| self.dictionary.candidates[t.candidate].parameters.clone())
+            .collect()
     }
 
     /// Every column that may matter.
@@ -197,26 +226,33 @@ impl Search<'_> {
     /// The curve where sensors and model agree if every candidate may help: no
     /// acceleration is believed that the model contradicts, no effect is denied.
     fn smooth_with_everything(&mut self) -> Result<(), SolveError> {
-        let departure = {
+        let (departure, index) = {
             let (dynamics, options) = self.dynamics()?;
             let readings = self.observed.readings();
             let columns = self.all_columns(&options);
-            let (whitener, gram) = choose_noise(&dynamics, &readings, &columns).parts;
+            let Chosen {
+                parts: (whitener, gram),
+                index,
+                ..
+            } = choose_noise(&dynamics, &readings, &columns, self.noise_index);
             let fit = gram.fit(&columns);
             let mut coefficients = DVector::zeros(dynamics.columns);
             for (&column, &value) in columns.iter().zip(fit.coefficients.iter()) {
                 coefficients[column] = value;
             }
-            whitener.smooth(&coefficients)
+            (whitener.smooth(&coefficients), index)
         };
+        self.noise_index = index;
         self.observed.move_by(&departure);
         Ok(())
     }
 
-    fn regress(&self) -> Result<(Gram, Vec<Option_>, ProcessNoise), SolveError> {
+    fn regress(&mut self) -> Result<(Gram, Vec<Option_>, ProcessNoise), SolveError> {
         let (dynamics, options) = self.dynamics()?;
         let readings = self.observed.readings();
-        let chosen = choose_noise(&dynamics, &readings, &self.all_columns(&options));
+        let columns = self.all_columns(&options);
+        let chosen = choose_noise(&dynamics, &readings, &columns, self.noise_index);
+        self.noise_index = chosen.index;
         Ok((chosen.parts.1, options, chosen.noise))
     }
 
@@ -232,7 +268,9 @@ impl Search<'_> {
         let mut best: Vec<Option<Considered>> = vec![None; self.dictionary.candidates.len()];
         for option in options {
             let candidate = &self.dictionary.candidates[option.candidate];
-            let Some((columns, values)) = self.possible(gram, &base, option) else { continue };
+            let Some((columns, values)) = self.possible(gram, &base, option) else {
+                continue;
+            };
             let mut with = base.clone();
             with.extend(&columns);
             let gain = 0.5 * (base_misfit - gram.fit(&with).misfit) / scale;
@@ -242,7 +280,13 @@ impl Search<'_> {
             if slot.as_ref().is_none_or(|c| score > c.score) {
                 let held_out: f64 = gram.held_out(&with).iter().sum();
                 let held_out_gain = 0.5 * (base_held_out - held_out) / scale;
-                *slot = Some(Considered { candidate: option.candidate, gain, score, held_out_gain, values });
+                *slot = Some(Considered {
+                    candidate: option.candidate,
+                    gain,
+                    score,
+                    held_out_gain,
+                    values,
+                });
             }
         }
         let mut considered: Vec<Considered> = best.into_iter().flatten().collect();
@@ -268,7 +312,10 @@ impl Search<'_> {
             let fit = gram.fit(&with);
             let new = |position: usize, i: usize| {
                 let parameter = candidate.strengths[i];
-                (parameter, self.values[parameter] + fit.coefficients[base.len() + position])
+                (
+                    parameter,
+                    self.values[parameter] + fit.coefficients[base.len() + position],
+                )
             };
             let impossible = kept.iter().enumerate().position(|(position, &i)| {
                 let (parameter, value) = new(position, i);
@@ -281,7 +328,11 @@ impl Search<'_> {
                 }
                 None => {
                     let mut values = candidate.shapes[option.shape].clone();
-                    values.extend(kept.iter().enumerate().map(|(position, &i)| new(position, i)));
+                    values.extend(
+                        kept.iter()
+                            .enumerate()
+                            .map(|(position, &i)| new(position, i)),
+                    );
                     return Some((kept.iter().map(|&i| option.columns[i]).collect(), values));
                 }
             }
@@ -289,34 +340,117 @@ impl Search<'_> {
         None
     }
 
-    fn accept(&mut self, best: &Considered, considered: &[Considered]) {
-        // Among equals the one with fewer parameters.
-        let size = |c: &Considered| self.dictionary.candidates[c.candidate].parameters.len();
-        let chosen = considered
+    /// Accepts the best of the leading candidates, each judged after its shape has
+    /// been fitted: a coarse grid of shapes must not decide between relatives.
+    fn accept(
+        &mut self,
+        considered: &[Considered],
+        noise: &ProcessNoise,
+    ) -> Result<bool, SolveError> {
+        let earns = |c: &&Considered| c.score > MARGIN && c.held_out_gain > MARGIN;
+        let Some(best) = considered.iter().find(earns) else {
+            return Ok(false);
+        };
+        let mut tried = Vec::new();
+        for leader in considered
             .iter()
-            .filter(|c| c.score > best.score - TIE && c.score > MARGIN && c.held_out_gain > MARGIN)
-            .min_by_key(|c| size(c))
-            .unwrap_or(best);
-        let chosen = if size(chosen) < size(best) { chosen } else { best };
-        let rivals = considered
-            .iter()
-            .filter(|c| c.candidate != chosen.candidate && (c.score - chosen.score).abs() < TIE)
-            .map(|c| (self.dictionary.candidates[c.candidate].subject.clone(), c.score))
-            .collect();
-        for &(parameter, value) in &chosen.values {
-            self.values[parameter] = value;
+            .filter(earns)
+            .filter(|c| c.gain > LEADER_SHARE * best.gain)
+        {
+            if tried.len() < MAX_LEADERS {
+                tried.push(self.attempt(leader, noise)?);
+            }
         }
-        self.terms.push(Term { candidate: chosen.candidate, evidence: chosen.score, rivals });
+        // The price of parameters decides among those that fit equally well.
+        let Some(lowest) = tried.iter().map(|a| a.cost).min_by(f64::total_cmp) else {
+            return Ok(false);
+        };
+        let chosen = tried
+            .iter()
+            .filter(|a| a.cost < lowest + TIE)
+            .min_by_key(|a| self.size(a.candidate))
+            .map(|a| (a.candidate, a.cost));
+        let Some((chosen, cost)) = chosen else {
+            return Ok(false);
+        };
+        let mut rivals: Vec<(Subject, f64)> = tried
+            .iter()
+            .filter(|a| a.candidate != chosen && (a.cost - cost).abs() < TIE)
+            .map(|a| {
+                (
+                    self.dictionary.candidates[a.candidate].subject.clone(),
+                    cost - a.cost,
+                )
+            })
+            .collect();
+        rivals.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let Some(attempt) = tried.into_iter().find(|a| a.candidate == chosen) else {
+            return Ok(false);
+        };
+        self.values = attempt.values;
+        *self.observed = attempt.observed;
+        self.terms.push(Term {
+            candidate: chosen,
+            evidence: best.score,
+            rivals,
+        });
+        Ok(true)
+    }
+
+    fn size(&self, candidate: usize) -> usize {
+        self.dictionary.candidates[candidate].parameters.len()
+    }
+
+    /// The accepted terms and one more, fitted together.
+    fn attempt(&self, leader: &Considered, noise: &ProcessNoise) -> Result<Attempt, SolveError> {
+        let mut values = self.values.clone();
+        for &(parameter, value) in &leader.values {
+            values[parameter] = value;
+        }
+        let mut observed = self.observed.clone();
+        let mut parameters = self.accepted_parameters();
+        parameters.extend(&self.dictionary.candidates[leader.candidate].parameters);
+        let tape = self.tape_for(&parameters);
+        let estimate = refine(
+            self.dictionary,
+            &tape,
+            &parameters,
+            &mut observed,
+            &mut values,
+            noise,
+        )?;
+        let rows = estimate.rows as f64;
+        let scale = (estimate.misfit / rows).max(1.0);
+        let free = self.size(leader.candidate) as f64;
+        // Nats under noise as large as this fit leaves, and the price.
+        let cost = 0.5 * estimate.misfit / scale + 0.5 * rows * scale.ln() + 0.5 * free * rows.ln();
+        Ok(Attempt {
+            candidate: leader.candidate,
+            cost,
+            values,
+            observed,
+        })
     }
 
     fn refine(&mut self, noise: &ProcessNoise) -> Result<Estimate, SolveError> {
         let parameters = self.accepted_parameters();
         let tape = self.tape_for(&parameters);
-        refine(self.dictionary, &tape, &parameters, self.observed, &mut self.values, noise)
+        refine(
+            self.dictionary,
+            &tape,
+            &parameters,
+            self.observed,
+            &mut self.values,
+            noise,
+        )
     }
 
     fn tape_for(&self, parameters: &[usize]) -> SensitivityTape {
-        let variables: Vec<Variable> = parameters.iter().copied().map(Variable::Parameter).collect();
+        let variables: Vec<Variable> = parameters
+            .iter()
+            .copied()
+            .map(Variable::Parameter)
+            .collect();
         self.dictionary.machine.clone().sensitivity(&variables)
     }
 
@@ -360,30 +494,57 @@ impl Search<'_> {
 struct Chosen<'a> {
     parts: (Whitener<'a>, Gram),
     noise: ProcessNoise,
+    /// Which of the shares.
+    index: usize,
 }
 
-/// Shares of each coordinate's forces that nothing explains, to choose from.
-const NOISE_SHARES: [f64; 6] = [1e-5, 1e-4, 1e-3, 1e-2, 3e-2, 1e-1];
+/// Shares of each coordinate's forces that nothing explains, to choose from. The
+/// smallest is what no rigid-body model of a machine is claimed to reach: a force
+/// error below a thousandth is not worth a name.
+const NOISE_SHARES: [f64; 6] = [1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 0.3];
 
 /// The process noise under which the log is most likely once all columns have
 /// had their say.
 fn choose_noise<'a>(
     dynamics: &'a ErrorDynamics,
-    readings: &'a crate::regression::Readings,
+    readings: &'a Readings,
     columns: &[usize],
+    start: usize,
 ) -> Chosen<'a> {
-    let mut best: Option<(f64, Chosen<'a>)> = None;
-    for share in NOISE_SHARES {
-        let noise = ProcessNoise { force_sd: &dynamics.force_scale * share };
+    let attempt = |index: usize| {
+        let noise = ProcessNoise {
+            force_sd: &dynamics.force_scale * NOISE_SHARES[index],
+        };
         let whitener = Whitener::new(dynamics, readings, &noise);
         let gram = whitener.gram();
         let cost = whitener.log_sd() + 0.5 * gram.fit(columns).misfit;
-        if best.as_ref().is_none_or(|(lowest, _)| cost < *lowest) {
-            best = Some((cost, Chosen { parts: (whitener, gram), noise }));
+        (
+            cost,
+            Chosen {
+                parts: (whitener, gram),
+                noise,
+                index,
+            },
+        )
+    };
+    // Downhill from where the last round ended.
+    let mut best = attempt(start);
+    for downwards in [true, false] {
+        let mut index = best.1.index;
+        while let Some(next) = if downwards {
+            index.checked_sub(1)
+        } else {
+            Some(index + 1)
+        } {
+            if next == NOISE_SHARES.len() {
+                break;
+            }
+            let other = attempt(next);
+            if other.0 >= best.0 {
+                break;
+            }
+            (best, index) = (other, next);
         }
     }
-    match best {
-        Some((_, chosen)) => chosen,
-        None => unreachable!("there is at least one share to choose from"),
-    }
+    best.1
 }
