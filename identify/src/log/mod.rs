@@ -43,6 +43,7 @@ mod warning;
 pub use error::{LogError, Problem, ProblemKind};
 pub use quantum::quantisation_step;
 pub use record::Record;
+pub(crate) use record::{median_step, segments};
 pub(crate) use statistics::{mad_sd, median};
 pub use warning::Warning;
 
