@@ -9,7 +9,7 @@
 //!
 //! | path | numbers | demands | checks |
 //! |---|---|---|---|
-//! | [`FullRank`] | any [`Scalar`](crate::Scalar): dual, SIMD | `M` positive definite, `A` of full row rank | none: else infinite or NaN |
+//! | [`FullRank`] | any [`Scalar`]: dual, SIMD | `M` positive definite, `A` of full row rank | none: else infinite or NaN |
 //! | [`RankRevealing`] | `f32`, `f64` | `M ≥ 0`, `rank [M; A] = n`, `b ∈ R(A)` | all, each an error |
 //! | [`solve`] | `f32`, `f64` | as `RankRevealing` | takes the first where it is safe, else the second |
 //!
