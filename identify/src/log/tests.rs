@@ -233,7 +233,7 @@ fn wrapped_angles_are_unwrapped() {
 #[test]
 fn gaps_and_jitter() {
     let gappy = |k: usize| {
-        let jitter = if k % 3 == 0 { 0.002 } else { 0.0 };
+        let jitter = if k.is_multiple_of(3) { 0.002 } else { 0.0 };
         even(k) + jitter + if k > 400 { 1.5 } else { 0.0 } + if k > 700 { 0.1 } else { 0.0 }
     };
     let record = warned(gappy, |t| 20.0 * t.sin(), |t| (3.0 * t).cos());

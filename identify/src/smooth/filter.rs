@@ -137,14 +137,14 @@ impl<const N: usize> Wiener<N> {
                 let before = gains;
                 for (used, gain) in used.iter().zip(&mut gains) {
                     let (k, variance) = Self::take_in(&mut covariance, used.component, used.noise);
-                    *gain = (k, variance, (std::f64::consts::TAU * variance).ln());
+                    *gain = (k, 1.0 / variance, (std::f64::consts::TAU * variance).ln());
                 }
                 stationary = settled(&before, &gains[..used.len()]);
             }
-            for (used, (gain, variance, log)) in used.iter().zip(&gains) {
+            for (used, (gain, precision, log)) in used.iter().zip(&gains) {
                 let innovation = used.values[k] * used.scale - mean[used.component];
                 mean += gain * innovation;
-                sum -= 0.5 * (log + innovation * innovation / variance);
+                sum -= 0.5 * (log + innovation * innovation * precision);
             }
         }
         sum
@@ -170,10 +170,10 @@ impl<const N: usize> Wiener<N> {
     }
 }
 
-/// Gain, innovation variance and the logarithm of `2π` times it.
+/// Gain, `1/S` and `log 2πS` for the innovation variance S.
 type Gain<const N: usize> = (SVector<f64, N>, f64, f64);
 
-/// Whether gains and innovation variances have stopped to change.
+/// Whether gains and innovation variances have stopped changing.
 fn settled<const N: usize>(before: &[Gain<N>], after: &[Gain<N>]) -> bool {
     before.iter().zip(after).all(|(old, new)| {
         let gain = (old.0 - new.0).amax() <= STATIONARY * new.0.amax();

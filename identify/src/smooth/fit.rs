@@ -2,8 +2,8 @@
 
 use super::channels::NAMES;
 use super::savitzky_golay::SavitzkyGolay;
-use super::wiener::{Hyper, Wiener};
-use super::{Channels, SmoothError};
+use super::wiener::{HIGHEST, Hyper, Wiener};
+use super::{Channels, Options, SmoothError};
 use crate::log::{mad_sd, median_step, quantisation_step, segments};
 use basin::{CostFunction, Executor, NelderMead};
 use std::convert::Infallible;
@@ -12,9 +12,14 @@ use std::ops::Range;
 /// Fewest samples from which hyper-parameters are estimated.
 pub(super) const MINIMUM: usize = 20;
 
-/// Samples used for the estimate when sampling is irregular and every step
-/// costs a full covariance update.
-const IRREGULAR_SAMPLES: usize = 6000;
+/// Samples used for the estimate on regular steps, where a sample costs a few
+/// multiplications, and otherwise, where it costs covariance updates. The
+/// standard error of a noise level is about `1/sqrt(2n)` of it.
+const REGULAR_SAMPLES: usize = 12_000;
+const IRREGULAR_SAMPLES: usize = 3000;
+
+/// Blocks into which these are divided over a longer log.
+const BLOCKS: usize = 6;
 
 /// Response times tried as a start, in median steps.
 const RESPONSES: [f64; 9] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0];
@@ -26,6 +31,7 @@ const ITERATIONS: u64 = 600;
 /// The best hyper-parameters found.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fit {
+    pub order: usize,
     pub hyper: Hyper,
     pub log_likelihood: f64,
     pub converged: bool,
@@ -44,11 +50,12 @@ pub(super) struct Task<'a> {
     floor: [f64; 3],
     /// Upper bounds of the noise.
     ceiling: [f64; 3],
-    prior_sd: [f64; 4],
+    prior_sd: [f64; HIGHEST],
+    shortest_response: f64,
 }
 
 impl<'a> Task<'a> {
-    pub fn new(channels: Channels<'a>) -> Result<Self, SmoothError> {
+    pub fn new(channels: Channels<'a>, options: &Options) -> Result<Self, SmoothError> {
         let t = channels.t;
         if t.len() < MINIMUM {
             return Err(SmoothError::TooShort {
@@ -79,6 +86,7 @@ impl<'a> Task<'a> {
             floor,
             ceiling,
             prior_sd,
+            shortest_response: options.shortest_response.unwrap_or(1e-3 * step),
         })
     }
 
@@ -108,9 +116,9 @@ impl<'a> Task<'a> {
                 return f64::INFINITY;
             }
         }
-        let sd_q = hyper.sd[0].unwrap_or(1.0);
-        let response = (sd_q * sd_q * self.step / hyper.density).powf(0.5 / N as f64);
-        if !(1e-3 * self.step..=10.0 * self.duration).contains(&response) {
+        let longest = self.shortest_response.max(10.0 * self.duration);
+        let response = hyper.response(N, self.step);
+        if !(self.shortest_response..=longest).contains(&response) {
             return f64::INFINITY;
         }
         let model = Wiener::<N>::new(&hyper, self.step, self.duration);
@@ -125,70 +133,113 @@ impl<'a> Task<'a> {
         }
     }
 
-    /// Maximum-likelihood hyper-parameters of the model of order N.
-    pub fn fit<const N: usize>(&self) -> Result<Fit, SmoothError> {
-        let nothing = || SmoothError::NoLikelihood {
-            range: range_of(self.channels.q),
+    /// The most likely order and its hyper-parameters.
+    ///
+    /// All are searched for order 4; with its noise levels kept, the intensity
+    /// is searched for orders 3 and 5, and if one of them is more likely, all
+    /// are searched again for that one.
+    pub fn fit(&self) -> Result<Fit, SmoothError> {
+        let logs: Vec<f64> = self.start.iter().flatten().map(|sd| sd.ln()).collect();
+        let start = self
+            .with_intensity::<4>(&logs)
+            .ok_or_else(|| self.hopeless())?;
+        let fourth = self.all::<4>(start)?;
+        let sds = fourth.hyper.sd.iter().flatten();
+        let logs: Vec<f64> = sds.map(|sd| sd.ln()).collect();
+        let (third, fifth) = rayon::join(
+            || self.with_intensity::<3>(&logs),
+            || self.with_intensity::<5>(&logs),
+        );
+        let third = third.map(|x| (self.cost::<3>(&x), x));
+        let fifth = fifth.map(|x| (self.cost::<5>(&x), x));
+        let cost = |found: &Option<(f64, Vec<f64>)>| found.as_ref().map_or(f64::INFINITY, |f| f.0);
+        let other = if cost(&third) < cost(&fifth) {
+            third.map(|(cost, x)| (cost, x, 3))
+        } else {
+            fifth.map(|(cost, x)| (cost, x, 5))
         };
-        let start = self.best_start::<N>().ok_or_else(nothing)?;
-        let mut x = start;
-        let mut converged = false;
-        // A second simplex around the first result guards against a collapse.
-        for size in [0.4, 0.1] {
-            (x, converged) = self.search::<N>(x, size);
+        match other {
+            Some((cost, x, 3)) if -cost > fourth.log_likelihood => self.all::<3>(x),
+            Some((cost, x, _)) if -cost > fourth.log_likelihood => self.all::<5>(x),
+            _ => Ok(fourth),
         }
+    }
+
+    fn hopeless(&self) -> SmoothError {
+        SmoothError::NoLikelihood {
+            range: range_of(self.channels.q),
+        }
+    }
+
+    /// Maximum-likelihood hyper-parameters of order N near a start.
+    fn all<const N: usize>(&self, start: Vec<f64>) -> Result<Fit, SmoothError> {
+        let (x, _) = self.search::<N>(&[], start, 0.4);
+        // A second simplex guards against a first one that collapsed.
+        let (x, converged) = self.search::<N>(&[], x, 0.1);
         let cost = self.cost::<N>(&x);
         if !cost.is_finite() {
-            return Err(nothing());
+            return Err(self.hopeless());
         }
         Ok(Fit {
+            order: N,
             hyper: self.hyper::<N>(&x),
             log_likelihood: -cost,
             converged,
         })
     }
 
-    /// The most likely of a few intensities at the robust noise levels.
-    fn best_start<const N: usize>(&self) -> Option<Vec<f64>> {
-        let logs: Vec<f64> = self.start.iter().flatten().map(|sd| sd.ln()).collect();
-        let sd_q = self.start[0].unwrap_or(1.0);
+    /// The given noise levels with their most likely intensity: the best of a
+    /// grid of response times, refined.
+    fn with_intensity<const N: usize>(&self, logs: &[f64]) -> Option<Vec<f64>> {
+        let sd_q = logs.first()?.exp();
         let candidates = RESPONSES.map(|steps| {
-            let response = steps * self.step;
+            let response = (steps * self.step).max(1.01 * self.shortest_response);
             let density = sd_q * sd_q * self.step / response.powi(2 * N as i32);
-            let mut x = logs.clone();
-            x.push(density.ln() / (2.0 * N as f64));
-            (self.cost::<N>(&x), x)
+            let x = density.ln() / (2.0 * N as f64);
+            (self.cost::<N>(&[logs, &[x]].concat()), x)
         });
         let finite = candidates.into_iter().filter(|(cost, _)| cost.is_finite());
-        finite.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, x)| x)
+        let (_, best) = finite.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (x, _) = self.search::<N>(logs, vec![best], 0.3);
+        Some([logs, &x].concat())
     }
 
-    fn search<const N: usize>(&self, start: Vec<f64>, size: f64) -> (Vec<f64>, bool) {
+    /// Nelder–Mead over the variables that follow `fixed`; also whether it
+    /// converged.
+    fn search<const N: usize>(
+        &self,
+        fixed: &[f64],
+        start: Vec<f64>,
+        size: f64,
+    ) -> (Vec<f64>, bool) {
         let mut vertices = vec![start.clone()];
         for i in 0..start.len() {
             let mut vertex = start.clone();
             vertex[i] += size;
             vertices.push(vertex);
         }
+        // Variables are logarithms: 2e-3 is a fifth of a percent, well within
+        // the standard error at any length of log.
         let solver = NelderMead::new()
-            .with_absolute_simplex_size_tolerance(1e-3)
-            .with_absolute_simplex_cost_tolerance(1e-3);
+            .with_absolute_simplex_size_tolerance(2e-3)
+            .with_absolute_simplex_cost_tolerance(1e-2);
         let state = basin::SimplexProgress::from_simplex(vertices);
-        let result = Executor::new(Objective::<N>(self), solver, state)
+        let objective = Objective::<N> { task: self, fixed };
+        let result = Executor::new(objective, solver, state)
             .max_iter(ITERATIONS)
             .run();
         match result {
-            Ok(result) => {
-                let converged = result.iter() < ITERATIONS;
-                (result.best_param().clone(), converged)
-            }
+            Ok(result) => (result.best_param().clone(), result.iter() < ITERATIONS),
             Err(never) => match never {},
         }
     }
 }
 
 /// The cost as the optimiser sees it.
-struct Objective<'a, 'b, const N: usize>(&'a Task<'b>);
+struct Objective<'a, 'b, const N: usize> {
+    task: &'a Task<'b>,
+    fixed: &'a [f64],
+}
 
 impl<const N: usize> CostFunction for Objective<'_, '_, N> {
     type Param = Vec<f64>;
@@ -196,7 +247,7 @@ impl<const N: usize> CostFunction for Objective<'_, '_, N> {
     type Error = Infallible;
 
     fn cost(&self, x: &Vec<f64>) -> Result<f64, Infallible> {
-        Ok(self.0.cost::<N>(x))
+        Ok(self.task.cost::<N>(&[self.fixed, x].concat()))
     }
 }
 
@@ -219,16 +270,14 @@ fn high_frequency(values: &[f64]) -> f64 {
 }
 
 /// Weak knowledge of the first state: three times the largest value, velocity,
-/// acceleration and jerk that a local polynomial sees anywhere.
-fn prior(channels: &Channels, step: f64, segments: &[Range<usize>]) -> [f64; 4] {
+/// acceleration, jerk and snap that a local polynomial sees anywhere. Samples
+/// are taken as evenly spaced: only the order of magnitude matters.
+fn prior(channels: &Channels, step: f64, segments: &[Range<usize>]) -> [f64; HIGHEST] {
     let filter = SavitzkyGolay::reference(step);
+    let even: Vec<f64> = (0..channels.t.len()).map(|k| k as f64 * step).collect();
     let largest = |values: &[f64], derivative: usize| -> f64 {
         let parts = segments.iter().map(|range| {
-            let part = filter.apply(
-                &channels.t[range.clone()],
-                &values[range.clone()],
-                derivative,
-            );
+            let part = filter.apply(&even[range.clone()], &values[range.clone()], derivative);
             part.iter()
                 .fold(0.0_f64, |most, value| most.max(value.abs()))
         });
@@ -243,29 +292,33 @@ fn prior(channels: &Channels, step: f64, segments: &[Range<usize>]) -> [f64; 4] 
         (None, Some(dq)) => largest(dq, 1),
         (None, None) => largest(channels.q, 2),
     };
-    let jerk = largest(channels.q, 3);
+    let (jerk, snap) = (largest(channels.q, 3), largest(channels.q, 4));
     // A coordinate that never moves still needs positive variances.
     let least = 1e-6 * position;
-    [position, velocity, acceleration, jerk].map(|scale| 3.0 * scale.max(least))
+    [position, velocity, acceleration, jerk, snap].map(|scale| 3.0 * scale.max(least))
 }
 
-/// All samples when sampling is regular; else evenly placed blocks.
+/// All samples of a log of moderate length; else evenly placed blocks.
 fn training(t: &[f64], step: f64, segments: &[Range<usize>]) -> Vec<Range<usize>> {
     let regular = |pair: &&[f64]| (pair[1] - pair[0] - step).abs() <= 0.01 * step;
     let irregular = t.len() - 1 - t.windows(2).filter(regular).count();
-    if t.len() <= IRREGULAR_SAMPLES || 20 * irregular < t.len() {
+    let most = if 50 * irregular < t.len() {
+        REGULAR_SAMPLES
+    } else {
+        IRREGULAR_SAMPLES
+    };
+    if t.len() <= most {
         return segments.to_vec();
     }
-    let keep = IRREGULAR_SAMPLES as f64 / t.len() as f64;
-    let block = IRREGULAR_SAMPLES / 6;
     let mut ranges = Vec::new();
     for segment in segments {
-        let blocks = (segment.len() as f64 * keep / block as f64).ceil().max(1.0) as usize;
-        let spacing = segment.len() / blocks;
+        let share = segment.len() * most / t.len();
+        let blocks = (share * BLOCKS / most).max(1);
         for b in 0..blocks {
-            let start = segment.start + b * spacing;
-            ranges.push(start..(start + block.min(spacing)));
+            let start = segment.start + b * segment.len() / blocks;
+            ranges.push(start..start + share / blocks);
         }
     }
+    ranges.retain(|range| !range.is_empty());
     ranges
 }

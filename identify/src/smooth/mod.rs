@@ -1,10 +1,10 @@
 //! Kinematic state estimation: position, velocity and acceleration with their
 //! uncertainty from noisy, perhaps irregular, measurements.
 //!
-//! Each coordinate is smoothed on its own. Its motion is a process whose third
-//! (or fourth) derivative is white noise,
+//! Each coordinate is smoothed on its own. Its motion is a process whose third,
+//! fourth or fifth derivative is white noise,
 //!
-//! `dᴺq/dtᴺ = w(t)`, N = 3 or 4,
+//! `dᴺq/dtᴺ = w(t)`, N = 3, 4 or 5,
 //!
 //! and every logged channel — `q`, and `dq`, `ddq` where there are — measures
 //! its derivative with white noise of its own. The noise levels, the intensity
@@ -37,6 +37,7 @@ mod filter;
 mod fit;
 mod hermite;
 mod savitzky_golay;
+mod smoothed;
 mod smoother;
 mod wiener;
 
@@ -44,12 +45,14 @@ pub use channels::Channels;
 pub use error::SmoothError;
 pub use hermite::State;
 pub use savitzky_golay::{SavitzkyGolay, SgStates, savgol_states};
-pub use smoother::{ChannelNoise, Innovations, Midpoint, Smoothed, Smoother};
+pub use smoothed::{ChannelNoise, Innovations, Midpoint, Smoothed};
+pub use smoother::{Options, Smoother};
 
 use crate::log::Record;
 use rayon::prelude::*;
 
-/// Fits and smooths every coordinate of a record, in parallel.
+/// Fits and smooths every coordinate of a record, in parallel, with default
+/// [`Options`].
 ///
 /// # Errors
 ///

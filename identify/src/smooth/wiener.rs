@@ -2,6 +2,21 @@
 
 use nalgebra::{SMatrix, SVector};
 
+/// Highest order N of the model.
+pub(super) const HIGHEST: usize = 5;
+
+/// `1/k`; the entry 0 is never used. Division is the slowest step of a filter
+/// that otherwise only multiplies.
+const RECIPROCAL: [f64; 2 * HIGHEST] = {
+    let mut table = [1.0; 2 * HIGHEST];
+    let mut k = 1;
+    while k < table.len() {
+        table[k] = 1.0 / k as f64;
+        k += 1;
+    }
+    table
+};
+
 /// `dᴺq/dtᴺ = w(t)`, white noise of intensity `density`, measured with white
 /// noise, in units in which all state variances are of order one.
 ///
@@ -28,17 +43,24 @@ pub(super) struct Hyper {
     pub density: f64,
     /// Standard deviations of the measured q, dq, ddq.
     pub sd: [Option<f64>; 3],
-    /// Standard deviations of q, v, a, jerk before any measurement.
-    pub prior_sd: [f64; 4],
+    /// Standard deviations of q, v, a, jerk, snap before any measurement.
+    pub prior_sd: [f64; HIGHEST],
+}
+
+impl Hyper {
+    /// Response time of the filter of order n on positions `step` apart,
+    /// `(sd_q² step / density)^(1/2n)` \[s\].
+    pub fn response(&self, n: usize, step: f64) -> f64 {
+        let sd_q = self.sd[0].unwrap_or(1.0);
+        (sd_q * sd_q * step / self.density).powf(0.5 / n as f64)
+    }
 }
 
 impl<const N: usize> Wiener<N> {
     /// The model with these hyper-parameters for samples `step` apart, in a
     /// log of `duration` seconds.
     pub fn new(hyper: &Hyper, step: f64, duration: f64) -> Self {
-        let sd_q = hyper.sd[0].unwrap_or(1.0);
-        let response = (sd_q * sd_q * step / hyper.density).powf(0.5 / N as f64);
-        let unit = response.clamp(step, duration.max(step));
+        let unit = hyper.response(N, step).clamp(step, duration.max(step));
         let mut noise = [None; 3];
         for (i, (scaled, sd)) in noise.iter_mut().zip(hyper.sd).enumerate() {
             *scaled = sd.map(|sd| (sd * unit.powi(i as i32)).powi(2));
@@ -47,33 +69,32 @@ impl<const N: usize> Wiener<N> {
             unit,
             intensity: hyper.density * unit.powi(2 * N as i32 - 1),
             noise,
-            prior: SVector::from_fn(|k, _| {
-                // N is at most 4, the number of prior deviations.
-                (hyper.prior_sd[k.min(3)] * unit.powi(k as i32)).powi(2)
-            }),
+            prior: SVector::from_fn(|k, _| (hyper.prior_sd[k] * unit.powi(k as i32)).powi(2)),
         }
     }
 
     /// Transition over `step` seconds: `F_ij = δ^(j-i)/(j-i)!`, δ = step/τ.
     pub fn transition(&self, step: f64) -> SMatrix<f64, N, N> {
         let d = step / self.unit;
-        SMatrix::from_fn(|i, j| {
-            if j < i {
-                0.0
-            } else {
-                d.powi((j - i) as i32) / factorial(j - i)
-            }
-        })
+        let mut terms = [1.0; N];
+        for k in 1..N {
+            terms[k] = terms[k - 1] * d * RECIPROCAL[k];
+        }
+        SMatrix::from_fn(|i, j| if j < i { 0.0 } else { terms[j - i] })
     }
 
     /// Covariance gathered over `step` seconds,
     /// `Q_ij = s δ^(m_i+m_j+1) / (m_i! m_j! (m_i+m_j+1))`, m_i = N-1-i.
     pub fn diffusion(&self, step: f64) -> SMatrix<f64, N, N> {
         let d = step / self.unit;
+        // s δ^(m+1/2) / m!, so that products of two give the powers above.
+        let mut terms = [(self.intensity * d).sqrt(); N];
+        for k in 1..N {
+            terms[k] = terms[k - 1] * d * RECIPROCAL[k];
+        }
         SMatrix::from_fn(|i, j| {
             let (a, b) = (N - 1 - i, N - 1 - j);
-            let power = (a + b + 1) as i32;
-            self.intensity * d.powi(power) / (factorial(a) * factorial(b) * f64::from(power))
+            terms[a] * terms[b] * RECIPROCAL[a + b + 1]
         })
     }
 
@@ -81,9 +102,11 @@ impl<const N: usize> Wiener<N> {
     pub fn advance(&self, x: &SVector<f64, N>, step: f64) -> SVector<f64, N> {
         let d = step / self.unit;
         SVector::from_fn(|i, _| {
-            (i..N)
-                .rev()
-                .fold(0.0, |sum, j| x[j] + sum * d / (j - i + 1) as f64)
+            let mut sum = 0.0;
+            for j in (i..N).rev() {
+                sum = x[j] + sum * d * RECIPROCAL[j - i + 1];
+            }
+            sum
         })
     }
 
@@ -91,8 +114,4 @@ impl<const N: usize> Wiener<N> {
     pub fn si(&self, k: usize) -> f64 {
         self.unit.powi(-(k as i32))
     }
-}
-
-fn factorial(n: usize) -> f64 {
-    (1..=n).map(|k| k as f64).product()
 }

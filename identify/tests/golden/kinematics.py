@@ -45,8 +45,8 @@ def smoother(n, seed):
     t[0] = 0.0
     truth = [np.sin(3 * t), 3 * np.cos(3 * t), -9 * np.sin(3 * t)]
     sd = [0.01, 0.2, 2.0]
-    w = {3: 900.0, 4: 9000.0}[n]
-    prior_sd = [2.0, 5.0, 20.0, 80.0][:n]
+    w = {3: 900.0, 4: 9000.0, 5: 90000.0}[n]
+    prior_sd = [2.0, 5.0, 20.0, 80.0, 300.0][:n]
     z = [x + s * rng.standard_normal(t.size) for x, s in zip(truth, sd)]
     channels = {"q": [0], "q_dq": [0, 1], "q_dq_ddq": [0, 1, 2]}
     m = t.size
@@ -85,6 +85,6 @@ def smoother(n, seed):
 
 
 if __name__ == "__main__":
-    golden = {"savgol": savgol(), "smoother": [smoother(3, 1), smoother(4, 2)]}
+    golden = {"savgol": savgol(), "smoother": [smoother(3, 1), smoother(4, 2), smoother(5, 3)]}
     path = pathlib.Path(__file__).with_name("kinematics.json")
     path.write_text(json.dumps(golden) + "\n")
