@@ -81,9 +81,10 @@ impl ErrorDynamics {
         let pieces: Vec<Piece> = chunks
             .into_par_iter()
             .map(|range| {
-                let starts = local(&curve.slice(range.clone()))?;
-                let middles = local(&between(curve, range.clone(), 0.5, hold))?;
-                let ends = local(&between(curve, range.clone(), 1.0, hold))?;
+                let place = |error: SolveError| error.offset(range.start);
+                let starts = local(&curve.slice(range.clone())).map_err(place)?;
+                let middles = local(&between(curve, range.clone(), 0.5, hold)).map_err(place)?;
+                let ends = local(&between(curve, range.clone(), 1.0, hold)).map_err(place)?;
                 Ok(piece(curve, range, &starts, &middles, &ends))
             })
             .collect::<Result<_, SolveError>>()?;

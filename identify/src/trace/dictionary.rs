@@ -10,7 +10,7 @@ use crate::machine::{Machine, SensitivityTape};
 use dynamics_codegen::derive::Variable;
 use dynamics_codegen::syntax::PortKind;
 use dynamics_codegen::{Library, Report, compile};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// What a finding is about.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -89,7 +89,8 @@ const SHAPE_VALUES: [usize; 2] = [5, 3];
 
 impl Dictionary {
     /// Writes every effect of `library` at every place into `text` and compiles it.
-    /// `ranges` holds, per coordinate, some positions of the log, ascending.
+    /// `overrides` replaces nominal values of the model's own parameters; `ranges`
+    /// holds, per coordinate, some positions of the log, ascending.
     ///
     /// # Errors
     /// What the compiler says; the text itself is known to compile.
@@ -97,6 +98,7 @@ impl Dictionary {
         name: &str,
         text: &str,
         library: &Library,
+        overrides: &BTreeMap<String, f64>,
         ranges: &[Vec<f64>],
     ) -> Result<Self, Report> {
         let plain = compile(name, text, library)?;
@@ -113,7 +115,12 @@ impl Dictionary {
             .chain((0..n).map(Variable::Velocity))
             .collect();
         let slopes = machine.sensitivity(&state);
-        let defaults = machine.nominal_parameters();
+        let mut defaults = machine.nominal_parameters();
+        for (value, parameter) in defaults.iter_mut().zip(&machine.compiled.model.parameters) {
+            if let Some(&given) = overrides.get(&parameter.name) {
+                *value = given;
+            }
+        }
         let all: Vec<Variable> = (0..defaults.len()).map(Variable::Parameter).collect();
         let by_parameter = machine.sensitivity(&all);
         let own = plain.model.parameters.len();

@@ -4,7 +4,7 @@ use super::dictionary::{Candidate, Dictionary, Subject};
 use super::estimate::Observed;
 use super::refine::{Estimate, refine};
 use crate::machine::{SensitivityTape, SolveError};
-use crate::regression::{Columns, ErrorDynamics, Gram, ProcessNoise, Readings, Whitener};
+use crate::regression::{Columns, ErrorDynamics, Gram, Hold, ProcessNoise, Readings, Whitener};
 use dynamics_codegen::derive::Variable;
 use nalgebra::DVector;
 
@@ -52,6 +52,9 @@ pub struct Selection {
     pub nominal_misfit: f64,
     /// The forces that nothing explains.
     pub noise: ProcessNoise,
+    /// The same as a share of each coordinate's forces; [`SMALLEST_SHARE`] if
+    /// nothing is left to explain.
+    pub unexplained_share: f64,
     /// The first round's candidates, best first.
     pub considered: Vec<Considered>,
 }
@@ -129,6 +132,7 @@ pub fn select(dictionary: &Dictionary, observed: &mut Observed) -> Result<Select
             estimate,
             nominal_misfit: nominal_misfit.unwrap_or(f64::NAN),
             noise,
+            unexplained_share: NOISE_SHARES[search.noise_index],
             considered: first_round,
         });
     }
@@ -496,12 +500,51 @@ struct Chosen<'a> {
     noise: ProcessNoise,
     /// Which of the shares.
     index: usize,
+    /// Negative log likelihood, up to a constant.
+    cost: f64,
 }
 
 /// Shares of each coordinate's forces that nothing explains, to choose from. The
 /// smallest is what no rigid-body model of a machine is claimed to reach: a force
 /// error below a thousandth is not worth a name.
 const NOISE_SHARES: [f64; 6] = [1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 0.3];
+
+/// What counts as nothing.
+pub const SMALLEST_SHARE: f64 = NOISE_SHARES[0];
+
+/// What inputs most likely do between samples: the assumption under which the log
+/// is more likely once every candidate may help. The curve is left as it is.
+///
+/// # Errors
+/// If the equation of motion cannot be solved along the curve.
+pub fn likelier_hold(dictionary: &Dictionary, observed: &Observed) -> Result<Hold, SolveError> {
+    if observed.record.u.is_empty() {
+        return Ok(Hold::Linear);
+    }
+    let cost = |hold: Hold| -> Result<f64, SolveError> {
+        let mut observed = Observed {
+            hold,
+            ..observed.clone()
+        };
+        let values = dictionary.defaults.clone();
+        let search = Search {
+            dictionary,
+            observed: &mut observed,
+            values,
+            terms: Vec::new(),
+            noise_index: 0,
+        };
+        let (dynamics, options) = search.dynamics()?;
+        let readings = search.observed.readings();
+        Ok(choose_noise(&dynamics, &readings, &search.all_columns(&options), 0).cost)
+    };
+    let (linear, previous) = (cost(Hold::Linear)?, cost(Hold::Previous)?);
+    Ok(if previous < linear - TIE {
+        Hold::Previous
+    } else {
+        Hold::Linear
+    })
+}
 
 /// The process noise under which the log is most likely once all columns have
 /// had their say.
@@ -518,33 +561,31 @@ fn choose_noise<'a>(
         let whitener = Whitener::new(dynamics, readings, &noise);
         let gram = whitener.gram();
         let cost = whitener.log_sd() + 0.5 * gram.fit(columns).misfit;
-        (
+        Chosen {
+            parts: (whitener, gram),
+            noise,
+            index,
             cost,
-            Chosen {
-                parts: (whitener, gram),
-                noise,
-                index,
-            },
-        )
+        }
     };
     // Downhill from where the last round ended.
     let mut best = attempt(start);
     for downwards in [true, false] {
-        let mut index = best.1.index;
-        while let Some(next) = if downwards {
-            index.checked_sub(1)
-        } else {
-            Some(index + 1)
-        } {
-            if next == NOISE_SHARES.len() {
+        loop {
+            let next = if downwards {
+                best.index.checked_sub(1)
+            } else {
+                Some(best.index + 1)
+            };
+            let Some(next) = next.filter(|&next| next < NOISE_SHARES.len()) else {
                 break;
-            }
+            };
             let other = attempt(next);
-            if other.0 >= best.0 {
+            if other.cost >= best.cost {
                 break;
             }
-            (best, index) = (other, next);
+            best = other;
         }
     }
-    best.1
+    best
 }
