@@ -36,7 +36,7 @@ pub(super) fn check(places: Places, document: &Document, findings: &mut Vec<Diag
 
 /// Whether the document is a robot at all; reports the first thing that says it
 /// is something else.
-pub(super) fn is_urdf(places: Places, document: &Document) -> Result<(), Diagnostic> {
+pub(super) fn is_urdf(places: Places, document: &Document) -> Result<(), Box<Diagnostic>> {
     check_xacro(places, document)?;
     let root = document.root_element();
     let name = root.tag_name().name();
@@ -47,21 +47,23 @@ pub(super) fn is_urdf(places: Places, document: &Document) -> Result<(), Diagnos
         places.tag(root),
         format!("the outermost element is <{}>, not <robot>", shown(name)),
     );
-    Err(match name {
-        "mujoco" => error.help("this is MJCF; convert it to URDF"),
-        "sdf" => error.help("this is SDFormat; convert it to URDF"),
-        _ => error.help("a URDF is one <robot name=\"…\"> … </robot>"),
-    })
+    let help = match name {
+        "mujoco" => "this is MJCF; convert it to URDF",
+        "sdf" => "this is SDFormat; convert it to URDF",
+        _ => "a URDF is one <robot name=\"…\"> … </robot>",
+    };
+    Err(Box::new(error.help(help)))
 }
 
 /// Refuses text that xacro should have expanded.
-fn check_xacro(places: Places, document: &Document) -> Result<(), Diagnostic> {
+fn check_xacro(places: Places, document: &Document) -> Result<(), Box<Diagnostic>> {
     for node in document.descendants().filter(Node::is_element) {
         if places.prefix(node) == Some("xacro") {
             return Err(unexpanded(
                 places.tag(node),
                 &format!("<xacro:{}>", shown(node.tag_name().name())),
-            ));
+            )
+            .into());
         }
         for attribute in node.attributes() {
             let value = attribute.value();
@@ -69,7 +71,8 @@ fn check_xacro(places: Places, document: &Document) -> Result<(), Diagnostic> {
                 return Err(unexpanded(
                     places.value(&attribute),
                     &format!("`{opening}…{}`", if opening == "${" { "}" } else { ")" }),
-                ));
+                )
+                .into());
             }
         }
     }

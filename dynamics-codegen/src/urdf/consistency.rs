@@ -5,6 +5,7 @@ use super::records::{LinkRecord, child};
 use super::robot::{JointKind, Robot};
 use super::spatial::{Inertia, Matrix3, apply, dot, principal_values};
 use super::text::shown;
+use super::tree::Place;
 use super::xml::Places;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
@@ -12,6 +13,10 @@ use crate::source::Span;
 /// Below this share of the largest moment, a violation is the computer's
 /// round-off and not worth a word.
 const ROUND_OFF: f64 = 1e-9;
+
+/// What no part of a robot comes near, in kg·m²: smaller excesses are the dust
+/// of somebody's change of coordinates.
+const DUST: f64 = 1e-15;
 
 /// Up to this share it is the rounding of a published figure: a warning.
 const ROUNDED_FIGURES: f64 = 1e-2;
@@ -24,21 +29,32 @@ const ROUNDED_FIGURES: f64 = 1e-2;
 fn violation([smallest, middle, largest]: [f64; 3]) -> f64 {
     let excess = largest - middle - smallest;
     let scale = largest.abs().max(smallest.abs());
-    if scale == 0.0 { 0.0 } else { excess / scale }
+    if excess <= DUST { 0.0 } else { excess / scale }
+}
+
+/// The tree, as far as this check needs it.
+pub(super) struct Tree {
+    /// Index of the root link in the file.
+    pub root: usize,
+    /// For each link of the file the whole body that fixed joints make of it.
+    pub wholes: Vec<Inertia>,
 }
 
 /// Checks the inertia of every link. A link that no body can have is an error,
 /// unless fixed joints weld it to others and the whole is a possible body: only
-/// the whole enters the equations. `welded` gives the whole, where the tree is
-/// known.
+/// the whole enters the equations. The root may be a mere frame, or have the mass
+/// 0 that says in Bullet that it stands still: neither is worth a word.
 pub(super) fn check_links(
     places: Places,
     links: &[LinkRecord],
     inertias: &[Inertia],
-    welded: impl Fn(usize) -> Option<Inertia>,
+    tree: Option<&Tree>,
     findings: &mut Vec<Diagnostic>,
 ) {
-    report_massless(links, findings);
+    let root = tree.map(|tree| tree.root);
+    if let Some(root) = root {
+        report_massless(links, root, findings);
+    }
     for (index, (link, inertia)) in links.iter().zip(inertias).enumerate() {
         let Some(element) = link
             .inertial
@@ -48,7 +64,7 @@ pub(super) fn check_links(
         };
         let at = places.tag(element);
         let name = shown(link.name);
-        if inertia.mass == 0.0 && !inertia.is_zero() {
+        if inertia.mass == 0.0 && !inertia.is_zero() && root != Some(index) {
             findings.push(
                 Diagnostic::warning(
                     at,
@@ -62,8 +78,9 @@ pub(super) fn check_links(
         if share <= ROUND_OFF {
             continue;
         }
-        let whole = welded(index)
-            .filter(|whole| whole != inertia)
+        let whole = tree
+            .map(|tree| &tree.wholes[index])
+            .filter(|whole| *whole != inertia)
             .filter(|whole| violation(principal_values(&whole.tensor)) <= ROUNDED_FIGURES);
         findings.push(impossible(at, &name, moments, share, whole.is_some()));
     }
@@ -111,9 +128,14 @@ fn digits(x: f64) -> String {
     format!("{x:.3e}")
 }
 
-/// One warning about all links without `<inertial>`.
-fn report_massless(links: &[LinkRecord], findings: &mut Vec<Diagnostic>) {
-    let massless: Vec<&LinkRecord> = links.iter().filter(|l| l.inertial.is_none()).collect();
+/// One warning about all links without `<inertial>` but the root.
+fn report_massless(links: &[LinkRecord], root: usize, findings: &mut Vec<Diagnostic>) {
+    let massless: Vec<&LinkRecord> = links
+        .iter()
+        .enumerate()
+        .filter(|(index, link)| link.inertial.is_none() && root != *index)
+        .map(|(_, link)| link)
+        .collect();
     let [first, rest @ ..] = &massless[..] else {
         return;
     };
@@ -137,12 +159,16 @@ fn report_massless(links: &[LinkRecord], findings: &mut Vec<Diagnostic>) {
     findings.push(warning);
 }
 
-/// The whole body that each link of the file is part of, by the links' names in
-/// the order of `robot.frames`.
-pub(super) fn wholes(robot: &Robot) -> Vec<Inertia> {
+/// What [`check_links`] needs of the tree. `order` gives the links of the file in
+/// the order of the robot's bodies.
+pub(super) fn tree(robot: &Robot, order: &[Place]) -> Option<Tree> {
     let merged = merge_fixed(robot);
-    let frames = merged.frames.iter();
-    frames.map(|f| merged.bodies[f.body].inertia).collect()
+    let mut wholes = vec![Inertia::ZERO; order.len()];
+    for (place, frame) in order.iter().zip(&merged.frames) {
+        wholes[place.link] = merged.bodies[frame.body].inertia;
+    }
+    let root = order.first()?.link;
+    Some(Tree { root, wholes })
 }
 
 /// Every independent coordinate must move something.

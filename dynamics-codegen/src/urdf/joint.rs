@@ -30,6 +30,7 @@ pub(super) struct PartReader<'p, 't> {
 }
 
 impl<'p, 't> PartReader<'p, 't> {
+    /// Nothing read yet.
     pub fn new(places: Places<'t>, options: Options, findings: &'p mut Vec<Diagnostic>) -> Self {
         Self {
             places,
@@ -211,7 +212,9 @@ impl<'p, 't> PartReader<'p, 't> {
         } else {
             (value.lower, value.upper)
         };
-        self.check_range(element, lower, upper, &owner);
+        if missing.is_empty() || lower > upper {
+            self.check_range(element, lower, upper, &owner);
+        }
         Some(Limits {
             lower,
             upper,

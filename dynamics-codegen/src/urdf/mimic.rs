@@ -61,6 +61,16 @@ fn source(
     let reference = joint.mimic.filter(|m| !m.name.trim().is_empty())?;
     let name = shown(joint.name);
     let other = shown(reference.name);
+    if joint.kind == "fixed" {
+        findings.push(
+            Diagnostic::warning(
+                reference.span,
+                format!("joint `{name}` is fixed and mimics `{other}`"),
+            )
+            .label("ignored: a fixed joint does not move"),
+        );
+        return None;
+    }
     if !joint.has_one_coordinate() {
         findings.push(
             Diagnostic::error(

@@ -39,7 +39,7 @@ impl Snapped {
             return;
         }
         for entry in rotation.as_flattened_mut() {
-            self.to_zero(entry);
+            self.round_to_zero(entry);
         }
         for i in 0..3 {
             for j in 0..3 {
@@ -47,7 +47,7 @@ impl Snapped {
                     (k == j || rotation[i][k] == 0.0) && (k == i || rotation[k][j] == 0.0)
                 });
                 if alone {
-                    self.to_one(&mut rotation[i][j]);
+                    self.round_to_one(&mut rotation[i][j]);
                 }
             }
         }
@@ -59,22 +59,22 @@ impl Snapped {
             return;
         }
         for entry in vector.iter_mut() {
-            self.to_zero(entry);
+            self.round_to_zero(entry);
         }
         if vector.iter().filter(|&&x| x != 0.0).count() == 1 {
             for entry in vector.iter_mut() {
-                self.to_one(entry);
+                self.round_to_one(entry);
             }
         }
     }
 
-    fn to_zero(&mut self, entry: &mut f64) {
+    fn round_to_zero(&mut self, entry: &mut f64) {
         if entry.abs() <= self.tolerance {
             self.moved(entry, 0.0);
         }
     }
 
-    fn to_one(&mut self, entry: &mut f64) {
+    fn round_to_one(&mut self, entry: &mut f64) {
         if (entry.abs() - 1.0).abs() <= self.tolerance {
             self.moved(entry, 1.0_f64.copysign(*entry));
         }
@@ -96,6 +96,7 @@ mod tests {
     use crate::urdf::spatial::rotation_from_rpy;
 
     #[test]
+    #[expect(clippy::approx_constant, reason = "an angle as files write it")]
     fn a_quarter_turn_with_eleven_digits_becomes_exact() {
         let mut r = rotation_from_rpy([1.57079632679, 0.0, 3.14159265359]);
         let mut snapped = Snapped::within(1e-9);
@@ -125,7 +126,7 @@ mod tests {
 
     #[test]
     fn at_tolerance_zero_nothing_moves() {
-        let exact = rotation_from_rpy([1.5707963267948966, 0.0, 0.0]);
+        let exact = rotation_from_rpy([std::f64::consts::FRAC_PI_2, 0.0, 0.0]);
         let mut r = exact;
         let mut snapped = Snapped::default();
         snapped.rotation(&mut r);

@@ -111,7 +111,7 @@ impl Places<'_> {
 }
 
 /// Parses the text.
-pub(super) fn parse<'t>(places: Places<'t>) -> Result<Document<'t>, Diagnostic> {
+pub(super) fn parse<'t>(places: Places<'t>) -> Result<Document<'t>, Box<Diagnostic>> {
     if places.text.len() > MAX_BYTES {
         let mib = places.text.len() >> 20;
         return Err(Diagnostic::error(
@@ -121,7 +121,8 @@ pub(super) fn parse<'t>(places: Places<'t>) -> Result<Document<'t>, Diagnostic> 
                 MAX_BYTES >> 20
             ),
         )
-        .help("a URDF holds numbers and names; keep meshes in files of their own"));
+        .help("a URDF holds numbers and names; keep meshes in files of their own")
+        .into());
     }
     check_attribute_count(places)?;
     let options = ParsingOptions {
@@ -130,13 +131,13 @@ pub(super) fn parse<'t>(places: Places<'t>) -> Result<Document<'t>, Diagnostic> 
         ..ParsingOptions::default()
     };
     let document = Document::parse_with_options(places.text, options)
-        .map_err(|error| explain(places, &error))?;
+        .map_err(|error| Box::new(explain(places, &error)))?;
     check_depth(places, &document)?;
     Ok(document)
 }
 
 /// Refuses elements with a flood of attributes before the parser meets them.
-fn check_attribute_count(places: Places) -> Result<(), Diagnostic> {
+fn check_attribute_count(places: Places) -> Result<(), Box<Diagnostic>> {
     let mut quotes = 0;
     let mut open = 0;
     for (at, byte) in places.text.bytes().enumerate() {
@@ -149,14 +150,15 @@ fn check_attribute_count(places: Places) -> Result<(), Diagnostic> {
             return Err(Diagnostic::error(
                 places.span(open..open + 1),
                 format!("more than {} attributes in one element", MAX_QUOTES / 2),
-            ));
+            )
+            .into());
         }
     }
     Ok(())
 }
 
 /// Refuses trees deeper than any URDF.
-fn check_depth(places: Places, document: &Document) -> Result<(), Diagnostic> {
+fn check_depth(places: Places, document: &Document) -> Result<(), Box<Diagnostic>> {
     let mut depth: Vec<u32> = Vec::new();
     for node in document.descendants() {
         // Document order: a node's parent has been seen, and identifiers count up from 0.
@@ -170,7 +172,8 @@ fn check_depth(places: Places, document: &Document) -> Result<(), Diagnostic> {
                 places.tag(node),
                 format!("elements are nested more than {MAX_DEPTH} deep"),
             )
-            .help("links and joints stand side by side in <robot>; only <parent> and <child> connect them"));
+            .help("links and joints stand side by side in <robot>; only <parent> and <child> connect them")
+            .into());
         }
     }
     Ok(())
