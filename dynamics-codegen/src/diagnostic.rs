@@ -189,8 +189,8 @@ impl std::error::Error for Report {}
 
 /// The entry of `known` that is most like `name`, if one is near enough to be
 /// a slip of the pen.
-pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let limit = (name.chars().count() + 2) / 3;
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let limit = name.chars().count().div_ceil(3);
     known
         .into_iter()
         .map(|candidate| (edit_distance(name, candidate), candidate))

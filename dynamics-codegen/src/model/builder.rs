@@ -126,7 +126,7 @@ impl<'a> Builder<'a> {
                     unit.as_ref(),
                     nominal.as_ref(),
                     bounds.as_ref(),
-                    prior.as_ref(),
+                    prior.as_deref(),
                     &statement.doc,
                 );
             }

@@ -100,7 +100,7 @@ pub enum StatementKind {
         /// Where it may lie.
         bounds: Option<Bounds>,
         /// What is believed of it beforehand.
-        prior: Option<Prior>,
+        prior: Option<Box<Prior>>,
     },
     /// `constant g: m/s^2 = 9.81;`
     Constant {

@@ -9,8 +9,8 @@ use crate::source::{SourceId, Span};
 
 /// Brackets, and powers and signs in front of a number, may nest this deep.
 pub(super) const MAX_DEPTH: usize = 64;
-/// A model file is a page, not a data set.
-const MAX_BYTES: usize = 4 << 20;
+/// A model file may have this many bytes: it is a page, not a data set.
+pub const MAX_BYTES: usize = 4 << 20;
 /// Past this many findings the file is not what it claims to be.
 const MAX_FINDINGS: usize = 10;
 
@@ -18,11 +18,9 @@ const MAX_FINDINGS: usize = 10;
 pub(super) fn check(text: &str, source: SourceId) -> Vec<Diagnostic> {
     let span = |start: usize, end: usize| Span { source, start, end };
     if text.len() > MAX_BYTES {
-        let message = format!(
-            "the file has {} bytes; a model may have {MAX_BYTES}",
-            text.len()
-        );
-        return vec![Diagnostic::error(span(0, 0), message)];
+        let message = format!("the file is larger than a model may be ({MAX_BYTES} bytes)");
+        let help = "a model is a page of text: is this the right file?";
+        return vec![Diagnostic::error(span(0, 0), message).help(help)];
     }
     let mut scan = Scan {
         text,

@@ -7,6 +7,7 @@ mod statement;
 mod stream;
 
 pub use ast::*;
+pub use lexical::MAX_BYTES;
 
 use crate::diagnostic::Diagnostic;
 use crate::source::{SourceId, Sources};

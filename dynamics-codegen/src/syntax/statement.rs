@@ -223,7 +223,7 @@ fn parameter(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
     let bounds = stream.eat_word("in").then(|| bounds(stream)).transpose()?;
     let prior = stream
         .eat_word("prior")
-        .then(|| prior(stream))
+        .then(|| prior(stream).map(Box::new))
         .transpose()?;
     Ok(StatementKind::Parameter {
         name,
