@@ -22,7 +22,9 @@ pub struct Answer(Vec<(String, Quantity)>);
 
 impl Answer {
     /// Adds a quantity.
-    pub fn push(&mut self, name: impl Into<String>, quantity: Quantity) {
+    pub fn push(&mut self, name: impl Into<String>, mut quantity: Quantity) {
+        // A zero has no sign worth showing.
+        quantity.values().for_each(|value| *value += 0.0);
         self.0.push((name.into(), quantity));
     }
 
@@ -47,6 +49,15 @@ impl Answer {
 }
 
 impl Quantity {
+    fn values(&mut self) -> Box<dyn Iterator<Item = &mut f64> + '_> {
+        match self {
+            Self::Vector(row) => Box::new(row.iter_mut()),
+            Self::Matrix(rows) => Box::new(rows.iter_mut().flatten()),
+            Self::Columns(named) => Box::new(named.iter_mut().flat_map(|(_, row)| row)),
+            Self::Scalars(named) => Box::new(named.iter_mut().map(|(_, value)| value)),
+        }
+    }
+
     fn is_finite(&self) -> bool {
         let all = |row: &[f64]| row.iter().all(|x| x.is_finite());
         match self {

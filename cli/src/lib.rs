@@ -16,6 +16,7 @@ pub mod output;
 pub mod page;
 pub mod parameters;
 pub mod state;
+pub mod summary;
 
 use clap::Parser;
 use commands::Command;

@@ -47,24 +47,14 @@ impl ModelArguments {
     /// # Errors
     /// Everything that is wrong with the model, the templates or the parameters.
     pub fn load(&self) -> Result<Loaded, Mistake> {
-        let loaded = self.load_quietly()?;
-        let warnings = &loaded.compiled.warnings;
-        if !warnings.diagnostics.is_empty() {
-            let colours = output::colours_on_stderr();
-            output::complain(&Mistake::from(warnings.clone()).render(colours));
-        }
-        Ok(loaded)
-    }
-
-    /// As [`load`](Self::load), for whoever shows the model's warnings himself.
-    ///
-    /// # Errors
-    /// As [`load`](Self::load).
-    pub fn load_quietly(&self) -> Result<Loaded, Mistake> {
         let library = self.library()?;
         let bytes = read(&self.model, MAX_BYTES)?;
         refuse_robot_description(&self.model, &bytes)?;
         let compiled = compile_bytes(&self.model.display().to_string(), &bytes, &library)?;
+        if !compiled.warnings.diagnostics.is_empty() {
+            let warnings = Mistake::from(compiled.warnings.clone());
+            output::complain(&warnings.render(output::colours_on_stderr()));
+        }
         let mut values = compiled.model.nominal_parameters();
         if let Some(path) = &self.parameters {
             parameters::override_from(path, &compiled.model, &mut values)?;

@@ -28,17 +28,6 @@ pub fn stdout() -> BufWriter<io::StdoutLock<'static>> {
     BufWriter::new(io::stdout().lock())
 }
 
-/// Prints one value as indented JSON.
-///
-/// # Errors
-/// If standard output cannot be written.
-pub fn print_json(value: &serde_json::Value) -> anyhow::Result<()> {
-    let mut out = stdout();
-    serde_json::to_writer_pretty(&mut out, value)?;
-    writeln!(out)?;
-    Ok(out.flush()?)
-}
-
 /// A file under construction: a temporary one in the same folder, which takes the
 /// file's place when everything has been written, and vanishes otherwise.
 #[derive(Debug)]

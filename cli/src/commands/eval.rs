@@ -14,15 +14,7 @@ use identify::machine::{Machine, Motion, SensitivityTape, SolveError, States};
 use std::io::{Seek, Write};
 use std::path::{Path, PathBuf};
 
-/// Evaluate a model's equations at given states.
-///
-/// Each line of the states' file is one JSON object with the positions `q` and, where
-/// they are not zero or nominal, the velocities `v`, inputs `u`, time `t` and
-/// `parameters`. `q`, `v`, `u` are arrays in model order or objects by name.
-///
-/// For each line one answer, in the same order: the terms of `M a = Q + A^T lambda`,
-/// `A a = b` and their solution. `Q = bias + applied + B u`, where `bias` (`Q_C`) holds
-/// the fictitious and conservative forces, on the right-hand side.
+/// Arguments of `eval`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
