@@ -52,7 +52,7 @@ impl Dimension {
 
     /// This dimension to the power of an integer.
     pub fn powi(self, n: i32) -> Self {
-        Self(self.0.map(|e| e * n))
+        Self(self.0.map(|e| e.saturating_mul(n)))
     }
 
     /// This dimension to any power that keeps exponents in twelfths.
@@ -78,7 +78,9 @@ impl Mul for Dimension {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
         let mut result = self;
-        result.0.iter_mut().zip(other.0).for_each(|(a, b)| *a += b);
+        // No unit that means anything comes near the ends of the range.
+        let factors = result.0.iter_mut().zip(other.0);
+        factors.for_each(|(a, b)| *a = a.saturating_add(b));
         result
     }
 }
@@ -113,7 +115,8 @@ impl Dimension {
             (n, 0) => format!("{base}^{n}"),
             _ => format!("{base}^({exponent}/{PARTS})"),
         };
-        let named = || BASES.iter().zip(self.0);
+        // Engineers write the mass first.
+        let named = || [1, 0, 2, 3, 4].map(|i| (BASES[i], self.0[i])).into_iter();
         let mut above: Vec<String> = lead.map(str::to_string).into_iter().collect();
         above.extend(
             named()
@@ -122,7 +125,7 @@ impl Dimension {
         );
         let below: Vec<String> = named()
             .filter(|(_, e)| *e < 0)
-            .map(|(base, e)| power(base, -e))
+            .map(|(base, e)| power(base, e.saturating_neg()))
             .collect();
         if above.is_empty() {
             f.write_str("1")?;
@@ -145,6 +148,7 @@ mod tests {
         assert_eq!((unit("N") * unit("m")).to_string(), "N*m");
         assert_eq!((unit("N") * unit("s") / unit("m")).to_string(), "N*s/m");
         assert_eq!((unit("m") / unit("s").powi(2)).to_string(), "m/s^2");
+        assert_eq!((unit("m") * unit("kg")).to_string(), "kg*m");
         assert_eq!(Dimension::ONE.to_string(), "1");
     }
 

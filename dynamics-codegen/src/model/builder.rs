@@ -9,9 +9,13 @@ use crate::dimension::Dimension;
 use crate::graph::{ExprId, Graph};
 use crate::source::{Sources, Span};
 use crate::syntax::{
-    Bounds, Expr, File, Heading, Name, PortKind, Prior, Statement, StatementKind, Unit, UnitBase,
+    Bounds, Expr, ExprKind, File, Heading, Name, PortKind, Prior, Statement, StatementKind, Unit,
+    UnitBase,
 };
 use std::collections::HashMap;
+
+/// A model may have this many coordinates, inputs and constraints.
+const MAX_SIZE: usize = 256;
 
 /// Builds the model that `file` describes. Findings are added to `diagnostics`;
 /// `None` if there is an error among them.
@@ -34,6 +38,8 @@ pub(crate) fn build(
     let mut builder = Builder::new(name.text.clone(), file.doc.clone(), diagnostics);
     let statements: Vec<&Statement> = file.statements.iter().collect();
     builder.declare(&statements);
+    builder.tolerate(&file.unreadable);
+    builder.refuse_excess(name.span);
     builder.lower_statements(&statements);
     Templates { sources, library }.apply_all(&mut builder, &statements);
     builder.finish(name.span)
@@ -43,7 +49,8 @@ pub(crate) fn build(
 pub(super) struct Builder<'a> {
     pub model: Model,
     pub scope: Scope,
-    pub term_depth: usize,
+    /// The terms that are being lowered, each needed by the one before.
+    pub term_path: Vec<usize>,
     /// What parameters of the file at hand are called in the model.
     pub prefix: String,
     /// The effect at hand, while one is being applied.
@@ -52,6 +59,7 @@ pub(super) struct Builder<'a> {
     /// What each input's channel does, composed in the order of the text.
     channels: Vec<ExprId>,
     has_kinetic: bool,
+    too_large: bool,
 }
 
 impl<'a> Builder<'a> {
@@ -78,12 +86,13 @@ impl<'a> Builder<'a> {
         Self {
             model,
             scope: Scope::default(),
-            term_depth: 0,
+            term_path: Vec::new(),
             prefix: String::new(),
             effect: None,
             diagnostics,
             channels: Vec::new(),
             has_kinetic: false,
+            too_large: false,
         }
     }
 
@@ -188,6 +197,7 @@ impl<'a> Builder<'a> {
         if self.bind(name, binding) {
             let state = TermState::Waiting;
             self.scope.terms.push(Term {
+                name: name.clone(),
                 value: value.clone(),
                 declared,
                 state,
@@ -221,7 +231,7 @@ impl<'a> Builder<'a> {
         let upper = bounds
             .and_then(|b| b.upper.as_ref())
             .map_or(Some(f64::INFINITY), |e| self.number(e));
-        let prior = prior.map(|p| Some((self.number(&p.mean)?, self.number(&p.sd)?)));
+        let prior = prior.map(|p| self.prior(p));
         let dimension = unit.and_then(|unit| self.dimension(unit));
         let binding = Binding::Parameter(self.model.parameters.len());
         if !self.bind(name, binding) {
@@ -272,14 +282,25 @@ impl<'a> Builder<'a> {
         }
     }
 
+    fn prior(&mut self, prior: &Prior) -> Option<(f64, f64)> {
+        let (mean, sd) = (self.number(&prior.mean)?, self.number(&prior.sd)?);
+        if sd > 0.0 {
+            return Some((mean, sd));
+        }
+        self.report(Diagnostic::error(
+            prior.sd.span,
+            "a standard deviation is greater than zero",
+        ))
+    }
+
     /// The value of an expression of numbers and constants.
     pub fn number(&mut self, expr: &Expr) -> Option<f64> {
         let quantity = self.lower(expr)?;
         match self.model.graph.as_constant(quantity.expr) {
-            Some(value) if value.is_finite() => Some(value),
-            Some(_) => self.report(Diagnostic::error(expr.span, "this is not a finite number")),
+            Some(value) => Some(value),
             None => self.report(
                 Diagnostic::error(expr.span, "expected a number")
+                    .label("this may vary")
                     .help("numbers and constants only: `0.5`, `pi/4`, `-g0`"),
             ),
         }
@@ -349,10 +370,15 @@ impl<'a> Builder<'a> {
     /// does not state the port's unit.
     fn unit_of_port(&mut self, function: &Name, port: &Name) -> Option<Option<Dimension>> {
         let Some(&(kind, index)) = self.scope.ports.get(&port.text) else {
-            return self.report(Diagnostic::error(
-                port.span,
-                format!("`{}` is not a port of this effect", port.text),
-            ));
+            return self.report(
+                Diagnostic::error(
+                    port.span,
+                    format!("`{}` is not a port of this effect", port.text),
+                )
+                .help(
+                    "a unit follows from a port in effect templates only; in a model write it out",
+                ),
+            );
         };
         let declared = match kind {
             PortKind::Coordinate => self.model.coordinates[index].dimension,
@@ -375,24 +401,53 @@ impl<'a> Builder<'a> {
         }
     }
 
+    /// Takes names as defined whose definition could not be read.
+    fn tolerate(&mut self, names: &[Name]) {
+        for name in names {
+            let known = self.scope.names.contains_key(&name.text);
+            if !known && self.bind(name, Binding::Term(self.scope.terms.len())) {
+                self.scope.terms.push(Term {
+                    name: name.clone(),
+                    value: Expr {
+                        kind: ExprKind::Number(0.0),
+                        span: name.span,
+                    },
+                    declared: None,
+                    state: TermState::Failed,
+                    constant: false,
+                });
+            }
+        }
+    }
+
+    /// Matrices grow with the square of the model's size: what cannot be a model is
+    /// refused before it fills the memory.
+    fn refuse_excess(&mut self, heading: Span) {
+        for (what, count) in [
+            ("coordinates", self.model.coordinates.len()),
+            ("inputs", self.model.inputs.len()),
+        ] {
+            if count > MAX_SIZE {
+                let message = format!("the model has {count} {what}; it may have {MAX_SIZE}");
+                self.report::<()>(
+                    Diagnostic::error(heading, message).help("split the model into smaller ones"),
+                );
+                self.too_large = true;
+            }
+        }
+    }
+
     /// Second pass: expressions.
     pub fn lower_statements(&mut self, statements: &[&Statement]) {
+        if self.too_large {
+            return;
+        }
         for statement in statements {
             self.lower_statement(statement);
         }
         // Terms that nothing uses are still checked.
         for index in 0..self.scope.terms.len() {
-            if let TermState::Waiting = self.scope.terms[index].state {
-                let value = self.scope.terms[index].value.clone();
-                let name = Expr {
-                    kind: value.kind.clone(),
-                    span: value.span,
-                };
-                self.scope.terms[index].state = match self.lower(&name) {
-                    Some(quantity) => TermState::Done(quantity),
-                    None => TermState::Failed,
-                };
-            }
+            self.resolve_term(index);
         }
     }
 
@@ -419,6 +474,10 @@ impl<'a> Builder<'a> {
             }
             StatementKind::Output { name, value } => {
                 let quantity = self.lower(value)?;
+                if self.model.outputs.iter().any(|y| y.name == name.text) {
+                    let message = format!("there are two outputs named `{}`", name.text);
+                    return self.report(Diagnostic::error(name.span, message));
+                }
                 self.model.outputs.push(Output {
                     name: name.text.clone(),
                     value: quantity.expr,
@@ -560,6 +619,10 @@ impl<'a> Builder<'a> {
             let message = format!("there are two constraints named `{}`", name.text);
             return self.report(Diagnostic::error(name.span, message));
         }
+        if self.model.constraints.len() == MAX_SIZE {
+            let message = format!("the model has more than {MAX_SIZE} constraints");
+            return self.report(Diagnostic::error(name.span, message));
+        }
         let residual = self.model.graph.sub(a.expr, b.expr);
         self.refuse_inputs(residual, span, "a constraint")?;
         let graph = &self.model.graph;
@@ -599,6 +662,8 @@ impl<'a> Builder<'a> {
                 Diagnostic::error(heading, "the model has no coordinate")
                     .help("declare what moves: `coordinate x: m;`"),
             );
+        } else if self.too_large {
+            return None;
         } else if !self.has_kinetic {
             self.report::<()>(
                 Diagnostic::error(heading, "the model has no kinetic energy")

@@ -20,6 +20,9 @@ pub struct File {
     pub doc: String,
     /// Everything else, in the order of the text.
     pub statements: Vec<Statement>,
+    /// What statements that could not be read were going to define: defined all the same,
+    /// so that one slip is not reported at every use.
+    pub unreadable: Vec<Name>,
 }
 
 /// The first line of a file.

@@ -90,6 +90,11 @@ fn atom(stream: &mut Stream<'_>, depth: usize) -> Parsed<Expr> {
     if stream.input.peek(syn::token::Paren) {
         return parenthesised(stream, depth);
     }
+    if stream.at('.') {
+        let error = Diagnostic::error(stream.here(), "expected a number, a name or `(`")
+            .help("a number begins with a digit: `0.5`");
+        return Err(Box::new(error));
+    }
     let name = stream.name("a number, a name or `(`")?;
     if !stream.input.peek(syn::token::Paren) {
         return Ok(Expr {

@@ -32,7 +32,11 @@ pub fn parse(sources: &Sources, id: SourceId) -> (Option<File>, Vec<Diagnostic>)
     if let Err(error) = syn::parse::Parser::parse_str(parser, text)
         && diagnostics.is_empty()
     {
-        diagnostics.push(stream::from_syn(&error, id));
+        let place = stream::from_syn(&error, id).primary.span;
+        diagnostics.push(Diagnostic::error(
+            place,
+            "this cannot be read as part of a model",
+        ));
     }
     (file, diagnostics)
 }
