@@ -113,7 +113,14 @@ impl Dimension {
         let power = |base: &str, exponent: i32| match (exponent / PARTS, exponent % PARTS) {
             (1, 0) => base.to_string(),
             (n, 0) => format!("{base}^{n}"),
-            _ => format!("{base}^({exponent}/{PARTS})"),
+            _ => {
+                // Twelve has no other divisors.
+                let shared = [6, 4, 3, 2]
+                    .into_iter()
+                    .find(|d| exponent % d == 0 && PARTS % d == 0);
+                let divisor = shared.unwrap_or(1);
+                format!("{base}^({}/{})", exponent / divisor, PARTS / divisor)
+            }
         };
         // Engineers write the mass first.
         let named = || [1, 0, 2, 3, 4].map(|i| (BASES[i], self.0[i])).into_iter();
@@ -156,5 +163,7 @@ mod tests {
     fn roots_are_exact() {
         let area = Dimension::of_unit("m").unwrap().powi(2);
         assert_eq!(area.powf(0.5), Dimension::of_unit("m"));
+        let root = Dimension::of_unit("m").and_then(|m| m.powf(1.5));
+        assert_eq!(root.unwrap_or_default().to_string(), "m^(3/2)");
     }
 }

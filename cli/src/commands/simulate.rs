@@ -270,7 +270,7 @@ fn stopped(error: SolveError, t: f64) -> Mistake {
         ))
         .help("drop or correct one of the constraints, or keep away from singular positions"),
         SolveError::NotFinite { .. } => {
-            Mistake::new(format!("at t = {t} s the motion is not finite any more"))
+            Mistake::new(format!("at t = {t} s the motion is not finite"))
                 .help("lower `--max-step`, or look for forces that grow without bound")
         }
     }

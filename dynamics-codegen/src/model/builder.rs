@@ -9,8 +9,7 @@ use crate::dimension::Dimension;
 use crate::graph::{ExprId, Graph};
 use crate::source::{Sources, Span};
 use crate::syntax::{
-    Bounds, Expr, ExprKind, File, Heading, Name, PortKind, Prior, Statement, StatementKind, Unit,
-    UnitBase,
+    Bounds, Expr, File, Heading, Name, PortKind, Prior, Statement, StatementKind, Unit, UnitBase,
 };
 use std::collections::HashMap;
 
@@ -38,7 +37,8 @@ pub(crate) fn build(
     let mut builder = Builder::new(name.text.clone(), file.doc.clone(), diagnostics);
     let statements: Vec<&Statement> = file.statements.iter().collect();
     builder.declare(&statements);
-    builder.tolerate(&file.unreadable);
+    let unreadable = file.unreadable.iter().map(|name| name.text.clone());
+    builder.scope.unreadable = unreadable.collect();
     builder.refuse_excess(name.span);
     builder.lower_statements(&statements);
     Templates { sources, library }.apply_all(&mut builder, &statements);
@@ -100,6 +100,22 @@ impl<'a> Builder<'a> {
     pub fn report<T>(&mut self, diagnostic: Diagnostic) -> Option<T> {
         self.diagnostics.push(diagnostic);
         None
+    }
+
+    /// How many findings there are.
+    pub fn finding_count(&self) -> usize {
+        self.diagnostics.len()
+    }
+
+    /// Says of the findings behind the first `count`, unless they are in the text of
+    /// `place` themselves, that `place` is why the text they are in was read.
+    pub fn explain(&mut self, count: usize, place: Span) {
+        for finding in &mut self.diagnostics[count..] {
+            if finding.primary.span.source != place.source {
+                let needed = finding.clone().also(place, "needed here");
+                *finding = needed;
+            }
+        }
     }
 
     /// First pass: every name, so that the order of the text does not matter.
@@ -401,25 +417,6 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Takes names as defined whose definition could not be read.
-    fn tolerate(&mut self, names: &[Name]) {
-        for name in names {
-            let known = self.scope.names.contains_key(&name.text);
-            if !known && self.bind(name, Binding::Term(self.scope.terms.len())) {
-                self.scope.terms.push(Term {
-                    name: name.clone(),
-                    value: Expr {
-                        kind: ExprKind::Number(0.0),
-                        span: name.span,
-                    },
-                    declared: None,
-                    state: TermState::Failed,
-                    constant: false,
-                });
-            }
-        }
-    }
-
     /// Matrices grow with the square of the model's size: what cannot be a model is
     /// refused before it fills the memory.
     fn refuse_excess(&mut self, heading: Span) {
@@ -576,6 +573,9 @@ impl<'a> Builder<'a> {
     }
 
     fn unknown_place<T>(&mut self, name: &Name, what: &str, known: &[String]) -> Option<T> {
+        if self.scope.unreadable.contains(&name.text) {
+            return None;
+        }
         let error = Diagnostic::error(
             name.span,
             format!("there is no {what} named `{}`", name.text),
@@ -657,13 +657,14 @@ impl<'a> Builder<'a> {
 
     /// Closes the model: puts the channels in, and looks at the whole.
     fn finish(mut self, heading: Span) -> Option<Model> {
+        if self.too_large || !self.scope.unreadable.is_empty() {
+            return None;
+        }
         if self.model.coordinates.is_empty() {
             self.report::<()>(
                 Diagnostic::error(heading, "the model has no coordinate")
                     .help("declare what moves: `coordinate x: m;`"),
             );
-        } else if self.too_large {
-            return None;
         } else if !self.has_kinetic {
             self.report::<()>(
                 Diagnostic::error(heading, "the model has no kinetic energy")

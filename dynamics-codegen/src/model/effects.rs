@@ -110,6 +110,7 @@ impl Templates<'_> {
         let index = builder.model.effects.len();
         let outer = std::mem::replace(&mut builder.scope, scope);
         let first_parameter = builder.model.parameters.len();
+        let findings = builder.finding_count();
         builder.effect = Some(index);
         builder.prefix = prefix(application);
         let statements: Vec<&Statement> = file.statements.iter().collect();
@@ -117,6 +118,7 @@ impl Templates<'_> {
         builder.declare(&statements);
         set_values(builder, first_parameter, values);
         builder.lower_statements(&statements);
+        builder.explain(findings, application.template.span);
         builder.effect = None;
         builder.prefix.clear();
         builder.scope = outer;

@@ -1,5 +1,6 @@
 //! Syntax trees to graph nodes, with a unit check at every operator.
 
+use super::Coordinate;
 use super::builder::Builder;
 use super::names::{Binding, FUNCTIONS, Scope, TermState};
 use super::quantity::{Measure, Quantity};
@@ -92,6 +93,9 @@ impl Builder<'_> {
     }
 
     fn unknown_name(&mut self, name: &str, span: Span) -> Lowered {
+        if self.scope.unreadable.contains(name) {
+            return None;
+        }
         let error =
             Diagnostic::error(span, format!("`{name}` is not defined")).label("not defined");
         let near = nearest(name, self.scope.all_names()).map(str::to_string);
@@ -204,7 +208,7 @@ impl Builder<'_> {
         let Some(dimension) = declared else {
             return Some(quantity);
         };
-        self.expect_dimension(quantity, dimension, value.span, "the declared unit")?;
+        self.expect_dimension(quantity, dimension, value.span, "the declared value")?;
         Some(Quantity {
             measure: Measure::Known(dimension),
             ..quantity
@@ -381,6 +385,7 @@ impl Builder<'_> {
         };
         match found {
             Some(quantity) => quantity,
+            None if self.scope.unreadable.contains(name) => None,
             None => self.report(Diagnostic::error(
                 argument.span,
                 format!("there is no {what} named `{name}`"),
@@ -391,6 +396,13 @@ impl Builder<'_> {
     /// `d/dt` along the motion: `q → v`, `t → 1`.
     fn lower_dot(&mut self, argument: &Expr, span: Span) -> Lowered {
         let inner = self.lower(argument)?;
+        let mut coordinates = self.model.coordinates.iter();
+        let same = |c: &&Coordinate| self.model.graph.var(c.position) == inner.expr;
+        if let Some(coordinate) = coordinates.find(same) {
+            let expr = self.model.graph.var(coordinate.velocity);
+            let measure = inner.measure.rate();
+            return Some(Quantity { expr, measure });
+        }
         for index in 0..self.model.coordinates.len() {
             let velocity = self.model.coordinates[index].velocity;
             if self.model.graph.depends_on(&[inner.expr], velocity) {
@@ -416,10 +428,7 @@ impl Builder<'_> {
         }
         let seeds = self.model.time_seeds();
         let expr = self.model.graph.directional(&[inner.expr], &seeds)[0];
-        let measure = match inner.measure {
-            Measure::Known(dimension) => Measure::Known(dimension.rate()),
-            other => other,
-        };
+        let measure = inner.measure.rate();
         Some(Quantity { expr, measure })
     }
 
@@ -517,7 +526,7 @@ impl Builder<'_> {
                 let expected = if expected == Dimension::ONE {
                     "a pure number".to_string()
                 } else {
-                    format!("`{expected}`")
+                    format!("in `{expected}`")
                 };
                 self.report(
                     Diagnostic::error(span, format!("{role} must be {expected}, found `{found}`"))

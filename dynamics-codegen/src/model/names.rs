@@ -5,7 +5,7 @@
 
 use crate::source::Span;
 use crate::syntax::{Expr, ExprKind, Name, PortKind};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What a plain word stands for.
 #[derive(Debug, Clone)]
@@ -55,6 +55,8 @@ pub(super) struct Scope {
     /// In a template: what the ports are bound to.
     pub ports: BTreeMap<String, (PortKind, usize)>,
     pub terms: Vec<Term>,
+    /// Names whose definition could not be read: not there, and not to be complained about.
+    pub unreadable: BTreeSet<String>,
 }
 
 /// Words with a meaning of their own.

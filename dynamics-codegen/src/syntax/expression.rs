@@ -272,6 +272,9 @@ fn unit_exponent(stream: &mut Stream<'_>) -> Parsed<i32> {
 /// `lower..upper`, each side optional, one of them present.
 pub(super) fn bounds(stream: &mut Stream<'_>) -> Parsed<Bounds> {
     let start = stream.here();
+    if stream.at(';') || stream.input.is_empty() {
+        return stream.unexpected("bounds such as `0..`, `-1..1` or `..5`");
+    }
     let lower = if stream.at_pair('.', '.') {
         None
     } else {

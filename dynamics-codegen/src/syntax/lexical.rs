@@ -186,7 +186,10 @@ impl Scan<'_> {
                     self.found.push(last.also(span, "opened here"));
                 }
             }
-            None => self.error(c, format!("`{c}` closes nothing")),
+            None => {
+                self.error(c, format!("`{c}` closes nothing"));
+                self.mend("remove it, or open a bracket before it");
+            }
         }
     }
 

@@ -166,10 +166,14 @@ impl<'a> Stream<'a> {
         } else {
             self.here()
         };
-        Err(Box::new(
-            Diagnostic::error(span, format!("expected `{punctuation}` after {after_what}"))
-                .label(format!("expected `{punctuation}`")),
-        ))
+        let error = Diagnostic::error(span, format!("expected `{punctuation}` after {after_what}"))
+            .label(format!("expected `{punctuation}`"));
+        let compares = ['<', '>', '='].into_iter().any(|sign| self.at(sign));
+        Err(Box::new(if punctuation == ';' && compares {
+            error.help("what must be equal is a constraint: `constraint name: left == right;`")
+        } else {
+            error
+        }))
     }
 
     /// Reads a word that is to be a name.
