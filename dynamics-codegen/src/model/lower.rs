@@ -135,6 +135,9 @@ impl Builder<'_> {
                         format!("more than {MAX_TERM_DEPTH} definitions depend on one another in a chain"),
                     ))
                 };
+                if let Some(quantity) = quantity {
+                    self.model.graph.label(quantity.expr, name);
+                }
                 self.scope.terms[index].state = quantity.map_or(TermState::Failed, TermState::Done);
                 quantity
             }
@@ -360,6 +363,9 @@ impl Builder<'_> {
         }
         let seeds = self.model.time_seeds();
         let expr = self.model.graph.directional(&[inner.expr], &seeds)[0];
+        if let ExprKind::Name(name) = &argument.kind {
+            self.model.graph.label(expr, &format!("dot_{name}"));
+        }
         let measure = match inner.measure {
             Measure::Known(dimension) => Measure::Known(dimension.rate()),
             other => other,
