@@ -211,7 +211,9 @@ impl<'a> Sheet<'a> {
             let places: Vec<String> = effect.on.iter().map(|(_, name)| one_line(name)).collect();
             let values = effect.parameters.iter().map(|&index| {
                 let p = &self.model.parameters[index];
-                format!("{} = {} {}", one_line(&p.name), decimal(p.nominal), p.unit)
+                let unit = if p.unit == "1" { "" } else { p.unit.as_str() };
+                let text = format!("{} = {} {unit}", one_line(&p.name), decimal(p.nominal));
+                text.trim_end().to_string()
             });
             let values = values.collect::<Vec<_>>().join(", ");
             writeln!(
@@ -219,7 +221,7 @@ impl<'a> Sheet<'a> {
                 "  {}({}): {}",
                 one_line(&effect.template),
                 places.join(", "),
-                values.trim_end()
+                values
             )?;
             let what = plain_lines(&effect.doc);
             writeln!(
