@@ -261,7 +261,9 @@ impl<'a> Builder<'a> {
         let symbol = self.model.graph.symbol(full_name.clone());
         // Units of a template are written in terms of its ports: show them resolved.
         let unit = match (unit, dimension) {
-            (Some(_), Some(dimension)) if self.effect.is_some() => dimension.to_string(),
+            (Some(_), dimension) if self.effect.is_some() => {
+                dimension.map_or_else(String::new, |d| d.to_string())
+            }
             (Some(unit), _) => unit_text(unit),
             (None, _) => String::new(),
         };

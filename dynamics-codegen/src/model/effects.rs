@@ -72,6 +72,7 @@ struct Application<'a> {
     on: &'a [Name],
     values: &'a [(Name, Expr)],
     span: Span,
+    doc: &'a str,
 }
 
 impl Templates<'_> {
@@ -90,6 +91,7 @@ impl Templates<'_> {
                         on,
                         values,
                         span: statement.span,
+                        doc: &statement.doc,
                     },
                 );
             }
@@ -127,6 +129,7 @@ impl Templates<'_> {
             on: places,
             parameters: (first_parameter..builder.model.parameters.len()).collect(),
             doc: file.doc,
+            provenance: application.doc.to_string(),
         });
         Some(())
     }

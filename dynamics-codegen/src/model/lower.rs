@@ -157,6 +157,10 @@ impl Builder<'_> {
             let quantity = self
                 .lower(&value)
                 .and_then(|quantity| self.check_term(top, quantity, &value));
+            if let Some(quantity) = quantity {
+                let name = &self.scope.terms[top].name.text;
+                self.model.graph.label(quantity.expr, name);
+            }
             self.scope.terms[top].state = quantity.map_or(TermState::Failed, TermState::Done);
             self.term_path.pop();
             needs.pop();
@@ -428,6 +432,9 @@ impl Builder<'_> {
         }
         let seeds = self.model.time_seeds();
         let expr = self.model.graph.directional(&[inner.expr], &seeds)[0];
+        if let ExprKind::Name(name) = &argument.kind {
+            self.model.graph.label(expr, &format!("dot_{name}"));
+        }
         let measure = inner.measure.rate();
         Some(Quantity { expr, measure })
     }

@@ -1,0 +1,125 @@
+//! Sine and cosine of all lanes at once, to about 1 unit in the last place.
+//!
+//! Method: `n = round(2x/π)` by adding and subtracting 1.5·2^p (the low bits of the
+//! sum are `n mod 4`); Cody–Waite reduction `r = x − n π/2` with π/2 in three (f32:
+//! four) parts, all but the last short enough that `n` times them is exact; minimax polynomials on
+//! [−π/4, π/4]; then swap and signs by quadrant with bit masks. Arguments beyond the
+//! limit of the exact products, infinities and NaN take the scalar function lane by
+//! lane. Constants: π/2 split and polynomials as published with Sun's fdlibm
+//! (`e_rem_pio2.c`, `k_sin.c`, `k_cos.c`) for f64 and Moshier's Cephes (`sinf.c`) for f32.
+
+use wide::{f32x8, f32x16, f64x4, f64x8};
+
+use super::Scalar;
+
+/// Beyond this the multiples of π/2 exceed 2²⁰ and their products round.
+const LIMIT_F64: f64 = 1.0e6;
+/// Beyond this the multiples of π/2 exceed 2¹² and their products round.
+const LIMIT_F32: f32 = 4000.0;
+
+/// The scalar function in every lane, for the arguments the fast path excludes.
+macro_rules! scalar_lanes {
+    ($x:ident, $lanes:ident) => {{
+        let mut sines = $x.to_array();
+        let mut cosines = sines;
+        for i in 0..sines.len() {
+            (sines[i], cosines[i]) = Scalar::sin_cos(sines[i]);
+        }
+        ($lanes::from(sines), $lanes::from(cosines))
+    }};
+}
+
+/// Swaps and signs `(s, c)` by the quadrant in the two low bits of `shifted`.
+macro_rules! by_quadrant {
+    ($shifted:ident, $s:ident, $c:ident, $lanes:ident, $element:ident) => {{
+        // Bit k of the mantissa, or'ed into 1.0, makes a number above 1.
+        let one = $lanes::splat(1.0);
+        let bit = |k| {
+            let bit = $lanes::splat($element::from_bits(k));
+            ((($shifted & bit) | one).simd_gt(one), $lanes::splat(-0.0))
+        };
+        let (odd, sign_bit) = bit(1);
+        let (upper, _) = bit(2);
+        let sine = odd.select($c, $s) ^ (upper & sign_bit);
+        let cosine = odd.select($s, $c) ^ ((odd ^ upper) & sign_bit);
+        (sine, cosine)
+    }};
+}
+
+/// `c0 + x (c1 + x (c2 + …))`.
+macro_rules! polynomial {
+    ($lanes:ident, $x:expr; $last:expr) => { $lanes::splat($last) };
+    ($lanes:ident, $x:expr; $first:expr, $($rest:expr),+) => {
+        polynomial!($lanes, $x; $($rest),+).mul_add($x, $lanes::splat($first))
+    };
+}
+
+macro_rules! sin_cos_f64 {
+    ($name:ident, $lanes:ident) => {
+        /// `(sin x, cos x)` in every lane, x in radians.
+        #[inline]
+        pub(super) fn $name(x: $lanes) -> ($lanes, $lanes) {
+            if !x.abs().simd_le($lanes::splat(LIMIT_F64)).all() {
+                return scalar_lanes!(x, $lanes);
+            }
+            let magic = $lanes::splat(6_755_399_441_055_744.0); // 1.5 · 2^52
+            let shifted = x * $lanes::splat(core::f64::consts::FRAC_2_PI) + magic;
+            let n = shifted - magic;
+            let r = x - n * $lanes::splat(f64::from_bits(0x3FF9_21FB_5440_0000));
+            let r = r - n * $lanes::splat(f64::from_bits(0x3DD0_B461_1A60_0000));
+            let r = r - n * $lanes::splat(f64::from_bits(0x3BA3_198A_2E03_7073));
+            let z = r * r;
+            let sine = polynomial!($lanes, z;
+                -1.666_666_666_666_663_2e-1, 8.333_333_333_322_49e-3,
+                -1.984_126_982_985_795e-4, 2.755_731_370_707_006_8e-6,
+                -2.505_076_025_340_686_3e-8, 1.589_690_995_211_55e-10);
+            let cosine = polynomial!($lanes, z;
+                4.166_666_666_666_66e-2, -1.388_888_888_887_411e-3,
+                2.480_158_728_947_673e-5, -2.755_731_435_139_066_3e-7,
+                2.087_572_321_298_175e-9, -1.135_964_755_778_819_5e-11);
+            let s = (z * r).mul_add(sine, r);
+            // 1 − z/2 loses up to half a unit; what it lost is added back.
+            let half = z * $lanes::splat(0.5);
+            let w = $lanes::splat(1.0) - half;
+            let lost = ($lanes::splat(1.0) - w) - half;
+            let c = w + (z * z).mul_add(cosine, lost);
+            by_quadrant!(shifted, s, c, $lanes, f64)
+        }
+    };
+}
+
+macro_rules! sin_cos_f32 {
+    ($name:ident, $lanes:ident) => {
+        /// `(sin x, cos x)` in every lane, x in radians.
+        #[inline]
+        pub(super) fn $name(x: $lanes) -> ($lanes, $lanes) {
+            if !x.abs().simd_le($lanes::splat(LIMIT_F32)).all() {
+                return scalar_lanes!(x, $lanes);
+            }
+            let magic = $lanes::splat(12_582_912.0); // 1.5 · 2^23
+            let shifted = x * $lanes::splat(core::f32::consts::FRAC_2_PI) + magic;
+            let n = shifted - magic;
+            // π/2 in parts of at most 11 bits, so that n below 2^12 keeps products exact.
+            let r = x - n * $lanes::splat(f32::from_bits(0x3FC9_0000));
+            let r = r - n * $lanes::splat(f32::from_bits(0x39FD_A000));
+            let r = r - n * $lanes::splat(f32::from_bits(0x33A2_2000));
+            let r = r - n * $lanes::splat(f32::from_bits(0x2C34_611A));
+            let z = r * r;
+            let sine = polynomial!($lanes, z;
+                -1.666_665_5e-1, 8.332_161e-3, -1.951_529_6e-4);
+            let cosine = polynomial!($lanes, z;
+                4.166_664_6e-2, -1.388_731_6e-3, 2.443_315_7e-5);
+            let s = (z * r).mul_add(sine, r);
+            let half = z * $lanes::splat(0.5);
+            let w = $lanes::splat(1.0) - half;
+            let lost = ($lanes::splat(1.0) - w) - half;
+            let c = w + (z * z).mul_add(cosine, lost);
+            by_quadrant!(shifted, s, c, $lanes, f32)
+        }
+    };
+}
+
+sin_cos_f64!(sin_cos_f64x4, f64x4);
+sin_cos_f64!(sin_cos_f64x8, f64x8);
+sin_cos_f32!(sin_cos_f32x8, f32x8);
+sin_cos_f32!(sin_cos_f32x16, f32x16);

@@ -1,0 +1,107 @@
+//! What a generated model is to everything else: [`System`].
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::Scalar;
+
+/// Where a model is evaluated: time, coordinates, velocities, inputs, internal states.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point<T, const N: usize, const U: usize, const Z: usize> {
+    /// Time `t`, s.
+    pub t: T,
+    /// Generalised coordinates `q`, m or rad.
+    pub q: [T; N],
+    /// Generalised velocities `v = dq/dt`, m/s or rad/s.
+    pub v: [T; N],
+    /// Inputs `u`, in the unit the model declares.
+    pub u: [T; U],
+    /// Internal first-order states `z` (friction bristles, actuator lags, …).
+    pub z: [T; Z],
+}
+
+impl<T: Scalar, const N: usize, const U: usize, const Z: usize> Point<T, N, U, Z> {
+    /// The origin: everything 0.
+    pub fn zero() -> Self {
+        let zero = T::zero();
+        Self {
+            t: zero,
+            q: [zero; N],
+            v: [zero; N],
+            u: [zero; U],
+            z: [zero; Z],
+        }
+    }
+}
+
+/// All constraints of a model at one point, on acceleration level: `A a = b`
+/// (thesis 3.28–3.30).
+///
+/// For a holonomic row, `c(q,t) = 0`: `A = ∂c/∂q` and `b = A a − c̈`. For a
+/// nonholonomic row, `c(q,v,t) = 0`: `A = ∂c/∂v` and `b = A a − ċ`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Constraint<T, const N: usize, const M: usize> {
+    /// `A`, m×n.
+    pub a: SMatrix<T, M, N>,
+    /// `b`, without stabilisation.
+    pub b: SVector<T, M>,
+    /// Violation: `c(q,t)` of a holonomic row, `c(q,v,t)` of a nonholonomic one.
+    pub c: SVector<T, M>,
+    /// `ċ = dc/dt` of a holonomic row; of a nonholonomic row not used (leave 0).
+    pub c_dot: SVector<T, M>,
+    /// Whether row i is holonomic.
+    pub holonomic: [bool; M],
+}
+
+impl<T: Scalar, const N: usize> Constraint<T, N, 0> {
+    /// No constraint.
+    pub fn none() -> Self {
+        let empty = SVector::from_fn(|_, _| T::zero());
+        Self {
+            a: SMatrix::from_fn(|_, _| T::zero()),
+            b: empty,
+            c: empty,
+            c_dot: empty,
+            holonomic: [],
+        }
+    }
+}
+
+/// All terms of the equation of motion at one point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Equation<T, const N: usize, const M: usize> {
+    /// Generalised inertia, N×N.
+    pub mass_matrix: SMatrix<T, N, N>,
+    /// Generalised force `Qbar`, N.
+    pub force: SVector<T, N>,
+    /// The constraint rows.
+    pub constraint: Constraint<T, N, M>,
+}
+
+/// A mechanical system `M a = Qbar + Aᵀ λ`, `A a = b` (thesis 3.17, 3.38) with `N`
+/// coordinates, `U` inputs, `M` constraint rows and `Z` internal states.
+///
+/// Implemented by generated code for every [`Scalar`]; parameters live in `self`.
+pub trait System<T: Scalar, const N: usize, const U: usize, const M: usize, const Z: usize> {
+    /// Generalised inertia `M(q)`, N×N, symmetric.
+    fn mass_matrix(&self, x: &Point<T, N, U, Z>) -> SMatrix<T, N, N>;
+
+    /// Generalised force `Qbar = Q_C + Q_D + Q_u + Q_z`: bias (fictitious and
+    /// conservative), dissipative, actuation, non-ideal constraint forces.
+    fn force(&self, x: &Point<T, N, U, Z>) -> SVector<T, N>;
+
+    /// The constraint rows.
+    fn constraint(&self, x: &Point<T, N, U, Z>) -> Constraint<T, N, M>;
+
+    /// Rates `dz/dt` of the internal states.
+    fn state_rate(&self, x: &Point<T, N, U, Z>) -> [T; Z];
+
+    /// Everything at once. Generated code computes what the terms share, such as
+    /// sines and cosines, a single time.
+    fn equation(&self, x: &Point<T, N, U, Z>) -> Equation<T, N, M> {
+        Equation {
+            mass_matrix: self.mass_matrix(x),
+            force: self.force(x),
+            constraint: self.constraint(x),
+        }
+    }
+}
