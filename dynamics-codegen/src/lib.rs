@@ -10,6 +10,7 @@ mod compile;
 pub mod derive;
 pub mod diagnostic;
 pub mod dimension;
+pub mod emit;
 pub mod graph;
 pub mod model;
 pub mod source;

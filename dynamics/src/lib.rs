@@ -92,7 +92,10 @@ mod system;
 pub use dual::Dual;
 pub use scalar::{Real, Scalar};
 pub use simulate::{Simulation, acceleration, acceleration_full_rank};
-pub use system::{Constraint, Point, System};
+pub use system::{Constraint, Equation, Point, System};
+
+/// The linear algebra types in [`System`]'s signatures.
+pub use nalgebra;
 
 #[cfg(test)]
 extern crate std;

@@ -7,7 +7,7 @@ use crate::constrained::{Baumgarte, FullRank, Solution, SolveError, Tolerance, s
 use crate::integrate::{
     DormandPrince, IntegrationError, Segment, State, Statistics, rk4_step, symplectic_euler_step,
 };
-use crate::{Constraint, Point, Real, Scalar, System};
+use crate::{Constraint, Equation, Point, Real, Scalar, System};
 
 /// Acceleration and multipliers of `system` at `x`, all cases, checked.
 ///
@@ -24,11 +24,15 @@ where
     T: Real,
     S: System<T, N, U, M, Z> + ?Sized,
 {
-    let constraint = system.constraint(x);
+    let Equation {
+        mass_matrix,
+        force,
+        constraint,
+    } = system.equation(x);
     let b = right_hand_side(&constraint, baumgarte);
     solve(
-        &system.mass_matrix(x),
-        &system.force(x),
+        &mass_matrix,
+        &force,
         &constraint.a,
         &b,
         tolerance,
@@ -53,9 +57,13 @@ where
     T: Scalar,
     S: System<T, N, U, M, Z> + ?Sized,
 {
-    let constraint = system.constraint(x);
+    let Equation {
+        mass_matrix,
+        force,
+        constraint,
+    } = system.equation(x);
     let b = right_hand_side(&constraint, baumgarte);
-    FullRank::new(&system.mass_matrix(x), &constraint.a).solve(&system.force(x), &b)
+    FullRank::new(&mass_matrix, &constraint.a).solve(&force, &b)
 }
 
 fn right_hand_side<T: Scalar, const N: usize, const M: usize>(

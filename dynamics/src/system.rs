@@ -66,6 +66,17 @@ impl<T: Scalar, const N: usize> Constraint<T, N, 0> {
     }
 }
 
+/// All terms of the equation of motion at one point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Equation<T, const N: usize, const M: usize> {
+    /// Generalised inertia, N×N.
+    pub mass_matrix: SMatrix<T, N, N>,
+    /// Generalised force `Qbar`, N.
+    pub force: SVector<T, N>,
+    /// The constraint rows.
+    pub constraint: Constraint<T, N, M>,
+}
+
 /// A mechanical system `M a = Qbar + Aᵀ λ`, `A a = b` (thesis 3.17, 3.38) with `N`
 /// coordinates, `U` inputs, `M` constraint rows and `Z` internal states.
 ///
@@ -83,4 +94,14 @@ pub trait System<T: Scalar, const N: usize, const U: usize, const M: usize, cons
 
     /// Rates `dz/dt` of the internal states.
     fn state_rate(&self, x: &Point<T, N, U, Z>) -> [T; Z];
+
+    /// Everything at once. Generated code computes what the terms share, such as
+    /// sines and cosines, a single time.
+    fn equation(&self, x: &Point<T, N, U, Z>) -> Equation<T, N, M> {
+        Equation {
+            mass_matrix: self.mass_matrix(x),
+            force: self.force(x),
+            constraint: self.constraint(x),
+        }
+    }
 }

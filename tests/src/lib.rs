@@ -1,1 +1,5 @@
-//! Tests that cross crates.
+//! What tests that cross crates share: the models, and files under control.
+
+pub mod files;
+pub mod models;
+pub mod random;

@@ -7,14 +7,16 @@
 
 mod build;
 mod derivative;
+mod display;
 mod evaluate;
 mod node;
 mod order;
 
+pub use display::{Display, Precedence};
 pub use node::{Binary, ExprId, Node, SymbolId, Unary};
 pub use order::Reachable;
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// An arena of hash-consed expressions over named symbols.
 #[derive(Debug, Clone, Default)]
@@ -23,6 +25,7 @@ pub struct Graph {
     identities: HashMap<Node, ExprId>,
     symbols: Vec<String>,
     symbol_nodes: Vec<ExprId>,
+    labels: BTreeMap<ExprId, String>,
 }
 
 impl Graph {
@@ -56,9 +59,27 @@ impl Graph {
         self.symbols.len()
     }
 
+    /// Remembers what people call an operation; the first name stays. Labels
+    /// change no equation: emitted code names its temporaries after them.
+    pub fn label(&mut self, expr: ExprId, name: &str) {
+        if self.node(expr).is_operation() {
+            self.labels.entry(expr).or_insert_with(|| name.to_string());
+        }
+    }
+
+    /// What people call this operation, if they do.
+    pub fn label_of(&self, expr: ExprId) -> Option<&str> {
+        self.labels.get(&expr).map(String::as_str)
+    }
+
     /// The node behind an identifier.
     pub fn node(&self, expr: ExprId) -> Node {
         self.nodes[expr.index()]
+    }
+
+    /// The identifier of a node that exists already.
+    pub fn find(&self, node: Node) -> Option<ExprId> {
+        self.identities.get(&node).copied()
     }
 
     /// How many nodes the arena holds.

@@ -124,6 +124,8 @@ pub struct Effect {
     pub parameters: Vec<usize>,
     /// The template's description.
     pub doc: String,
+    /// What the model says about it: which log asked for it, what it bought.
+    pub provenance: String,
 }
 
 /// A checked model.

@@ -1,0 +1,28 @@
+//! Text from a compiled model: Rust source and the review sheet.
+//!
+//! ```text
+//! system ──plan──▶ quantities, functions ──body──▶ straight lines ──▶ Rust
+//! ```
+//!
+//! [`quantities`] says what is emitted; the body of a function is built once, in no
+//! particular language; each language has a folder of its own.
+
+mod body;
+mod counts;
+mod digest;
+mod header;
+mod naming;
+mod plan;
+mod review;
+mod rust;
+mod symbols;
+mod telling;
+mod text;
+mod written;
+
+pub use counts::{OperationCount, operation_counts};
+pub use digest::digest;
+pub use naming::identifier;
+pub use plan::{Entry, Quantity, quantities};
+pub use review::review;
+pub use rust::{DuplicateModel, File, module_name, rust, rust_crate, rust_file};

@@ -1,0 +1,484 @@
+//! Names of a model as identifiers of generated code.
+//!
+//! [`identifier`] is injective: two names that differ become two identifiers that
+//! differ, and no name becomes anything but an identifier.
+//!
+//! | in the name | in the identifier |
+//! |---|---|
+//! | ASCII letter, digit | itself |
+//! | `_`, not in front of `_` or of a character of the next line | itself |
+//! | any other character; a digit in front | `__` its code point in hexadecimal `_` |
+//! | the whole is a reserved word of Rust, C or C++, `_`, or empty | the name, then `__` |
+//!
+//! So `theta_1` stays, `θ` becomes `__3b8_`, `x; unsafe { }` becomes
+//! `x__3b___20_unsafe__20___7b___20___7d_`, `type` becomes `type__`.
+//!
+//! Temporaries need not say exactly which name they come from: [`Locals`] turns a
+//! wish into a free identifier in snake case.
+
+use std::collections::BTreeSet;
+
+/// Words that an identifier must not be, in any language that is emitted.
+const RESERVED: &[&str] = &[
+    // Rust 2024, strict, weak and reserved.
+    "abstract",
+    "as",
+    "async",
+    "await",
+    "become",
+    "box",
+    "break",
+    "const",
+    "continue",
+    "crate",
+    "do",
+    "dyn",
+    "else",
+    "enum",
+    "extern",
+    "false",
+    "final",
+    "fn",
+    "for",
+    "gen",
+    "if",
+    "impl",
+    "in",
+    "let",
+    "loop",
+    "macro",
+    "macro_rules",
+    "match",
+    "mod",
+    "move",
+    "mut",
+    "override",
+    "priv",
+    "pub",
+    "raw",
+    "ref",
+    "return",
+    "safe",
+    "self",
+    "Self",
+    "static",
+    "struct",
+    "super",
+    "trait",
+    "true",
+    "try",
+    "type",
+    "typeof",
+    "union",
+    "unsafe",
+    "unsized",
+    "use",
+    "virtual",
+    "where",
+    "while",
+    "yield",
+    // C99 and C++.
+    "alignas",
+    "alignof",
+    "and",
+    "and_eq",
+    "asm",
+    "auto",
+    "bitand",
+    "bitor",
+    "bool",
+    "case",
+    "catch",
+    "char",
+    "class",
+    "compl",
+    "concept",
+    "consteval",
+    "constexpr",
+    "constinit",
+    "const_cast",
+    "co_await",
+    "co_return",
+    "co_yield",
+    "decltype",
+    "default",
+    "delete",
+    "double",
+    "dynamic_cast",
+    "explicit",
+    "export",
+    "float",
+    "friend",
+    "goto",
+    "inline",
+    "int",
+    "long",
+    "mutable",
+    "namespace",
+    "new",
+    "noexcept",
+    "not",
+    "not_eq",
+    "nullptr",
+    "operator",
+    "or",
+    "or_eq",
+    "private",
+    "protected",
+    "public",
+    "register",
+    "reinterpret_cast",
+    "requires",
+    "restrict",
+    "short",
+    "signed",
+    "sizeof",
+    "static_assert",
+    "static_cast",
+    "switch",
+    "template",
+    "this",
+    "thread_local",
+    "throw",
+    "typedef",
+    "typeid",
+    "typename",
+    "unsigned",
+    "using",
+    "void",
+    "volatile",
+    "wchar_t",
+    "xor",
+    "xor_eq",
+    "_",
+];
+
+/// Macros and functions of C's headers that a temporary would hide.
+const HEADER_NAMES: &[&str] = &[
+    "i",
+    "complex",
+    "imaginary",
+    "errno",
+    "near",
+    "far",
+    "sin",
+    "cos",
+    "tan",
+    "asin",
+    "acos",
+    "atan",
+    "atan2",
+    "sinh",
+    "cosh",
+    "tanh",
+    "exp",
+    "log",
+    "sqrt",
+    "pow",
+    "fabs",
+    "floor",
+    "ceil",
+    "gamma",
+    "lgamma",
+    "tgamma",
+    "erf",
+    "j0",
+    "j1",
+    "jn",
+    "y0",
+    "y1",
+    "yn",
+    "signgam",
+    "abs",
+    "div",
+    "index",
+    "time",
+    "real",
+];
+
+/// Letters that physics is written in, for the names of temporaries.
+const GREEK: [(char, &str); 35] = [
+    ('α', "alpha"),
+    ('β', "beta"),
+    ('γ', "gamma"),
+    ('δ', "delta"),
+    ('ε', "epsilon"),
+    ('ζ', "zeta"),
+    ('η', "eta"),
+    ('θ', "theta"),
+    ('ι', "iota"),
+    ('κ', "kappa"),
+    ('λ', "lambda"),
+    ('μ', "mu"),
+    ('ν', "nu"),
+    ('ξ', "xi"),
+    ('ο', "omicron"),
+    ('π', "pi"),
+    ('ρ', "rho"),
+    ('σ', "sigma"),
+    ('ς', "sigma"),
+    ('τ', "tau"),
+    ('υ', "upsilon"),
+    ('φ', "phi"),
+    ('χ', "chi"),
+    ('ψ', "psi"),
+    ('ω', "omega"),
+    ('Γ', "gamma"),
+    ('Δ', "delta"),
+    ('Θ', "theta"),
+    ('Λ', "lambda"),
+    ('Ξ', "xi"),
+    ('Π', "pi"),
+    ('Σ', "sigma"),
+    ('Φ', "phi"),
+    ('Ψ', "psi"),
+    ('Ω', "omega"),
+];
+
+/// The identifier of a name; see the table above.
+///
+/// ```
+/// use dynamics_codegen::emit::identifier;
+///
+/// assert_eq!(identifier("I_G"), "I_G");
+/// assert_eq!(identifier("self"), "self__");
+/// assert_eq!(identifier("*/"), "__2a___2f_");
+/// ```
+pub fn identifier(name: &str) -> String {
+    if name.is_empty() || RESERVED.contains(&name) {
+        return format!("{name}__");
+    }
+    let mut out = String::with_capacity(name.len());
+    let mut characters = name.chars().peekable();
+    while let Some(c) = characters.next() {
+        let follows_plainly = characters.peek().is_none_or(char::is_ascii_alphanumeric);
+        let plain = match c {
+            '_' => follows_plainly,
+            '0'..='9' => !out.is_empty(),
+            _ => c.is_ascii_alphabetic(),
+        };
+        if plain {
+            out.push(c);
+        } else {
+            out.push_str(&format!("__{:x}_", u32::from(c)));
+        }
+    }
+    out
+}
+
+/// Whether rustc finds an identifier fit for a variable, field or module.
+pub(super) fn is_snake_case(identifier: &str) -> bool {
+    let inner = identifier.trim_matches('_');
+    !inner.contains("__") && !inner.chars().any(|c| c.is_ascii_uppercase())
+}
+
+/// A type's name: the words of `name`, each with a capital; `taken` gets `Model`
+/// behind it.
+pub(super) fn type_name(name: &str, taken: &[&str]) -> String {
+    let identifier = identifier(name);
+    let words = identifier.split('_').filter(|word| !word.is_empty());
+    let mut out = String::new();
+    for word in words {
+        // Two digits that meet would read as one number.
+        let digits_meet = out.ends_with(|c: char| c.is_ascii_digit())
+            && word.starts_with(|c: char| c.is_ascii_digit());
+        if digits_meet {
+            out.push('X');
+        }
+        let mut letters = word.chars();
+        out.extend(letters.next().map(|c| c.to_ascii_uppercase()));
+        out.push_str(letters.as_str());
+    }
+    if out.is_empty() || out.starts_with(|c: char| c.is_ascii_digit()) {
+        out.insert_str(0, "Model");
+    }
+    if taken.contains(&out.as_str()) || RESERVED.contains(&out.as_str()) {
+        out.push_str("Model");
+    }
+    out
+}
+
+/// A wish for a temporary's name as lower-case words joined by `_`; may be empty.
+pub(super) fn snake(wish: &str) -> String {
+    let mut out = String::new();
+    for c in wish.chars() {
+        if c.is_ascii_alphanumeric() {
+            out.push(c.to_ascii_lowercase());
+        } else if let Some((_, word)) = GREEK.iter().find(|(letter, _)| *letter == c) {
+            out.push_str(word);
+        } else if !out.is_empty() && !out.ends_with('_') {
+            out.push('_');
+        }
+    }
+    while out.ends_with('_') {
+        out.pop();
+    }
+    out
+}
+
+/// The names used in one function.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Locals {
+    taken: BTreeSet<String>,
+    numbered: usize,
+}
+
+impl Locals {
+    pub fn new<'a>(taken: impl IntoIterator<Item = &'a str>) -> Self {
+        Self {
+            taken: taken.into_iter().map(str::to_string).collect(),
+            numbered: 0,
+        }
+    }
+
+    /// A free name as close to `wish` as can be, of at most 32 characters.
+    pub fn claim(&mut self, wish: &str) -> String {
+        let mut base = snake(wish);
+        base.truncate(28);
+        let base = snake(&base);
+        let unfit = base.is_empty() || base.starts_with(|c: char| c.is_ascii_digit());
+        if unfit {
+            return self.number();
+        }
+        let base = if RESERVED.contains(&base.as_str()) || HEADER_NAMES.contains(&base.as_str()) {
+            format!("{base}_value")
+        } else {
+            base
+        };
+        let mut candidate = base.clone();
+        let mut count = 1;
+        while !self.taken.insert(candidate.clone()) {
+            count += 1;
+            candidate = format!("{base}_{count}");
+        }
+        candidate
+    }
+
+    /// A name that says nothing: `w1`, `w2`, …
+    pub fn number(&mut self) -> String {
+        loop {
+            self.numbered += 1;
+            let candidate = format!("w{}", self.numbered);
+            if self.taken.insert(candidate.clone()) {
+                return candidate;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// The inverse of [`identifier`]: that there is one proves it injective.
+    fn name_of(identifier: &str) -> Option<String> {
+        if let Some(word) = identifier.strip_suffix("__")
+            && (word.is_empty() || RESERVED.contains(&word))
+        {
+            return Some(word.to_string());
+        }
+        let mut out = String::new();
+        let mut rest = identifier;
+        while let Some(c) = rest.chars().next() {
+            if let Some(escape) = rest.strip_prefix("__") {
+                let (hex, behind) = escape.split_once('_')?;
+                out.push(char::from_u32(u32::from_str_radix(hex, 16).ok()?)?);
+                rest = behind;
+            } else {
+                out.push(c);
+                rest = &rest[c.len_utf8()..];
+            }
+        }
+        Some(out)
+    }
+
+    fn is_identifier(text: &str) -> bool {
+        syn::parse_str::<syn::Ident>(text).is_ok() && text.is_ascii()
+    }
+
+    fn check(name: &str) {
+        let word = identifier(name);
+        assert!(is_identifier(&word), "{name:?} -> {word:?}");
+        assert!(!RESERVED.contains(&word.as_str()), "{name:?} -> {word:?}");
+        assert_eq!(name_of(&word).as_deref(), Some(name), "{word:?}");
+        assert!(is_identifier(&type_name(name, &[])), "{name:?}");
+        assert!(is_identifier(&Locals::default().claim(name)), "{name:?}");
+    }
+
+    #[test]
+    fn hostile_names() {
+        let names = [
+            "",
+            "_",
+            "__",
+            "___",
+            "a__b",
+            "a_",
+            "_a",
+            "3dof",
+            "type",
+            "type_",
+            "type__",
+            "self",
+            "Self",
+            "crate",
+            "gen",
+            "x; unsafe { }",
+            "*/",
+            "../../etc/passwd",
+            "θ",
+            "_θ",
+            "θ_θ",
+            "\"",
+            "a\nb",
+            "r#type",
+            "é\u{202e}",
+            "__3b8_",
+            "_u",
+            "5f",
+            "_5f_",
+            "int",
+            "\0",
+        ];
+        for name in names {
+            check(name);
+        }
+        assert_eq!(
+            identifier("x; unsafe { }"),
+            "x__3b___20_unsafe__20___7b___20___7d_"
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn any_name_comes_back(name in ".{0,12}") {
+            check(&name);
+        }
+
+        #[test]
+        fn any_name_of_few_letters_comes_back(name in "[_a5θ/]{0,12}") {
+            check(&name);
+        }
+    }
+
+    #[test]
+    fn temporaries_do_not_meet() {
+        let mut locals = Locals::new(["p", "x"]);
+        assert_eq!(locals.claim("I_G"), "i_g");
+        assert_eq!(locals.claim("i_g"), "i_g_2");
+        assert_eq!(locals.claim("x"), "x_2");
+        assert_eq!(locals.claim("self"), "self_value");
+        assert_eq!(locals.claim("θ_1"), "theta_1");
+        assert_eq!(locals.claim("长"), "w1");
+        assert_eq!(locals.claim("w2"), "w2");
+        assert_eq!(locals.number(), "w3");
+    }
+
+    #[test]
+    fn types_are_written_in_camel_case() {
+        assert_eq!(type_name("surface_particle", &[]), "SurfaceParticle");
+        assert_eq!(type_name("unicycle2d", &[]), "Unicycle2d");
+        assert_eq!(type_name("parameters", &["Parameters"]), "ParametersModel");
+    }
+}

@@ -1,0 +1,304 @@
+//! The review sheet: what a model is, on a page that is read when it changes.
+
+use super::counts;
+use super::plan::coordinate_unit;
+use super::rust::rust;
+use super::text::{decimal, one_line, plain_lines};
+use crate::compile::Compiled;
+use crate::graph::{ExprId, SymbolId};
+use crate::model::{ConstraintKind, Model, Parameter};
+use std::collections::HashMap;
+use std::fmt::Write as _;
+
+/// Coordinates, inputs, parameters, energies and forces, constraints as derived,
+/// outputs, effects with their provenance, operation counts and code size of a model,
+/// as plain text. `source_name` is the model's path.
+pub fn review(compiled: &Compiled, source_name: &str) -> String {
+    let sheet = Sheet::new(compiled);
+    let mut out = String::new();
+    // Writing into a string cannot fail.
+    let _ = sheet.write(&mut out, source_name);
+    out
+}
+
+struct Sheet<'a> {
+    compiled: &'a Compiled,
+    model: &'a Model,
+    names: HashMap<SymbolId, String>,
+}
+
+impl<'a> Sheet<'a> {
+    fn new(compiled: &'a Compiled) -> Self {
+        let model = &compiled.model;
+        let mut names = HashMap::from([(model.time, "t".to_string())]);
+        for c in &model.coordinates {
+            names.insert(c.position, one_line(&c.name));
+            names.insert(c.velocity, format!("dot({})", one_line(&c.name)));
+        }
+        for u in &model.inputs {
+            names.insert(u.symbol, format!("input({})", one_line(&u.name)));
+        }
+        for p in &model.parameters {
+            names.insert(p.symbol, one_line(&p.name));
+        }
+        Self {
+            compiled,
+            model,
+            names,
+        }
+    }
+
+    fn expression(&self, expr: ExprId) -> String {
+        let name = |id| {
+            self.names
+                .get(&id)
+                .cloned()
+                .unwrap_or_else(|| "?".to_string())
+        };
+        self.model.graph.display(expr, name).to_string()
+    }
+
+    fn write(&self, out: &mut String, source_name: &str) -> std::fmt::Result {
+        writeln!(
+            out,
+            "model {} ({})",
+            one_line(&self.model.name),
+            one_line(source_name)
+        )?;
+        paragraph(out, &self.model.doc)?;
+        self.arguments(out)?;
+        self.parameters(out)?;
+        self.dynamics(out)?;
+        self.constraints(out)?;
+        self.outputs(out)?;
+        self.effects(out)?;
+        self.size(out, source_name)
+    }
+
+    fn arguments(&self, out: &mut String) -> std::fmt::Result {
+        heading(out, "coordinates", self.model.coordinates.len())?;
+        let mut rows = Vec::new();
+        for c in &self.model.coordinates {
+            rows.push([one_line(&c.name), coordinate_unit(c, 0), one_line(&c.doc)]);
+        }
+        columns(out, &rows)?;
+        heading(out, "inputs", self.model.inputs.len())?;
+        let mut rows = Vec::new();
+        for u in &self.model.inputs {
+            let arrives = self.expression(u.arrives);
+            let direct = arrives == self.names[&u.symbol];
+            let note = if direct {
+                String::new()
+            } else {
+                format!("arrives as {arrives}")
+            };
+            let doc = [note, one_line(&u.doc)]
+                .into_iter()
+                .filter(|s| !s.is_empty());
+            rows.push([
+                one_line(&u.name),
+                u.unit.clone(),
+                doc.collect::<Vec<_>>().join("; "),
+            ]);
+        }
+        columns(out, &rows)
+    }
+
+    fn parameters(&self, out: &mut String) -> std::fmt::Result {
+        heading(out, "parameters", self.model.parameters.len())?;
+        let rows = self.model.parameters.iter().map(|p| {
+            [
+                one_line(&p.name),
+                p.unit.clone(),
+                decimal(p.nominal),
+                bounds(p),
+                prior(p),
+                one_line(&p.doc),
+            ]
+        });
+        columns(out, &rows.collect::<Vec<_>>())
+    }
+
+    fn dynamics(&self, out: &mut String) -> std::fmt::Result {
+        writeln!(out, "\nenergies and forces")?;
+        let mut rows = vec![
+            ["kinetic".to_string(), self.expression(self.model.kinetic)],
+            [
+                "potential".to_string(),
+                self.expression(self.model.potential),
+            ],
+        ];
+        if !self.model.graph.is_zero(self.model.dissipation) {
+            rows.push([
+                "dissipation".to_string(),
+                self.expression(self.model.dissipation),
+            ]);
+        }
+        for (c, &force) in self.model.coordinates.iter().zip(&self.model.forces) {
+            if !self.model.graph.is_zero(force) {
+                rows.push([
+                    format!("force on {}", one_line(&c.name)),
+                    self.expression(force),
+                ]);
+            }
+        }
+        columns(out, &rows)
+    }
+
+    fn constraints(&self, out: &mut String) -> std::fmt::Result {
+        heading(out, "constraints", self.model.constraints.len())?;
+        let system = &self.compiled.system;
+        for (row, constraint) in self.model.constraints.iter().enumerate() {
+            let kind = match constraint.kind {
+                ConstraintKind::Holonomic => "holonomic",
+                ConstraintKind::Nonholonomic => "nonholonomic",
+            };
+            let time = if constraint.time_dependent {
+                ", depends on time"
+            } else {
+                ""
+            };
+            writeln!(out, "  {}: {kind}{time}", one_line(&constraint.name))?;
+            for line in plain_lines(&constraint.doc) {
+                writeln!(out, "    {line}")?;
+            }
+            writeln!(
+                out,
+                "    0 = {}",
+                self.expression(system.constraint_residual[row])
+            )?;
+            for (c, &entry) in self
+                .model
+                .coordinates
+                .iter()
+                .zip(&system.constraint_matrix[row])
+            {
+                if !self.model.graph.is_zero(entry) {
+                    writeln!(
+                        out,
+                        "    A[{}] = {}",
+                        one_line(&c.name),
+                        self.expression(entry)
+                    )?;
+                }
+            }
+            writeln!(
+                out,
+                "    b = {}",
+                self.expression(system.constraint_bias[row])
+            )?;
+        }
+        Ok(())
+    }
+
+    fn outputs(&self, out: &mut String) -> std::fmt::Result {
+        heading(out, "outputs", self.model.outputs.len())?;
+        let rows = self.model.outputs.iter().map(|output| {
+            let unit = output.dimension.map_or_else(String::new, |d| d.to_string());
+            [
+                one_line(&output.name),
+                unit,
+                self.expression(output.value),
+                one_line(&output.doc),
+            ]
+        });
+        columns(out, &rows.collect::<Vec<_>>())
+    }
+
+    fn effects(&self, out: &mut String) -> std::fmt::Result {
+        heading(out, "effects", self.model.effects.len())?;
+        for effect in &self.model.effects {
+            let places: Vec<String> = effect.on.iter().map(|(_, name)| one_line(name)).collect();
+            let values = effect.parameters.iter().map(|&index| {
+                let p = &self.model.parameters[index];
+                let unit = if p.unit == "1" { "" } else { p.unit.as_str() };
+                let text = format!("{} = {} {unit}", one_line(&p.name), decimal(p.nominal));
+                text.trim_end().to_string()
+            });
+            let values = values.collect::<Vec<_>>().join(", ");
+            writeln!(
+                out,
+                "  {}({}): {}",
+                one_line(&effect.template),
+                places.join(", "),
+                values
+            )?;
+            let what = plain_lines(&effect.doc);
+            writeln!(
+                out,
+                "    what: {}",
+                what.first().map_or("not described", String::as_str)
+            )?;
+            let why = plain_lines(&effect.provenance);
+            if why.is_empty() {
+                writeln!(out, "    why:  not stated")?;
+            }
+            for line in why {
+                writeln!(out, "    why:  {line}")?;
+            }
+        }
+        Ok(())
+    }
+
+    fn size(&self, out: &mut String, source_name: &str) -> std::fmt::Result {
+        writeln!(out, "\noperations")?;
+        for line in counts::table(self.compiled) {
+            writeln!(out, "  {line}")?;
+        }
+        let code = rust(self.compiled, source_name);
+        writeln!(out, "\ncode size")?;
+        writeln!(
+            out,
+            "  Rust: {} lines, {} bytes",
+            code.lines().count(),
+            code.len()
+        )
+    }
+}
+
+fn paragraph(out: &mut String, text: &str) -> std::fmt::Result {
+    for line in plain_lines(text) {
+        writeln!(out, "{}", format!("  {line}").trim_end())?;
+    }
+    Ok(())
+}
+
+fn heading(out: &mut String, title: &str, count: usize) -> std::fmt::Result {
+    match count {
+        0 => writeln!(out, "\n{title}: none"),
+        _ => writeln!(out, "\n{title}: {count}"),
+    }
+}
+
+fn bounds(p: &Parameter) -> String {
+    match (p.lower.is_finite(), p.upper.is_finite()) {
+        (false, false) => String::new(),
+        (lower, upper) => {
+            let side = |given: bool, value| if given { decimal(value) } else { String::new() };
+            format!("in {}..{}", side(lower, p.lower), side(upper, p.upper))
+        }
+    }
+}
+
+fn prior(p: &Parameter) -> String {
+    p.prior.map_or_else(String::new, |(mean, sd)| {
+        format!("prior {} ± {}", decimal(mean), decimal(sd))
+    })
+}
+
+/// Rows with their cells in columns; a column in which nothing stands is left out.
+fn columns<const N: usize>(out: &mut String, rows: &[[String; N]]) -> std::fmt::Result {
+    let width = |cell: &String| cell.chars().count();
+    let widths: [usize; N] =
+        std::array::from_fn(|i| rows.iter().map(|row| width(&row[i])).max().unwrap_or(0));
+    for row in rows {
+        let mut line = String::from(" ");
+        for (cell, &wide) in row.iter().zip(&widths).filter(|(_, wide)| **wide > 0) {
+            line.push(' ');
+            line.push_str(cell);
+            line.extend(std::iter::repeat_n(' ', wide - width(cell) + 1));
+        }
+        writeln!(out, "{}", line.trim_end())?;
+    }
+    Ok(())
+}

@@ -1,0 +1,116 @@
+//! What a model's symbols are called in emitted code.
+
+use super::body::Body;
+use super::naming::{Locals, identifier, snake};
+use crate::graph::SymbolId;
+use crate::model::Model;
+use std::collections::BTreeMap;
+
+/// The part of a function's arguments that a symbol belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Role {
+    Time,
+    Position(usize),
+    Velocity(usize),
+    Input(usize),
+    Parameter(usize),
+}
+
+/// A symbol of the model.
+#[derive(Debug, Clone)]
+pub(super) struct Symbol {
+    pub role: Role,
+    /// The local variable; for a parameter, the field.
+    pub code: String,
+    /// What names of temporaries call it.
+    pub telling: String,
+}
+
+/// All symbols of a model.
+#[derive(Debug, Clone)]
+pub(super) struct Symbols {
+    symbols: BTreeMap<SymbolId, Symbol>,
+}
+
+/// Names of a function's arguments.
+const ARGUMENTS: [&str; 3] = ["p", "x", "out"];
+
+impl Symbols {
+    pub fn new(model: &Model) -> Self {
+        let mut locals = Locals::new(ARGUMENTS);
+        let mut symbols = BTreeMap::new();
+        let mut add = |id: SymbolId, role: Role, code: String, telling: String| {
+            symbols.insert(
+                id,
+                Symbol {
+                    role,
+                    code,
+                    telling,
+                },
+            );
+        };
+        add(model.time, Role::Time, locals.claim("t"), "t".into());
+        for (i, c) in model.coordinates.iter().enumerate() {
+            let code = locals.claim(&format!("q_{}", c.name));
+            add(c.position, Role::Position(i), code, snake(&c.name));
+        }
+        for (i, c) in model.coordinates.iter().enumerate() {
+            let code = locals.claim(&format!("dq_{}", c.name));
+            let telling = format!("d_{}", snake(&c.name));
+            add(c.velocity, Role::Velocity(i), code, telling);
+        }
+        for (i, u) in model.inputs.iter().enumerate() {
+            let code = locals.claim(&format!("u_{}", u.name));
+            add(
+                u.symbol,
+                Role::Input(i),
+                code,
+                format!("u_{}", snake(&u.name)),
+            );
+        }
+        for (i, p) in model.parameters.iter().enumerate() {
+            add(
+                p.symbol,
+                Role::Parameter(i),
+                identifier(&p.name),
+                snake(&p.name),
+            );
+        }
+        Self { symbols }
+    }
+
+    /// The symbol behind an identifier.
+    pub fn get(&self, id: SymbolId) -> &Symbol {
+        // Expressions of a system hold no symbol but those of `System::arguments`.
+        &self.symbols[&id]
+    }
+
+    /// The local variables of all arguments, and the arguments themselves.
+    pub fn locals(&self) -> Locals {
+        let own = self.symbols.values();
+        let variables = own.filter(|s| !matches!(s.role, Role::Parameter(_)));
+        Locals::new(variables.map(|s| s.code.as_str()).chain(ARGUMENTS))
+    }
+
+    /// The local variables that `body` reads, with what they are.
+    pub fn read_by(&self, body: &Body) -> Vec<(&str, Role)> {
+        let own = self
+            .symbols
+            .values()
+            .filter(|s| body.reads.contains(&s.role));
+        let mut read: Vec<(&str, Role)> = own.map(|s| (s.code.as_str(), s.role)).collect();
+        read.sort_by_key(|(_, role)| *role);
+        read
+    }
+
+    /// Width of the written symbol.
+    pub fn width(&self, id: SymbolId) -> usize {
+        let symbol = self.get(id);
+        let access = if let Role::Parameter(_) = symbol.role {
+            3
+        } else {
+            0
+        };
+        symbol.code.len() + access
+    }
+}

@@ -1,0 +1,55 @@
+//! With the feature `regenerate`: `../models/*.model` to Rust in `OUT_DIR`, as a user's
+//! own build script would do it.
+
+fn main() {
+    println!("cargo::rerun-if-changed=build.rs");
+    #[cfg(feature = "regenerate")]
+    if let Err(message) = regenerate::run() {
+        // A model's faults are rendered reports: show them as they are.
+        for line in message.lines() {
+            println!("cargo::error={line}");
+        }
+    }
+}
+
+#[cfg(feature = "regenerate")]
+mod regenerate {
+    use dynamics_codegen::{Library, compile_bytes, emit};
+    use std::path::{Path, PathBuf};
+
+    pub fn run() -> Result<(), String> {
+        let folder = "../models";
+        println!("cargo::rerun-if-changed={folder}");
+        let mut models = Vec::new();
+        for path in model_files(Path::new(folder))? {
+            let bytes = std::fs::read(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+            // The name from the workspace root, as in the checked-in header.
+            let file = path.file_name().unwrap_or_default().to_string_lossy();
+            let name = format!("models/{file}");
+            let compiled = compile_bytes(&name, &bytes, &Library::builtin())
+                .map_err(|report| report.render())?;
+            models.push((name, compiled));
+        }
+        let out = PathBuf::from(std::env::var("OUT_DIR").map_err(|e| e.to_string())?);
+        for file in emit::rust_crate(&models).map_err(|e| e.to_string())? {
+            let path = out.join(&file.name);
+            std::fs::write(&path, file.text).map_err(|e| format!("{}: {e}", path.display()))?;
+        }
+        Ok(())
+    }
+
+    /// The model files of a folder, sorted: the order of a folder is not the same on
+    /// every machine.
+    fn model_files(folder: &Path) -> Result<Vec<PathBuf>, String> {
+        let unreadable = |e: std::io::Error| format!("{}: {e}", folder.display());
+        let mut paths = Vec::new();
+        for entry in std::fs::read_dir(folder).map_err(unreadable)? {
+            let path = entry.map_err(unreadable)?.path();
+            if path.extension().is_some_and(|e| e == "model") {
+                paths.push(path);
+            }
+        }
+        paths.sort();
+        Ok(paths)
+    }
+}

@@ -1,0 +1,33 @@
+//! The models under `models/`.
+
+use crate::files::root;
+use dynamics_codegen::{Compiled, Library, compile_bytes};
+
+/// All of them, by file name, each with its path from the workspace's folder.
+pub fn all() -> Vec<(String, Compiled)> {
+    let mut names: Vec<String> = std::fs::read_dir(root().join("models"))
+        .expect("models/ is there")
+        .map(|entry| entry.expect("models/ is readable").file_name())
+        .map(|name| name.into_string().expect("models have plain names"))
+        .filter(|name| name.ends_with(".model"))
+        .collect();
+    names.sort();
+    names
+        .iter()
+        .map(|name| (format!("models/{name}"), one(name)))
+        .collect()
+}
+
+/// One of them; `name` is the file's.
+pub fn one(name: &str) -> Compiled {
+    read(&format!("models/{name}"))
+}
+
+/// The model at a path from the workspace's folder.
+pub fn read(path: &str) -> Compiled {
+    let bytes = std::fs::read(root().join(path)).unwrap_or_else(|e| panic!("{path}: {e}"));
+    compile_bytes(path, &bytes, &Library::builtin()).unwrap_or_else(|report| panic!("{report}"))
+}
+
+/// A model that has everything: a fixture of the tests.
+pub const EVERYTHING: &str = "tests/data/models/type.model";

@@ -1,0 +1,37 @@
+//! What is checked in under `generated/` is what the models give today.
+
+use dynamics_codegen::emit;
+use integration_tests::{files, models};
+
+const COMMAND: &str =
+    "DYNAMICS_REGENERATE=1 cargo test -p integration-tests --test generated_is_current";
+
+#[test]
+fn rust_modules_are_current() {
+    let files = emit::rust_crate(&models::all()).expect("every model has a name of its own");
+    let files: Vec<(String, String)> = files.into_iter().map(|f| (f.name, f.text)).collect();
+    assert!(files.len() >= 9, "eight models and lib.rs");
+    let wrong = files::ensure_folder(&files::root().join("generated/src"), &files, "rs");
+    report(&wrong);
+}
+
+/// The module that `back_ends_agree` tries everything on.
+#[test]
+fn the_fixture_is_current() {
+    let compiled = models::read(models::EVERYTHING);
+    let file = emit::rust_file(&compiled, models::EVERYTHING);
+    let folder = files::root().join("tests/tests/fixtures");
+    report(&files::ensure_folder(
+        &folder,
+        &[(file.name, file.text)],
+        "rs",
+    ));
+}
+
+fn report(wrong: &[String]) {
+    assert!(
+        wrong.is_empty(),
+        "generated/ is out of date; regenerate it with\n    {COMMAND}\n\n{}",
+        wrong.join("\n")
+    );
+}
