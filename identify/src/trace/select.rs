@@ -362,7 +362,8 @@ impl Search<'_> {
             .filter(|c| c.gain > LEADER_SHARE * best.gain)
         {
             if tried.len() < MAX_LEADERS {
-                tried.push(self.attempt(leader, noise)?);
+                // A candidate under which the machine cannot move is no explanation.
+                tried.extend(self.attempt(leader, noise).ok());
             }
         }
         // The price of parameters decides among those that fit equally well.
