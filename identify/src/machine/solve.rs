@@ -82,7 +82,12 @@ impl Factorisation {
         let (inertia, penalty) =
             factorise_inertia(mass_matrix, constraint).ok_or(SolveError::Singular { sample })?;
         let compliance = inertia.solve(&constraint.transpose());
-        let inverse = pseudo_inverse(&(constraint * &compliance));
+        let gram = constraint * &compliance;
+        // The eigenvalue iteration would not end on these.
+        if gram.iter().any(|x| !x.is_finite()) {
+            return Err(SolveError::NotFinite { sample });
+        }
+        let inverse = pseudo_inverse(&gram);
         Ok(Self {
             inertia,
             penalty,

@@ -24,6 +24,9 @@ pub struct Fit {
     pub covariance: DMatrix<f64>,
 }
 
+/// Sum of squares below which a column is round-off: constraints hide it.
+pub const INVISIBLE: f64 = 1e-16;
+
 /// Columns this collinear (in `1 − R²`) are fitted with a trace of damping.
 const RIDGE: f64 = 1e-10;
 
@@ -130,7 +133,11 @@ fn fit(gram: &DMatrix<f64>, columns: &[usize]) -> Fit {
     // Unit columns: damping then means the same for all of them.
     let scale = DVector::from_fn(p, |i, _| {
         let size = gram[(at(i), at(i))].sqrt();
-        if size > 0.0 { 1.0 / size } else { 0.0 }
+        if size > INVISIBLE.sqrt() {
+            1.0 / size
+        } else {
+            0.0
+        }
     });
     let mut normal = DMatrix::from_fn(p, p, |i, j| gram[(at(i), at(j))] * scale[i] * scale[j]);
     for i in 0..p {

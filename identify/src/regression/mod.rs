@@ -15,5 +15,5 @@ mod gram;
 mod whitener;
 
 pub use error_dynamics::{Columns, ErrorDynamics, Hold};
-pub use gram::{BLOCKS, Fit, Gram};
+pub use gram::{BLOCKS, Fit, Gram, INVISIBLE};
 pub use whitener::{ProcessNoise, Readings, Whitener};

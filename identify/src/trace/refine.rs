@@ -57,6 +57,9 @@ pub fn refine(
         let gram = whitener.gram();
         let all: Vec<usize> = (0..parameters.len()).collect();
         let fit = gram.fit(&all);
+        if fit.coefficients.iter().any(|x| !x.is_finite()) {
+            return Err(SolveError::NotFinite { sample: 0 });
+        }
         let (moved, taken) = limited(dictionary, parameters, values, &fit.coefficients);
         observed.move_by(&whitener.smooth(&taken));
         let length = (0..parameters.len())

@@ -4,7 +4,9 @@ use super::dictionary::{Candidate, Dictionary, Subject};
 use super::estimate::Observed;
 use super::refine::{Estimate, refine};
 use crate::machine::{SensitivityTape, SolveError};
-use crate::regression::{Columns, ErrorDynamics, Gram, Hold, ProcessNoise, Readings, Whitener};
+use crate::regression::{
+    Columns, ErrorDynamics, Gram, Hold, INVISIBLE, ProcessNoise, Readings, Whitener,
+};
 use dynamics_codegen::derive::Variable;
 use nalgebra::DVector;
 
@@ -309,7 +311,7 @@ impl Search<'_> {
         let candidate = &self.dictionary.candidates[option.candidate];
         let model = &self.dictionary.machine.compiled.model;
         let mut kept: Vec<usize> = (0..option.columns.len()).collect();
-        kept.retain(|&i| gram.size(option.columns[i]) > 0.0);
+        kept.retain(|&i| gram.size(option.columns[i]) > INVISIBLE);
         while !kept.is_empty() {
             let mut with = base.to_vec();
             with.extend(kept.iter().map(|&i| option.columns[i]));
