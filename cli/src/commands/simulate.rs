@@ -27,7 +27,7 @@ pub struct Arguments {
     model: ModelArguments,
 
     /// The initial state: a JSON file, or the JSON itself; fields as in `eval`
-    #[arg(long, value_name = "FILE.json|JSON")]
+    #[arg(long, value_name = "STATE")]
     init: String,
 
     /// How long to simulate, in seconds
@@ -53,7 +53,7 @@ pub struct Arguments {
     seed: u64,
 
     /// The largest integration step, in seconds
-    #[arg(long, value_name = "SECONDS", default_value = "0.001", value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", default_value = "0.00025", value_parser = positive)]
     max_step: f64,
 
     /// Where the log goes
