@@ -6,7 +6,7 @@ use crate::output::{self, WholeFile};
 use clap::{Args, ValueEnum};
 use dynamics_codegen::emit::{self, File};
 use std::fs;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 /// Arguments of `generate`.
@@ -64,8 +64,15 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 fn make_folder(folder: &Path) -> Result<(), Mistake> {
     fs::create_dir_all(folder).map_err(|error| {
+        let reason = match error.kind() {
+            ErrorKind::AlreadyExists | ErrorKind::NotADirectory => {
+                "a file of that name is in the way".to_string()
+            }
+            ErrorKind::PermissionDenied => "permission denied".to_string(),
+            _ => error.to_string(),
+        };
         Mistake::new(format!(
-            "cannot make the folder `{}`: {error}",
+            "cannot make the folder `{}`: {reason}",
             folder.display()
         ))
         .help("choose a folder that you may write to")
