@@ -107,7 +107,11 @@ fn columns(file: &str, header: &csv::StringRecord, names: &[&str]) -> Result<Vec
                 }
                 (None, _) => {
                     let mistake = Mistake::new(format!("`{file}` has no column `{name}`"));
-                    Err(parameters::suggest(mistake, &name, header.iter()))
+                    let taken = |column: &str| names.iter().any(|n| column == format!("u_{n}"));
+                    let spare = header
+                        .iter()
+                        .filter(|column| *column != "t" && !taken(column));
+                    Err(parameters::suggest(mistake, &name, spare))
                 }
             }
         })

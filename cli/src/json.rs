@@ -16,6 +16,8 @@ pub struct Text<'a> {
     pub first_line: usize,
     /// The characters.
     pub text: &'a str,
+    /// What the text should be, for whoever wrote something else.
+    pub shape: &'static str,
 }
 
 /// A JSON value at its place.
@@ -68,7 +70,10 @@ impl<'a> Text<'a> {
     }
 
     fn syntax(self, error: &serde_json::Error) -> Mistake {
-        let start = self.offset(error.line(), error.column());
+        let mut start = self.offset(error.line(), error.column());
+        if self.text[..start].ends_with('-') {
+            start -= 1;
+        }
         let rest = &self.text[start..];
         let word: String = rest
             .chars()
@@ -80,17 +85,17 @@ impl<'a> Text<'a> {
                 .max(rest.chars().next().map_or(0, char::len_utf8));
         let bare = word.trim_start_matches(['-', '+']).to_lowercase();
         if matches!(bare.as_str(), "nan" | "inf" | "infinity") {
+            let message = format!("`{word}` is not a JSON value");
             return self
-                .mistake(
-                    start..end,
-                    "not a finite number",
-                    format!("`{word}` is not a JSON value"),
-                )
-                .help("leave the state out, or give every value as a finite number");
+                .mistake(start..end, "", message)
+                .help("only finite numbers make sense here");
         }
-        let what = error.to_string();
-        let what = what.split(" at line ").next().unwrap_or(&what);
-        self.mistake(start..end, "", format!("this is not JSON: {what}"))
+        let what = reason(error);
+        let message = match what.strip_prefix("EOF while parsing ") {
+            Some(open) => format!("this is not JSON: it ends in the middle of {open}"),
+            None => format!("this is not JSON: {what}"),
+        };
+        self.mistake(start..end, "", message).help(self.shape)
     }
 
     /// The byte behind which `serde_json` stopped: it counts lines from one, and
@@ -108,6 +113,12 @@ impl<'a> Text<'a> {
         }
         at
     }
+}
+
+/// The error without the place, which is ours to give.
+fn reason(error: &serde_json::Error) -> String {
+    let what = error.to_string();
+    what.split(" at line ").next().unwrap_or(&what).to_string()
 }
 
 /// A JSON object with its members in order, repeated names included.
@@ -153,7 +164,9 @@ impl<'a> Value<'a> {
     /// If it is not an object, or a name stands in it twice.
     pub fn members(&self, what: &str) -> Result<Vec<Member<'a>>, Mistake> {
         if !self.is_object() {
-            return Err(self.mistake(self.kind(), format!("expected {what}")));
+            return Err(self
+                .mistake(self.kind(), format!("expected {what}"))
+                .help(self.within.shape));
         }
         let Members(pairs) = serde_json::from_str(self.raw).map_err(|e| self.odd(&e))?;
         let mut members: Vec<Member<'a>> = Vec::with_capacity(pairs.len());
@@ -161,7 +174,8 @@ impl<'a> Value<'a> {
             let name: String = serde_json::from_str(key.get()).map_err(|e| self.odd(&e))?;
             let key = self.within.locate(key);
             if members.iter().any(|member| member.name == name) {
-                return Err(key.mistake("again here", format!("`{name}` is given twice")));
+                let mistake = key.mistake("again here", format!("`{name}` is given twice"));
+                return Err(mistake.help("keep one of them"));
             }
             let value = self.within.locate(value);
             members.push(Member { name, key, value });
@@ -175,7 +189,9 @@ impl<'a> Value<'a> {
     /// If it is not an array.
     pub fn elements(&self, what: &str) -> Result<Vec<Value<'a>>, Mistake> {
         if !self.raw.starts_with('[') {
-            return Err(self.mistake(self.kind(), format!("expected {what}")));
+            return Err(self
+                .mistake(self.kind(), format!("expected {what}"))
+                .help(self.within.shape));
         }
         let values: Vec<&'a RawValue> = serde_json::from_str(self.raw).map_err(|e| self.odd(&e))?;
         Ok(values
@@ -193,12 +209,20 @@ impl<'a> Value<'a> {
             .raw
             .starts_with(|c: char| c == '-' || c.is_ascii_digit());
         if !numeric {
-            let message = format!("{what} must be a number");
-            return Err(self.mistake(self.kind(), message));
+            let mistake = self.mistake(self.kind(), format!("{what} must be a number"));
+            return Err(match self.raw.starts_with('"') {
+                true => mistake.help("numbers stand without quotes"),
+                false => mistake.help("give a number, such as `0.5` or `-1e-3`"),
+            });
         }
         match serde_json::from_str::<f64>(self.raw) {
             Ok(value) if value.is_finite() => Ok(value),
-            _ => Err(self.mistake("too large", format!("{what} must be a finite number"))),
+            _ => {
+                let message = format!("{what} must be a finite number");
+                Err(self
+                    .mistake("too large", message)
+                    .help("check its exponent"))
+            }
         }
     }
 
@@ -215,7 +239,8 @@ impl<'a> Value<'a> {
 
     /// Faults inside a value whose syntax has been checked: half a surrogate pair.
     fn odd(&self, error: &serde_json::Error) -> Mistake {
-        self.mistake("", format!("this cannot be read: {error}"))
+        self.mistake("", format!("this cannot be read: {}", reason(error)))
+            .help(self.within.shape)
     }
 }
 
@@ -228,6 +253,7 @@ mod tests {
             file: "f.json",
             first_line: 1,
             text,
+            shape: "an object",
         }
     }
 

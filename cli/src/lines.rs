@@ -3,6 +3,7 @@
 use crate::json::Text;
 use crate::mistake::Mistake;
 use crate::parameters;
+use crate::state::SHAPE;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
@@ -27,6 +28,7 @@ impl Line {
             file: &self.file,
             first_line: self.number,
             text: &self.content,
+            shape: SHAPE,
         }
     }
 }

@@ -2,9 +2,11 @@
 
 use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snippet};
 use dynamics_codegen::Report;
-use std::fmt;
+use dynamics_codegen::diagnostic::nearest;
+use std::io::{self, ErrorKind};
 use std::ops::Range;
 use std::path::Path;
+use std::{fmt, fs};
 
 /// Bad input. Ends the program with exit code 2.
 #[derive(Debug, Clone)]
@@ -52,8 +54,19 @@ impl Mistake {
     }
 
     /// A file that the system would not let us read.
-    pub fn unreadable(path: &Path, error: &std::io::Error) -> Self {
-        Self::new(format!("cannot read `{}`: {error}", path.display()))
+    pub fn unreadable(path: &Path, error: &io::Error) -> Self {
+        let because =
+            |reason: &str| Self::new(format!("cannot read `{}`: {reason}", path.display()));
+        match error.kind() {
+            ErrorKind::NotFound => because("there is no such file").help(neighbour(path)),
+            ErrorKind::IsADirectory => because("it is a folder").help("name a file in it"),
+            ErrorKind::NotADirectory => because("it is not a folder").help("check the path"),
+            ErrorKind::InvalidData => because("it is not UTF-8 text").help("save it as UTF-8"),
+            ErrorKind::PermissionDenied => {
+                because("permission denied").help("change its access rights, or copy it")
+            }
+            _ => because(&error.to_string()),
+        }
     }
 
     fn plain(message: String, place: Option<Place>) -> Self {
@@ -88,6 +101,37 @@ impl Mistake {
             Kind::Plain(plain) => plain.render(Level::WARNING, colours),
             Kind::Model(_) => self.render(colours),
         }
+    }
+}
+
+/// What may have been meant by a path that leads nowhere.
+fn neighbour(path: &Path) -> String {
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let Ok(entries) = fs::read_dir(folder) else {
+        return format!("there is no folder `{}` either", folder.display());
+    };
+    let stem = |path: &Path| {
+        path.file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned()
+    };
+    let mut stems: Vec<String> = entries
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|found| found.extension() == path.extension())
+        .map(|found| stem(&found))
+        .collect();
+    stems.sort();
+    match nearest(&stem(path), stems.iter().map(String::as_str)) {
+        Some(near) => {
+            let mut found = path.with_file_name(near);
+            found.set_extension(path.extension().unwrap_or_default());
+            format!("did you mean `{}`?", found.display())
+        }
+        None => "check the path".to_string(),
     }
 }
 

@@ -96,17 +96,22 @@ fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
 }
 
 fn unwritable(path: &Path, folder: &Path, error: io::Error) -> anyhow::Error {
-    let help = match error.kind() {
-        ErrorKind::NotFound => format!("create the folder `{}` first", folder.display()),
-        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
-            "choose a folder that you may write to".to_string()
-        }
-        ErrorKind::NotADirectory => format!("`{}` is not a folder", folder.display()),
+    let folder = folder.display();
+    let (reason, help) = match error.kind() {
+        ErrorKind::NotFound => ("there is no such folder", format!("make `{folder}` first")),
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => (
+            "permission denied",
+            "choose a folder that you may write to".to_string(),
+        ),
+        ErrorKind::NotADirectory => (
+            "a file is in the way",
+            format!("`{folder}` is not a folder"),
+        ),
         _ => {
             let context = format!("cannot write `{}`", path.display());
             return anyhow::Error::new(error).context(context);
         }
     };
-    let message = format!("cannot write `{}`: {}", path.display(), error.kind());
+    let message = format!("cannot write `{}`: {reason}", path.display());
     Mistake::new(message).help(help).into()
 }

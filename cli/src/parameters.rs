@@ -27,6 +27,7 @@ pub fn override_from(path: &Path, model: &Model, values: &mut [f64]) -> Result<(
         file: &file,
         first_line: 1,
         text,
+        shape: "parameters are an object of numbers by name, such as `{\"m1\": 1.3}`",
     };
     for warning in assign(text.value()?, model, values)? {
         output::warn(&warning);
@@ -44,8 +45,7 @@ pub fn assign(
     values: &mut [f64],
 ) -> Result<Vec<Mistake>, Mistake> {
     let mut warnings = Vec::new();
-    let what = "an object of parameters, such as `{\"m1\": 1.3}`";
-    for member in object.members(what)? {
+    for member in object.members("an object of parameters")? {
         let name = &member.name;
         let Some(index) = model.parameters.iter().position(|p| p.name == *name) else {
             let names = model.parameters.iter().map(|p| p.name.as_str());
@@ -77,7 +77,7 @@ pub fn suggest<'a>(
     let known: Vec<&str> = known.into_iter().collect();
     match nearest(name, known.iter().copied()) {
         Some(near) => mistake.help(format!("did you mean `{near}`?")),
-        None if known.is_empty() => mistake.help("there is none"),
+        None if known.is_empty() => mistake,
         None => mistake.help(format!("there are: {}", known.join(", "))),
     }
 }

@@ -20,8 +20,9 @@ pub struct State {
     pub parameters: Vec<f64>,
 }
 
-/// How an object may look, for messages.
-const SHAPE: &str = "a state such as `{\"q\": [0.1, 0.2], \"v\": {\"j1\": 1}}`";
+/// How a state may look, for messages.
+pub const SHAPE: &str =
+    "a state is one JSON object, such as `{\"q\": [0.1, 0.2], \"v\": {\"j1\": 1}}`";
 const FIELDS: [&str; 5] = ["q", "v", "u", "t", "parameters"];
 
 impl State {
@@ -40,7 +41,7 @@ impl State {
         let inputs: Vec<&str> = model.inputs.iter().map(|u| u.name.as_str()).collect();
         let (mut q, mut v, mut u, mut t) = (None, None, None, 0.0);
         let (mut values, mut warnings) = (nominal.to_vec(), Vec::new());
-        for member in object.members(SHAPE)? {
+        for member in object.members("a state")? {
             let value = member.value;
             match member.name.as_str() {
                 "q" => q = Some(positions(value, &coordinates)?),

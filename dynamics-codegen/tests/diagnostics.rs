@@ -460,9 +460,9 @@ enum Change {
 fn change() -> impl Strategy<Value = Change> {
     let (at, length) = (any::<usize>(), 1_usize..40);
     prop_oneof![
-        (at.clone(), length.clone()).prop_map(|(at, n)| Change::Delete(at, n)),
-        (at.clone(), length.clone()).prop_map(|(at, n)| Change::Double(at, n)),
-        (at.clone(), at, length).prop_map(|(at, to, n)| Change::Swap(at, to, n)),
+        (at, length.clone()).prop_map(|(at, n)| Change::Delete(at, n)),
+        (at, length.clone()).prop_map(|(at, n)| Change::Double(at, n)),
+        (at, at, length).prop_map(|(at, to, n)| Change::Swap(at, to, n)),
     ]
 }
 

@@ -77,7 +77,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         std::io::copy(&mut spool, &mut out)?;
     }
     if evaluator.answered == 0 {
-        let message = format!("`{}` holds no state", arguments.states.display());
+        let message = match arguments.states.to_str() {
+            Some("-") => "standard input holds no state".to_string(),
+            _ => format!("`{}` holds no state", arguments.states.display()),
+        };
         output::warn(
             &Mistake::new(message).help("one JSON object per line: `{\"q\": [0.1, 0.2]}`"),
         );

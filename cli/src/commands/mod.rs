@@ -2,6 +2,7 @@
 
 pub mod check;
 pub mod eval;
+pub mod generate;
 pub mod simulate;
 
 use clap::Subcommand;
@@ -27,6 +28,13 @@ pub enum Command {
     /// the right-hand side.
     Eval(eval::Arguments),
 
+    /// Turn a model into source code
+    ///
+    /// Writes one module per model, named after the model, with the mass matrix, the
+    /// forces, the constraints and their derivatives: straight-line code that allocates
+    /// nothing, generic over the scalar. Each file is there whole or not at all.
+    Generate(generate::Arguments),
+
     /// Simulate a model and write a log
     ///
     /// The log has the columns `t`, `q_<coordinate>`, `dq_<coordinate>`,
@@ -46,6 +54,7 @@ impl Command {
         match self {
             Self::Check(arguments) => check::run(&arguments),
             Self::Eval(arguments) => eval::run(&arguments),
+            Self::Generate(arguments) => generate::run(&arguments),
             Self::Simulate(arguments) => simulate::run(&arguments),
         }
     }

@@ -7,7 +7,7 @@ use crate::model::{self, ModelArguments};
 use crate::noise::{Channel, Noise};
 use crate::output::{self, WholeFile};
 use crate::parameters;
-use crate::state::State;
+use crate::state::{SHAPE, State};
 use clap::Args;
 use dynamics_codegen::Model;
 use identify::machine::{Machine, Rollout, RolloutOptions, Simulated, SolveError, States};
@@ -27,15 +27,15 @@ pub struct Arguments {
     model: ModelArguments,
 
     /// The initial state: a JSON file, or the JSON itself; fields as in `eval`
-    #[arg(long, value_name = "FILE.json|JSON")]
+    #[arg(long, value_name = "STATE")]
     init: String,
 
     /// How long to simulate, in seconds
-    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_negative_numbers = true)]
     duration: f64,
 
     /// Rows per second in the log
-    #[arg(long, value_name = "HZ", default_value = "100", value_parser = positive)]
+    #[arg(long, value_name = "HZ", default_value = "100", value_parser = positive, allow_negative_numbers = true)]
     rate: f64,
 
     /// Inputs over time: a CSV file with `t` and `u_<input>` columns, linear in between;
@@ -53,7 +53,7 @@ pub struct Arguments {
     seed: u64,
 
     /// The largest integration step, in seconds
-    #[arg(long, value_name = "SECONDS", default_value = "0.001", value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", default_value = "0.00025", value_parser = positive, allow_negative_numbers = true)]
     max_step: f64,
 
     /// Where the log goes
@@ -150,9 +150,8 @@ impl Arguments {
             ("--init".to_string(), self.init.clone().into_bytes())
         } else {
             let path = Path::new(&self.init);
-            let bytes = model::read(path, MAX_INIT_BYTES).map_err(|mistake| {
-                mistake.help("`--init` takes a JSON file or JSON such as `{\"q\": [0.1, 0]}`")
-            })?;
+            let bytes = model::read(path, MAX_INIT_BYTES)
+                .map_err(|mistake| mistake.help("`--init` takes a file, or the JSON itself"))?;
             (self.init.clone(), bytes)
         };
         if bytes.len() > MAX_INIT_BYTES {
@@ -163,6 +162,7 @@ impl Arguments {
             file: &file,
             first_line: 1,
             text: parameters::text(&file, &bytes)?,
+            shape: SHAPE,
         };
         let (state, warnings) = State::read(text, model, nominal)?;
         warnings.iter().for_each(output::warn);

@@ -59,6 +59,7 @@ fn hint(c: char) -> Option<&'static str> {
         '\'' => "a rate is written `dot(x)`",
         '°' => "angles are in radians: `30*pi/180`",
         '≤' | '≥' => "bounds are written `in 0..1`",
+        '\0' => "this does not look like a text file",
         '“' | '”' | '„' => "a text stands between plain quotes `\"`",
         _ => return None,
     })
@@ -97,7 +98,17 @@ impl Scan<'_> {
             '+' | '-' | '*' | '/' | '^' | '=' | ';' | ':' | ',' | '.' | '<' | '>' => {}
             _ if c.is_whitespace() => {}
             _ if c.is_alphanumeric() || c == '_' => return self.word(),
-            _ => self.meaningless(c),
+            _ => {
+                self.meaningless(c);
+                // A row of them is one mistake.
+                while self.text[self.at..].starts_with([c, ' ']) {
+                    self.at += self.text[self.at..]
+                        .chars()
+                        .next()
+                        .map_or(1, char::len_utf8);
+                }
+                return;
+            }
         }
         self.at += c.len_utf8();
     }

@@ -1,0 +1,101 @@
+//! `dynamics generate`: a model as source code.
+
+use crate::mistake::Mistake;
+use crate::model::ModelArguments;
+use crate::output::{self, WholeFile};
+use clap::{Args, ValueEnum};
+use dynamics_codegen::emit::{self, File};
+use std::fs;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+/// Arguments of `generate`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  dynamics generate models/pendulum2.model --to rust --out src/generated
+  dynamics generate arm.model --effects my_effects --to rust --out src")]
+pub struct Arguments {
+    #[command(flatten)]
+    model: ModelArguments,
+
+    /// The language
+    #[arg(long, value_enum, value_name = "LANGUAGE")]
+    to: Language,
+
+    /// The folder for the files; made if it is not there
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+/// What a model can be turned into.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Language {
+    /// A module that needs nothing but the crate `dynamics`
+    Rust,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// If the model is faulty or the folder cannot be written to.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let mut loaded = arguments.model.load()?;
+    let parameters = loaded.compiled.model.parameters.iter_mut();
+    for (parameter, &value) in parameters.zip(&loaded.parameters) {
+        parameter.nominal = value;
+    }
+    // A header reads the same on every machine.
+    let name = arguments
+        .model
+        .model
+        .display()
+        .to_string()
+        .replace('\\', "/");
+    let files = match arguments.to {
+        Language::Rust => vec![emit::rust_file(&loaded.compiled, &name)],
+    };
+    make_folder(&arguments.out)?;
+    let lines = write_all(&arguments.out, &files)?;
+    let mut out = output::stdout();
+    out.write_all(lines.as_bytes())?;
+    Ok(out.flush()?)
+}
+
+fn make_folder(folder: &Path) -> Result<(), Mistake> {
+    fs::create_dir_all(folder).map_err(|error| {
+        let reason = match error.kind() {
+            ErrorKind::AlreadyExists | ErrorKind::NotADirectory => {
+                "a file of that name is in the way".to_string()
+            }
+            ErrorKind::PermissionDenied => "permission denied".to_string(),
+            _ => error.to_string(),
+        };
+        Mistake::new(format!(
+            "cannot make the folder `{}`: {reason}",
+            folder.display()
+        ))
+        .help("choose a folder that you may write to")
+    })
+}
+
+/// Writes all files or none: first beside their places, then into them. Files that are
+/// there already, word for word, are left alone, so that nothing is rebuilt for them.
+fn write_all(folder: &Path, files: &[File]) -> anyhow::Result<String> {
+    let (mut written, mut lines) = (Vec::new(), String::new());
+    for file in files {
+        let path = folder.join(&file.name);
+        let unchanged = fs::read(&path).is_ok_and(|found| found == file.text.as_bytes());
+        if !unchanged {
+            let mut whole = WholeFile::create(&path)?;
+            whole.write_all(file.text.as_bytes())?;
+            written.push(whole);
+        }
+        let what = if unchanged { "unchanged" } else { "wrote" };
+        lines.push_str(&format!("{what} {}\n", path.display()));
+    }
+    for whole in written {
+        whole.finish()?;
+    }
+    Ok(lines)
+}

@@ -1,0 +1,67 @@
+//! `dynamics generate`.
+
+mod cli;
+
+use cli::{root, succeed};
+use std::fs;
+
+#[test]
+fn the_module_is_the_one_under_review() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("new/folder");
+    let arguments = [
+        "generate",
+        "models/cartpole.model",
+        "--to",
+        "rust",
+        "--out",
+        out.to_str().unwrap(),
+    ];
+    let short = |text: String| text.replace(out.to_str().unwrap(), "OUT");
+    let (stdout, stderr) = succeed(&arguments, "");
+    assert_eq!(
+        (short(stdout).as_str(), stderr.as_str()),
+        ("wrote OUT/cartpole.rs\n", "")
+    );
+    let written = fs::read_to_string(out.join("cartpole.rs")).unwrap();
+    let reviewed = fs::read_to_string(root().join("generated/src/cartpole.rs")).unwrap();
+    assert_eq!(written, reviewed);
+
+    let before = fs::metadata(out.join("cartpole.rs"))
+        .unwrap()
+        .modified()
+        .unwrap();
+    let (stdout, _) = succeed(&arguments, "");
+    assert_eq!(short(stdout), "unchanged OUT/cartpole.rs\n");
+    assert_eq!(
+        before,
+        fs::metadata(out.join("cartpole.rs"))
+            .unwrap()
+            .modified()
+            .unwrap()
+    );
+    assert_eq!(fs::read_dir(&out).unwrap().count(), 1);
+}
+
+#[test]
+fn overridden_parameters_become_the_nominal_ones() {
+    let folder = tempfile::tempdir().unwrap();
+    let parameters = folder.path().join("p.json");
+    fs::write(&parameters, "{\"mc\": 7.25}").unwrap();
+    let out = folder.path().to_str().unwrap();
+    succeed(
+        &[
+            "generate",
+            "models/cartpole.model",
+            "--to",
+            "rust",
+            "--out",
+            out,
+            "--parameters",
+            parameters.to_str().unwrap(),
+        ],
+        "",
+    );
+    let written = fs::read_to_string(folder.path().join("cartpole.rs")).unwrap();
+    assert!(written.contains("7.25"), "the value is not in the module");
+}
