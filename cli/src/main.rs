@@ -1,2 +1,5 @@
-//! The command line.
-fn main() {}
+//! The binary `dynamics`.
+
+fn main() -> std::process::ExitCode {
+    dynamics_cli::main()
+}

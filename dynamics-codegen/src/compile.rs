@@ -41,7 +41,8 @@ pub struct Compiled {
 /// ```
 pub fn compile(name: &str, text: &str, library: &Library) -> Result<Compiled, Report> {
     let mut sources = Sources::new();
-    let id = sources.add(name, text);
+    // Some editors put a byte-order mark in front.
+    let id = sources.add(name, text.strip_prefix('\u{feff}').unwrap_or(text));
     let (file, mut diagnostics) = parse(&sources, id);
     let readable = diagnostics.is_empty();
     let model = file.and_then(|file| build(&file, &mut sources, library, &mut diagnostics));

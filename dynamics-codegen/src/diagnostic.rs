@@ -7,6 +7,9 @@ use crate::source::{Source, Sources, Span};
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 use std::fmt;
 
+/// Nobody reads more findings than this at once.
+const MAX_SHOWN: usize = 32;
+
 /// How bad it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
@@ -118,10 +121,14 @@ impl Report {
     fn render_with(&self, renderer: &Renderer) -> String {
         let mut ordered: Vec<&Diagnostic> = self.diagnostics.iter().collect();
         ordered.sort_by_key(|d| (d.primary.span.source, d.primary.span.start));
-        let pieces: Vec<String> = ordered
+        let mut pieces: Vec<String> = ordered
             .iter()
+            .take(MAX_SHOWN)
             .map(|d| self.render_one(renderer, d))
             .collect();
+        if ordered.len() > MAX_SHOWN {
+            pieces.push(format!("… and {} more", ordered.len() - MAX_SHOWN));
+        }
         pieces.join("\n\n")
     }
 
@@ -189,8 +196,10 @@ impl std::error::Error for Report {}
 
 /// The entry of `known` that is most like `name`, if one is near enough to be
 /// a slip of the pen.
-pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let limit = (name.chars().count() + 2) / 3;
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let length = name.chars().count();
+    // Of a one-letter name, no letter would be left.
+    let limit = length.div_ceil(3).min(length.saturating_sub(1));
     known
         .into_iter()
         .map(|candidate| (edit_distance(name, candidate), candidate))
@@ -199,20 +208,25 @@ pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) 
         .map(|(_, candidate)| candidate)
 }
 
-/// Levenshtein distance, by rows.
+/// How many letters to insert, delete, replace or swap with their neighbour (optimal
+/// string alignment), by rows.
 fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, &y) in b.iter().enumerate() {
-            let substitute = diagonal + usize::from(x != y);
-            diagonal = row[j + 1];
-            row[j + 1] = substitute.min(diagonal + 1).min(row[j] + 1);
+    let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
+    let mut before: Vec<usize> = Vec::new();
+    let mut above: Vec<usize> = (0..=b.len()).collect();
+    for i in 0..a.len() {
+        let mut row = vec![i + 1];
+        for j in 0..b.len() {
+            let replaced = above[j] + usize::from(a[i] != b[j]);
+            let mut least = replaced.min(above[j + 1] + 1).min(row[j] + 1);
+            if i > 0 && j > 0 && a[i] == b[j - 1] && a[i - 1] == b[j] {
+                least = least.min(before[j - 1] + 1);
+            }
+            row.push(least);
         }
+        before = std::mem::replace(&mut above, row);
     }
-    row[b.len()]
+    above[b.len()]
 }
 
 #[cfg(test)]
@@ -223,5 +237,7 @@ mod tests {
     fn nearest_name_is_a_slip_away() {
         assert_eq!(nearest("theat", ["theta", "x"]), Some("theta"));
         assert_eq!(nearest("omega", ["theta", "x"]), None);
+        assert_eq!(nearest("y", ["x"]), None);
+        assert_eq!(nearest("sni", ["cos", "sin"]), Some("sin"));
     }
 }

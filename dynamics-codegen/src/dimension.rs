@@ -52,7 +52,7 @@ impl Dimension {
 
     /// This dimension to the power of an integer.
     pub fn powi(self, n: i32) -> Self {
-        Self(self.0.map(|e| e * n))
+        Self(self.0.map(|e| e.saturating_mul(n)))
     }
 
     /// This dimension to any power that keeps exponents in twelfths.
@@ -78,7 +78,9 @@ impl Mul for Dimension {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
         let mut result = self;
-        result.0.iter_mut().zip(other.0).for_each(|(a, b)| *a += b);
+        // No unit that means anything comes near the ends of the range.
+        let factors = result.0.iter_mut().zip(other.0);
+        factors.for_each(|(a, b)| *a = a.saturating_add(b));
         result
     }
 }
@@ -111,9 +113,17 @@ impl Dimension {
         let power = |base: &str, exponent: i32| match (exponent / PARTS, exponent % PARTS) {
             (1, 0) => base.to_string(),
             (n, 0) => format!("{base}^{n}"),
-            _ => format!("{base}^({exponent}/{PARTS})"),
+            _ => {
+                // Twelve has no other divisors.
+                let shared = [6, 4, 3, 2]
+                    .into_iter()
+                    .find(|d| exponent % d == 0 && PARTS % d == 0);
+                let divisor = shared.unwrap_or(1);
+                format!("{base}^({}/{})", exponent / divisor, PARTS / divisor)
+            }
         };
-        let named = || BASES.iter().zip(self.0);
+        // Engineers write the mass first.
+        let named = || [1, 0, 2, 3, 4].map(|i| (BASES[i], self.0[i])).into_iter();
         let mut above: Vec<String> = lead.map(str::to_string).into_iter().collect();
         above.extend(
             named()
@@ -122,7 +132,7 @@ impl Dimension {
         );
         let below: Vec<String> = named()
             .filter(|(_, e)| *e < 0)
-            .map(|(base, e)| power(base, -e))
+            .map(|(base, e)| power(base, e.saturating_neg()))
             .collect();
         if above.is_empty() {
             f.write_str("1")?;
@@ -145,6 +155,7 @@ mod tests {
         assert_eq!((unit("N") * unit("m")).to_string(), "N*m");
         assert_eq!((unit("N") * unit("s") / unit("m")).to_string(), "N*s/m");
         assert_eq!((unit("m") / unit("s").powi(2)).to_string(), "m/s^2");
+        assert_eq!((unit("m") * unit("kg")).to_string(), "kg*m");
         assert_eq!(Dimension::ONE.to_string(), "1");
     }
 
@@ -152,5 +163,7 @@ mod tests {
     fn roots_are_exact() {
         let area = Dimension::of_unit("m").unwrap().powi(2);
         assert_eq!(area.powf(0.5), Dimension::of_unit("m"));
+        let root = Dimension::of_unit("m").and_then(|m| m.powf(1.5));
+        assert_eq!(root.unwrap_or_default().to_string(), "m^(3/2)");
     }
 }

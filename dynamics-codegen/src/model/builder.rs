@@ -13,6 +13,9 @@ use crate::syntax::{
 };
 use std::collections::HashMap;
 
+/// A model may have this many coordinates, inputs and constraints.
+const MAX_SIZE: usize = 256;
+
 /// Builds the model that `file` describes. Findings are added to `diagnostics`;
 /// `None` if there is an error among them.
 pub(crate) fn build(
@@ -34,6 +37,9 @@ pub(crate) fn build(
     let mut builder = Builder::new(name.text.clone(), file.doc.clone(), diagnostics);
     let statements: Vec<&Statement> = file.statements.iter().collect();
     builder.declare(&statements);
+    let unreadable = file.unreadable.iter().map(|name| name.text.clone());
+    builder.scope.unreadable = unreadable.collect();
+    builder.refuse_excess(name.span);
     builder.lower_statements(&statements);
     Templates { sources, library }.apply_all(&mut builder, &statements);
     builder.finish(name.span)
@@ -43,7 +49,8 @@ pub(crate) fn build(
 pub(super) struct Builder<'a> {
     pub model: Model,
     pub scope: Scope,
-    pub term_depth: usize,
+    /// The terms that are being lowered, each needed by the one before.
+    pub term_path: Vec<usize>,
     /// What parameters of the file at hand are called in the model.
     pub prefix: String,
     /// The effect at hand, while one is being applied.
@@ -52,6 +59,7 @@ pub(super) struct Builder<'a> {
     /// What each input's channel does, composed in the order of the text.
     channels: Vec<ExprId>,
     has_kinetic: bool,
+    too_large: bool,
 }
 
 impl<'a> Builder<'a> {
@@ -78,12 +86,13 @@ impl<'a> Builder<'a> {
         Self {
             model,
             scope: Scope::default(),
-            term_depth: 0,
+            term_path: Vec::new(),
             prefix: String::new(),
             effect: None,
             diagnostics,
             channels: Vec::new(),
             has_kinetic: false,
+            too_large: false,
         }
     }
 
@@ -91,6 +100,22 @@ impl<'a> Builder<'a> {
     pub fn report<T>(&mut self, diagnostic: Diagnostic) -> Option<T> {
         self.diagnostics.push(diagnostic);
         None
+    }
+
+    /// How many findings there are.
+    pub fn finding_count(&self) -> usize {
+        self.diagnostics.len()
+    }
+
+    /// Says of the findings behind the first `count`, unless they are in the text of
+    /// `place` themselves, that `place` is why the text they are in was read.
+    pub fn explain(&mut self, count: usize, place: Span) {
+        for finding in &mut self.diagnostics[count..] {
+            if finding.primary.span.source != place.source {
+                let needed = finding.clone().also(place, "needed here");
+                *finding = needed;
+            }
+        }
     }
 
     /// First pass: every name, so that the order of the text does not matter.
@@ -126,7 +151,7 @@ impl<'a> Builder<'a> {
                     unit.as_ref(),
                     nominal.as_ref(),
                     bounds.as_ref(),
-                    prior.as_ref(),
+                    prior.as_deref(),
                     &statement.doc,
                 );
             }
@@ -188,6 +213,7 @@ impl<'a> Builder<'a> {
         if self.bind(name, binding) {
             let state = TermState::Waiting;
             self.scope.terms.push(Term {
+                name: name.clone(),
                 value: value.clone(),
                 declared,
                 state,
@@ -221,7 +247,7 @@ impl<'a> Builder<'a> {
         let upper = bounds
             .and_then(|b| b.upper.as_ref())
             .map_or(Some(f64::INFINITY), |e| self.number(e));
-        let prior = prior.map(|p| Some((self.number(&p.mean)?, self.number(&p.sd)?)));
+        let prior = prior.map(|p| self.prior(p));
         let dimension = unit.and_then(|unit| self.dimension(unit));
         let binding = Binding::Parameter(self.model.parameters.len());
         if !self.bind(name, binding) {
@@ -274,14 +300,25 @@ impl<'a> Builder<'a> {
         }
     }
 
+    fn prior(&mut self, prior: &Prior) -> Option<(f64, f64)> {
+        let (mean, sd) = (self.number(&prior.mean)?, self.number(&prior.sd)?);
+        if sd > 0.0 {
+            return Some((mean, sd));
+        }
+        self.report(Diagnostic::error(
+            prior.sd.span,
+            "a standard deviation is greater than zero",
+        ))
+    }
+
     /// The value of an expression of numbers and constants.
     pub fn number(&mut self, expr: &Expr) -> Option<f64> {
         let quantity = self.lower(expr)?;
         match self.model.graph.as_constant(quantity.expr) {
-            Some(value) if value.is_finite() => Some(value),
-            Some(_) => self.report(Diagnostic::error(expr.span, "this is not a finite number")),
+            Some(value) => Some(value),
             None => self.report(
                 Diagnostic::error(expr.span, "expected a number")
+                    .label("this may vary")
                     .help("numbers and constants only: `0.5`, `pi/4`, `-g0`"),
             ),
         }
@@ -351,10 +388,15 @@ impl<'a> Builder<'a> {
     /// does not state the port's unit.
     fn unit_of_port(&mut self, function: &Name, port: &Name) -> Option<Option<Dimension>> {
         let Some(&(kind, index)) = self.scope.ports.get(&port.text) else {
-            return self.report(Diagnostic::error(
-                port.span,
-                format!("`{}` is not a port of this effect", port.text),
-            ));
+            return self.report(
+                Diagnostic::error(
+                    port.span,
+                    format!("`{}` is not a port of this effect", port.text),
+                )
+                .help(
+                    "a unit follows from a port in effect templates only; in a model write it out",
+                ),
+            );
         };
         let declared = match kind {
             PortKind::Coordinate => self.model.coordinates[index].dimension,
@@ -377,24 +419,34 @@ impl<'a> Builder<'a> {
         }
     }
 
+    /// Matrices grow with the square of the model's size: what cannot be a model is
+    /// refused before it fills the memory.
+    fn refuse_excess(&mut self, heading: Span) {
+        for (what, count) in [
+            ("coordinates", self.model.coordinates.len()),
+            ("inputs", self.model.inputs.len()),
+        ] {
+            if count > MAX_SIZE {
+                let message = format!("the model has {count} {what}; it may have {MAX_SIZE}");
+                self.report::<()>(
+                    Diagnostic::error(heading, message).help("split the model into smaller ones"),
+                );
+                self.too_large = true;
+            }
+        }
+    }
+
     /// Second pass: expressions.
     pub fn lower_statements(&mut self, statements: &[&Statement]) {
+        if self.too_large {
+            return;
+        }
         for statement in statements {
             self.lower_statement(statement);
         }
         // Terms that nothing uses are still checked.
         for index in 0..self.scope.terms.len() {
-            if let TermState::Waiting = self.scope.terms[index].state {
-                let value = self.scope.terms[index].value.clone();
-                let name = Expr {
-                    kind: value.kind.clone(),
-                    span: value.span,
-                };
-                self.scope.terms[index].state = match self.lower(&name) {
-                    Some(quantity) => TermState::Done(quantity),
-                    None => TermState::Failed,
-                };
-            }
+            self.resolve_term(index);
         }
     }
 
@@ -421,6 +473,10 @@ impl<'a> Builder<'a> {
             }
             StatementKind::Output { name, value } => {
                 let quantity = self.lower(value)?;
+                if self.model.outputs.iter().any(|y| y.name == name.text) {
+                    let message = format!("there are two outputs named `{}`", name.text);
+                    return self.report(Diagnostic::error(name.span, message));
+                }
                 self.model.outputs.push(Output {
                     name: name.text.clone(),
                     value: quantity.expr,
@@ -519,6 +575,9 @@ impl<'a> Builder<'a> {
     }
 
     fn unknown_place<T>(&mut self, name: &Name, what: &str, known: &[String]) -> Option<T> {
+        if self.scope.unreadable.contains(&name.text) {
+            return None;
+        }
         let error = Diagnostic::error(
             name.span,
             format!("there is no {what} named `{}`", name.text),
@@ -562,6 +621,10 @@ impl<'a> Builder<'a> {
             let message = format!("there are two constraints named `{}`", name.text);
             return self.report(Diagnostic::error(name.span, message));
         }
+        if self.model.constraints.len() == MAX_SIZE {
+            let message = format!("the model has more than {MAX_SIZE} constraints");
+            return self.report(Diagnostic::error(name.span, message));
+        }
         let residual = self.model.graph.sub(a.expr, b.expr);
         self.refuse_inputs(residual, span, "a constraint")?;
         let graph = &self.model.graph;
@@ -596,6 +659,9 @@ impl<'a> Builder<'a> {
 
     /// Closes the model: puts the channels in, and looks at the whole.
     fn finish(mut self, heading: Span) -> Option<Model> {
+        if self.too_large || !self.scope.unreadable.is_empty() {
+            return None;
+        }
         if self.model.coordinates.is_empty() {
             self.report::<()>(
                 Diagnostic::error(heading, "the model has no coordinate")

@@ -107,10 +107,12 @@ impl Templates<'_> {
             ));
         };
         let (places, scope) = bind_ports(builder, ports, application)?;
+        refuse_repetition(builder, application, &places)?;
         let values = evaluate_values(builder, application)?;
         let index = builder.model.effects.len();
         let outer = std::mem::replace(&mut builder.scope, scope);
         let first_parameter = builder.model.parameters.len();
+        let findings = builder.finding_count();
         builder.effect = Some(index);
         builder.prefix = prefix(application);
         let statements: Vec<&Statement> = file.statements.iter().collect();
@@ -118,6 +120,7 @@ impl Templates<'_> {
         builder.declare(&statements);
         set_values(builder, first_parameter, values);
         builder.lower_statements(&statements);
+        builder.explain(findings, application.template.span);
         builder.effect = None;
         builder.prefix.clear();
         builder.scope = outer;
@@ -175,9 +178,8 @@ fn bind_ports(
         return builder.report(Diagnostic::error(
             application.span,
             format!(
-                "`{}` acts on {} place(s) ({}), found {}",
+                "`{0}` is applied as `{0}({1})`, found {2} in the brackets",
                 application.template.text,
-                ports.len(),
                 names.join(", "),
                 application.on.len()
             ),
@@ -195,6 +197,22 @@ fn bind_ports(
         places.push((port.kind, place.text.clone()));
     }
     Some((places, scope))
+}
+
+/// The parameters of two equal effects would have one name, and only their sum would show.
+fn refuse_repetition(
+    builder: &mut Builder<'_>,
+    application: &Application<'_>,
+    places: &[(PortKind, String)],
+) -> Option<()> {
+    let name = &application.template.text;
+    let mut effects = builder.model.effects.iter();
+    if !effects.any(|effect| effect.template == *name && effect.on == places) {
+        return Some(());
+    }
+    let on: Vec<&str> = places.iter().map(|(_, place)| place.as_str()).collect();
+    let message = format!("`{name}({})` is applied twice", on.join(", "));
+    builder.report(Diagnostic::error(application.span, message).help("keep one of them"))
 }
 
 fn evaluate_values(
@@ -222,21 +240,31 @@ fn set_values(builder: &mut Builder<'_>, first: usize, values: Vec<(Name, f64)>)
                 .map(|p| p.name[builder.prefix.len()..].to_string())
                 .collect();
             let message = format!("the effect has no parameter `{}`", name.text);
-            builder.report::<()>(
-                Diagnostic::error(name.span, message)
-                    .help(format!("its parameters are: {}", known.join(", "))),
-            );
+            let help = match nearest(&name.text, known.iter().map(String::as_str)) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None if known.is_empty() => "it has no parameters".to_string(),
+                None => format!("its parameters are: {}", known.join(", ")),
+            };
+            builder.report::<()>(Diagnostic::error(name.span, message).help(help));
             continue;
         };
         let parameter = &mut builder.model.parameters[index];
         if (parameter.lower..=parameter.upper).contains(&value) {
             parameter.nominal = value;
         } else {
-            let message = format!(
-                "`{}` is {value}, but may lie between {} and {} only",
-                name.text, parameter.lower, parameter.upper
+            let side = |bound: f64| {
+                if bound.is_finite() {
+                    bound.to_string()
+                } else {
+                    String::new()
+                }
+            };
+            let bounds = format!("in {}..{}", side(parameter.lower), side(parameter.upper));
+            let message = format!("the value {value} of `{}` is not in its bounds", name.text);
+            builder.report::<()>(
+                Diagnostic::error(name.span, message)
+                    .help(format!("the effect's template says `{bounds}`")),
             );
-            builder.report::<()>(Diagnostic::error(name.span, message));
         }
     }
 }

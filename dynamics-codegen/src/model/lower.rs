@@ -1,7 +1,8 @@
 //! Syntax trees to graph nodes, with a unit check at every operator.
 
+use super::Coordinate;
 use super::builder::Builder;
-use super::names::{Binding, FUNCTIONS, TermState};
+use super::names::{Binding, FUNCTIONS, Scope, TermState};
 use super::quantity::{Measure, Quantity};
 use crate::diagnostic::{Diagnostic, nearest};
 use crate::dimension::Dimension;
@@ -15,6 +16,17 @@ type Lowered = Option<Quantity>;
 impl Builder<'_> {
     /// An expression on the graph. `None` if it is wrong; the error is reported.
     pub(super) fn lower(&mut self, expr: &Expr) -> Lowered {
+        let quantity = self.lower_kind(expr)?;
+        match self.model.graph.as_constant(quantity.expr) {
+            Some(value) if !value.is_finite() => self.report(
+                Diagnostic::error(expr.span, "this is not a finite number")
+                    .label(format!("its value is {value}")),
+            ),
+            _ => Some(quantity),
+        }
+    }
+
+    fn lower_kind(&mut self, expr: &Expr) -> Lowered {
         match &expr.kind {
             ExprKind::Number(value) => {
                 let expr = self.model.graph.constant(*value);
@@ -81,6 +93,9 @@ impl Builder<'_> {
     }
 
     fn unknown_name(&mut self, name: &str, span: Span) -> Lowered {
+        if self.scope.unreadable.contains(name) {
+            return None;
+        }
         let error =
             Diagnostic::error(span, format!("`{name}` is not defined")).label("not defined");
         let near = nearest(name, self.scope.all_names()).map(str::to_string);
@@ -112,36 +127,74 @@ impl Builder<'_> {
 
     /// A `let` or a constant, lowered when first met.
     fn lower_term(&mut self, index: usize, name: &str, span: Span) -> Lowered {
+        self.resolve_term(index);
         match self.scope.terms[index].state {
             TermState::Done(quantity) => Some(quantity),
-            TermState::Failed => None,
-            TermState::Lowering => self.report(
-                Diagnostic::error(span, format!("`{name}` is defined by itself"))
-                    .label("the circle closes here"),
-            ),
-            TermState::Waiting => {
-                self.scope.terms[index].state = TermState::Lowering;
-                let value = self.scope.terms[index].value.clone();
-                let quantity = if self.term_depth < MAX_TERM_DEPTH {
-                    self.term_depth += 1;
-                    let quantity = self
-                        .lower(&value)
-                        .and_then(|q| self.check_term(index, q, &value));
-                    self.term_depth -= 1;
-                    quantity
-                } else {
-                    self.report(Diagnostic::error(
-                        span,
-                        format!("more than {MAX_TERM_DEPTH} definitions depend on one another in a chain"),
-                    ))
-                };
-                if let Some(quantity) = quantity {
-                    self.model.graph.label(quantity.expr, name);
+            TermState::Lowering => self.report_circle(index, name, span),
+            TermState::Waiting | TermState::Failed => None,
+        }
+    }
+
+    /// Lowers a term and, before it, the terms that it leans on: in a loop, so that a
+    /// chain of definitions may be of any length.
+    pub(super) fn resolve_term(&mut self, index: usize) {
+        let waits =
+            |scope: &Scope, index: usize| matches!(scope.terms[index].state, TermState::Waiting);
+        if !waits(&self.scope, index) {
+            return;
+        }
+        let outer = self.term_path.len();
+        let mut needs = vec![self.begin_term(index)];
+        while let (Some(&top), Some(open)) = (self.term_path.last(), needs.last_mut()) {
+            if let Some(next) = open.pop() {
+                if waits(&self.scope, next) {
+                    let more = self.begin_term(next);
+                    needs.push(more);
                 }
-                self.scope.terms[index].state = quantity.map_or(TermState::Failed, TermState::Done);
-                quantity
+                continue;
+            }
+            let value = self.scope.terms[top].value.clone();
+            let quantity = self
+                .lower(&value)
+                .and_then(|quantity| self.check_term(top, quantity, &value));
+            if let Some(quantity) = quantity {
+                let name = &self.scope.terms[top].name.text;
+                self.model.graph.label(quantity.expr, name);
+            }
+            self.scope.terms[top].state = quantity.map_or(TermState::Failed, TermState::Done);
+            self.term_path.pop();
+            needs.pop();
+            if self.term_path.len() == outer {
+                return;
             }
         }
+    }
+
+    /// Puts a term on the path; returns the terms that it names, last one first.
+    fn begin_term(&mut self, index: usize) -> Vec<usize> {
+        self.scope.terms[index].state = TermState::Lowering;
+        self.term_path.push(index);
+        let mut needs = Vec::new();
+        self.scope
+            .terms_in(&self.scope.terms[index].value, &mut needs);
+        needs.reverse();
+        needs
+    }
+
+    fn report_circle(&mut self, index: usize, name: &str, span: Span) -> Lowered {
+        let first = self.term_path.iter().position(|&term| term == index);
+        let circle = &self.term_path[first.unwrap_or(0)..];
+        let names: Vec<&str> = circle
+            .iter()
+            .map(|&term| self.scope.terms[term].name.text.as_str())
+            .chain([name])
+            .collect();
+        let mut error = Diagnostic::error(span, format!("`{name}` is defined by itself"))
+            .label("the circle closes here");
+        if names.len() > 2 {
+            error = error.help(format!("each leans on the next: {}", names.join(", ")));
+        }
+        self.report(error)
     }
 
     fn check_term(&mut self, index: usize, quantity: Quantity, value: &Expr) -> Lowered {
@@ -159,7 +212,7 @@ impl Builder<'_> {
         let Some(dimension) = declared else {
             return Some(quantity);
         };
-        self.expect_dimension(quantity, dimension, value.span, "the declared unit")?;
+        self.expect_dimension(quantity, dimension, value.span, "the declared value")?;
         Some(Quantity {
             measure: Measure::Known(dimension),
             ..quantity
@@ -276,24 +329,19 @@ impl Builder<'_> {
 
     fn lower_call(&mut self, name: &Name, arguments: &[Expr], span: Span) -> Lowered {
         let Some(&(_, arity)) = FUNCTIONS.iter().find(|(known, _)| *known == name.text) else {
-            let error =
-                Diagnostic::error(name.span, format!("there is no function `{}`", name.text));
-            return self.report(
-                match nearest(&name.text, FUNCTIONS.map(|(known, _)| known)) {
-                    Some(near) => error.help(format!("did you mean `{near}`?")),
-                    None => error.help(format!(
-                        "the functions are {}; write `*` for a product",
-                        FUNCTIONS.map(|(known, _)| known).join(", ")
-                    )),
-                },
-            );
+            return self.unknown_function(name);
         };
         if arguments.len() != arity {
             return self.report(Diagnostic::error(
                 span,
                 format!(
-                    "`{}` takes {arity} argument(s), found {}",
+                    "`{}` takes {}, found {}",
                     name.text,
+                    if arity == 1 {
+                        "one argument"
+                    } else {
+                        "two arguments"
+                    },
                     arguments.len()
                 ),
             ));
@@ -304,6 +352,19 @@ impl Builder<'_> {
             "atan2" | "min" | "max" => self.lower_two(&name.text, &arguments[0], &arguments[1]),
             function => self.lower_one(function, &arguments[0]),
         }
+    }
+
+    fn unknown_function(&mut self, name: &Name) -> Lowered {
+        let error = Diagnostic::error(name.span, format!("there is no function `{}`", name.text));
+        if self.scope.all_names().any(|known| known == name.text) {
+            let help = format!("a product is written with `*`: `{}*(…)`", name.text);
+            return self.report(error.help(help));
+        }
+        let known = FUNCTIONS.map(|(known, _)| known);
+        self.report(match nearest(&name.text, known) {
+            Some(near) => error.help(format!("did you mean `{near}`?")),
+            None => error.help(format!("the functions are {}", known.join(", "))),
+        })
     }
 
     /// `input(x)`, `coordinate(x)`: says which of two namesakes is meant.
@@ -328,6 +389,7 @@ impl Builder<'_> {
         };
         match found {
             Some(quantity) => quantity,
+            None if self.scope.unreadable.contains(name) => None,
             None => self.report(Diagnostic::error(
                 argument.span,
                 format!("there is no {what} named `{name}`"),
@@ -338,6 +400,13 @@ impl Builder<'_> {
     /// `d/dt` along the motion: `q → v`, `t → 1`.
     fn lower_dot(&mut self, argument: &Expr, span: Span) -> Lowered {
         let inner = self.lower(argument)?;
+        let mut coordinates = self.model.coordinates.iter();
+        let same = |c: &&Coordinate| self.model.graph.var(c.position) == inner.expr;
+        if let Some(coordinate) = coordinates.find(same) {
+            let expr = self.model.graph.var(coordinate.velocity);
+            let measure = inner.measure.rate();
+            return Some(Quantity { expr, measure });
+        }
         for index in 0..self.model.coordinates.len() {
             let velocity = self.model.coordinates[index].velocity;
             if self.model.graph.depends_on(&[inner.expr], velocity) {
@@ -366,10 +435,7 @@ impl Builder<'_> {
         if let ExprKind::Name(name) = &argument.kind {
             self.model.graph.label(expr, &format!("dot_{name}"));
         }
-        let measure = match inner.measure {
-            Measure::Known(dimension) => Measure::Known(dimension.rate()),
-            other => other,
-        };
+        let measure = inner.measure.rate();
         Some(Quantity { expr, measure })
     }
 
@@ -467,7 +533,7 @@ impl Builder<'_> {
                 let expected = if expected == Dimension::ONE {
                     "a pure number".to_string()
                 } else {
-                    format!("`{expected}`")
+                    format!("in `{expected}`")
                 };
                 self.report(
                     Diagnostic::error(span, format!("{role} must be {expected}, found `{found}`"))
@@ -478,6 +544,3 @@ impl Builder<'_> {
         }
     }
 }
-
-/// Definitions may lean on one another this deep.
-const MAX_TERM_DEPTH: usize = 64;

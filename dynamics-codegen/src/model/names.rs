@@ -4,8 +4,8 @@
 //! `q_j1` and `u_j1`: joint and motor share a name. Everything else shares one.
 
 use crate::source::Span;
-use crate::syntax::{Expr, PortKind};
-use std::collections::BTreeMap;
+use crate::syntax::{Expr, ExprKind, Name, PortKind};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What a plain word stands for.
 #[derive(Debug, Clone)]
@@ -21,6 +21,7 @@ pub(super) enum Binding {
 /// A shared term before and while it is being lowered.
 #[derive(Debug, Clone)]
 pub(super) struct Term {
+    pub name: Name,
     pub value: Expr,
     pub declared: Option<crate::dimension::Dimension>,
     pub state: TermState,
@@ -54,6 +55,8 @@ pub(super) struct Scope {
     /// In a template: what the ports are bound to.
     pub ports: BTreeMap<String, (PortKind, usize)>,
     pub terms: Vec<Term>,
+    /// Names whose definition could not be read: not there, and not to be complained about.
+    pub unreadable: BTreeSet<String>,
 }
 
 /// Words with a meaning of their own.
@@ -85,6 +88,34 @@ pub(super) const FUNCTIONS: [(&str, usize); 21] = [
 ];
 
 impl Scope {
+    /// The terms that an expression names, added to `found`.
+    pub fn terms_in(&self, expr: &Expr, found: &mut Vec<usize>) {
+        match &expr.kind {
+            ExprKind::Number(_) => {}
+            ExprKind::Name(name) => {
+                let bound = self.names.get(name).map(|declared| &declared.what);
+                if let (Some(Binding::Term(index)), false) = (bound, self.ports.contains_key(name))
+                {
+                    found.push(*index);
+                }
+            }
+            ExprKind::Negate(inner) => self.terms_in(inner, found),
+            ExprKind::Power(base, exponent) => {
+                self.terms_in(base, found);
+                self.terms_in(exponent, found);
+            }
+            ExprKind::Sum(first, rest) | ExprKind::Product(first, rest) => {
+                self.terms_in(first, found);
+                rest.iter().for_each(|(_, expr)| self.terms_in(expr, found));
+            }
+            // These look names up among inputs and coordinates.
+            ExprKind::Call(name, _) if ["input", "coordinate"].contains(&name.text.as_str()) => {}
+            ExprKind::Call(_, arguments) => {
+                arguments.iter().for_each(|expr| self.terms_in(expr, found));
+            }
+        }
+    }
+
     /// Every word that may stand in an expression.
     pub fn all_names(&self) -> impl Iterator<Item = &str> {
         let own = self

@@ -27,6 +27,14 @@ impl Measure {
         }
     }
 
+    /// That of the time derivative.
+    pub fn rate(self) -> Self {
+        match self {
+            Self::Known(dimension) => Self::Known(dimension.rate()),
+            other => other,
+        }
+    }
+
     /// The dimension of a product or quotient.
     pub fn combine(self, other: Self, f: fn(Dimension, Dimension) -> Dimension) -> Self {
         match (self, other) {

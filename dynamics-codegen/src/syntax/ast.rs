@@ -20,6 +20,9 @@ pub struct File {
     pub doc: String,
     /// Everything else, in the order of the text.
     pub statements: Vec<Statement>,
+    /// What statements that could not be read were going to define: defined all the same,
+    /// so that one slip is not reported at every use.
+    pub unreadable: Vec<Name>,
 }
 
 /// The first line of a file.
@@ -100,7 +103,7 @@ pub enum StatementKind {
         /// Where it may lie.
         bounds: Option<Bounds>,
         /// What is believed of it beforehand.
-        prior: Option<Prior>,
+        prior: Option<Box<Prior>>,
     },
     /// `constant g: m/s^2 = 9.81;`
     Constant {

@@ -90,6 +90,11 @@ fn atom(stream: &mut Stream<'_>, depth: usize) -> Parsed<Expr> {
     if stream.input.peek(syn::token::Paren) {
         return parenthesised(stream, depth);
     }
+    if stream.at('.') {
+        let error = Diagnostic::error(stream.here(), "expected a number, a name or `(`")
+            .help("a number begins with a digit: `0.5`");
+        return Err(Box::new(error));
+    }
     let name = stream.name("a number, a name or `(`")?;
     if !stream.input.peek(syn::token::Paren) {
         return Ok(Expr {
@@ -267,6 +272,9 @@ fn unit_exponent(stream: &mut Stream<'_>) -> Parsed<i32> {
 /// `lower..upper`, each side optional, one of them present.
 pub(super) fn bounds(stream: &mut Stream<'_>) -> Parsed<Bounds> {
     let start = stream.here();
+    if stream.at(';') || stream.input.is_empty() {
+        return stream.unexpected("bounds such as `0..`, `-1..1` or `..5`");
+    }
     let lower = if stream.at_pair('.', '.') {
         None
     } else {

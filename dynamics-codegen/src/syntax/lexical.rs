@@ -9,8 +9,10 @@ use crate::source::{SourceId, Span};
 
 /// Brackets, and powers and signs in front of a number, may nest this deep.
 pub(super) const MAX_DEPTH: usize = 64;
-/// A model file is a page, not a data set.
-const MAX_BYTES: usize = 4 << 20;
+/// A model file may have this many bytes: it is a page, not a data set.
+pub const MAX_BYTES: usize = 4 << 20;
+const EMPTY: &str =
+    "a model begins with `model name;`, an effect template with `effect name(joint);`";
 /// Past this many findings the file is not what it claims to be.
 const MAX_FINDINGS: usize = 10;
 
@@ -18,11 +20,12 @@ const MAX_FINDINGS: usize = 10;
 pub(super) fn check(text: &str, source: SourceId) -> Vec<Diagnostic> {
     let span = |start: usize, end: usize| Span { source, start, end };
     if text.len() > MAX_BYTES {
-        let message = format!(
-            "the file has {} bytes; a model may have {MAX_BYTES}",
-            text.len()
-        );
-        return vec![Diagnostic::error(span(0, 0), message)];
+        let message = format!("the file is larger than a model may be ({MAX_BYTES} bytes)");
+        let help = "a model is a page of text: is this the right file?";
+        return vec![Diagnostic::error(span(0, 0), message).help(help)];
+    }
+    if text.trim().is_empty() {
+        return vec![Diagnostic::error(span(0, 0), "the file is empty").help(EMPTY)];
     }
     let mut scan = Scan {
         text,
@@ -41,6 +44,24 @@ pub(super) fn check(text: &str, source: SourceId) -> Vec<Diagnostic> {
         );
     }
     scan.found
+}
+
+/// What a character was probably meant to be.
+fn hint(c: char) -> Option<&'static str> {
+    Some(match c {
+        '²' | '³' | '¹' => "a power is written `x^2`",
+        '·' | '×' | '⋅' => "a product is written `a*b`",
+        '÷' => "a quotient is written `a/b`",
+        '−' | '–' | '—' => "a minus sign is written `-`",
+        '|' => "an absolute value is written `abs(x)`",
+        '%' => "there is no remainder; a percentage is a number such as `0.05`",
+        '#' => "a comment begins with `//`",
+        '\'' => "a rate is written `dot(x)`",
+        '°' => "angles are in radians: `30*pi/180`",
+        '≤' | '≥' => "bounds are written `in 0..1`",
+        '“' | '”' | '„' => "a text stands between plain quotes `\"`",
+        _ => return None,
+    })
 }
 
 fn closing(open: char) -> char {
@@ -64,8 +85,7 @@ impl Scan<'_> {
         let rest = &self.text[self.at..];
         let Some(c) = rest.chars().next() else { return };
         if rest.starts_with("//") {
-            self.at += rest.find('\n').unwrap_or(rest.len());
-            return;
+            return self.line_comment();
         }
         if rest.starts_with("/*") {
             return self.block_comment();
@@ -74,32 +94,76 @@ impl Scan<'_> {
             '"' => return self.string(),
             '(' | '[' | '{' => self.open(c),
             ')' | ']' | '}' => self.close(c),
-            _ if c.is_alphanumeric() || c.is_whitespace() || c == '_' => {}
             '+' | '-' | '*' | '/' | '^' | '=' | ';' | ':' | ',' | '.' | '<' | '>' => {}
-            _ => self.error(c, format!("`{}` has no meaning here", c.escape_debug())),
+            _ if c.is_whitespace() => {}
+            _ if c.is_alphanumeric() || c == '_' => return self.word(),
+            _ => self.meaningless(c),
         }
         self.at += c.len_utf8();
     }
 
+    /// A name or a number: whatever the tokeniser takes for one.
+    fn word(&mut self) {
+        let rest = &self.text[self.at..];
+        let is_part = |c: char| c.is_alphanumeric() || c == '_';
+        let end = rest.find(|c| !is_part(c)).unwrap_or(rest.len());
+        let word = &rest[..end];
+        let plain = word.bytes().all(|b| b.is_ascii_digit())
+            || (word.is_ascii() && !word.starts_with(|c: char| c.is_ascii_digit()));
+        if !plain && word.parse::<proc_macro2::TokenStream>().is_err() {
+            match word.chars().find(|&c| hint(c).is_some()) {
+                Some(odd) => {
+                    self.at += word.find(odd).unwrap_or(0);
+                    self.meaningless(odd);
+                    self.at += odd.len_utf8();
+                    return;
+                }
+                None => self.fault(
+                    word.len(),
+                    format!("`{word}` is neither a name nor a number"),
+                ),
+            }
+        }
+        self.at += end;
+    }
+
+    fn meaningless(&mut self, c: char) {
+        let shown = if c.is_control() {
+            c.escape_default().to_string()
+        } else {
+            c.to_string()
+        };
+        self.error(c, format!("`{shown}` has no meaning here"));
+        if let Some(hint) = hint(c) {
+            self.mend(hint);
+        }
+    }
+
+    /// Says how to mend the last error.
+    fn mend(&mut self, help: &str) {
+        if let Some(last) = self.found.pop() {
+            self.found.push(last.help(help));
+        }
+    }
+
     fn error(&mut self, c: char, message: String) {
-        let (start, end) = (self.at, self.at + c.len_utf8());
-        self.found.push(Diagnostic::error(
-            Span {
-                source: self.source,
-                start,
-                end,
-            },
-            message,
-        ));
+        self.fault(c.len_utf8(), message);
+    }
+
+    /// An error at the next `length` bytes.
+    fn fault(&mut self, length: usize, message: String) {
+        let span = Span {
+            source: self.source,
+            start: self.at,
+            end: self.at + length,
+        };
+        self.found.push(Diagnostic::error(span, message));
     }
 
     fn open(&mut self, c: char) {
         if self.open.len() == MAX_DEPTH {
             self.error(c, format!("brackets nest more than {MAX_DEPTH} deep"));
-            if let Some(last) = self.found.pop() {
-                self.found
-                    .push(last.help("give the inner terms names with `let`"));
-            }
+            self.mend("give the inner terms names with `let`");
             // What follows would only repeat the message.
             self.open.clear();
             self.at = self.text.len() - c.len_utf8();
@@ -122,8 +186,25 @@ impl Scan<'_> {
                     self.found.push(last.also(span, "opened here"));
                 }
             }
-            None => self.error(c, format!("`{c}` closes nothing")),
+            None => {
+                self.error(c, format!("`{c}` closes nothing"));
+                self.mend("remove it, or open a bracket before it");
+            }
         }
+    }
+
+    fn line_comment(&mut self) {
+        let rest = &self.text[self.at..];
+        let line = &rest[..rest.find('\n').unwrap_or(rest.len())];
+        let end = self.at + line.len();
+        // In a doc comment the tokeniser takes a lone carriage return amiss.
+        let body = line.strip_suffix('\r').unwrap_or(line);
+        if let Some(offset) = body.find('\r') {
+            self.at += offset;
+            self.error('\r', "a carriage return without a line feed".to_string());
+            self.mend("save the file with plain line ends");
+        }
+        self.at = end;
     }
 
     fn block_comment(&mut self) {
@@ -157,15 +238,19 @@ impl Scan<'_> {
 
     fn string(&mut self) {
         let start = self.at;
-        let mut escaped = false;
         for (offset, c) in self.text[start..].char_indices().skip(1) {
+            self.at = start + offset;
             match c {
-                '"' if !escaped => {
-                    self.at = start + offset + 1;
+                '"' => {
+                    self.at += 1;
                     return;
                 }
-                '\n' => break,
-                _ => escaped = c == '\\' && !escaped,
+                '\\' => {
+                    self.error(c, "a text has no `\\`".to_string());
+                    self.mend("paths are written with `/`");
+                }
+                '\n' | '\r' => break,
+                _ => {}
             }
         }
         let span = Span {

@@ -7,6 +7,7 @@ mod statement;
 mod stream;
 
 pub use ast::*;
+pub use lexical::MAX_BYTES;
 
 use crate::diagnostic::Diagnostic;
 use crate::source::{SourceId, Sources};
@@ -31,7 +32,11 @@ pub fn parse(sources: &Sources, id: SourceId) -> (Option<File>, Vec<Diagnostic>)
     if let Err(error) = syn::parse::Parser::parse_str(parser, text)
         && diagnostics.is_empty()
     {
-        diagnostics.push(stream::from_syn(&error, id));
+        let place = stream::from_syn(&error, id).primary.span;
+        diagnostics.push(Diagnostic::error(
+            place,
+            "this cannot be read as part of a model",
+        ));
     }
     (file, diagnostics)
 }

@@ -33,12 +33,17 @@ pub(super) fn file(stream: &mut Stream<'_>) -> (Option<File>, Vec<Diagnostic>) {
             (String::new(), None)
         }
     };
-    let mut statements = Vec::new();
+    let (mut statements, mut unreadable) = (Vec::new(), Vec::new());
     while !stream.input.is_empty() {
+        let (start, defined) = (stream.here(), stream.second_word());
         match statement(stream) {
             Ok(statement) => statements.push(statement),
             Err(diagnostic) => {
                 found.push(*diagnostic);
+                unreadable.extend(defined);
+                if stream.here() == start {
+                    stream.skip();
+                }
                 recover(stream);
             }
         }
@@ -48,6 +53,7 @@ pub(super) fn file(stream: &mut Stream<'_>) -> (Option<File>, Vec<Diagnostic>) {
             heading,
             doc,
             statements,
+            unreadable,
         }),
         found,
     )
@@ -55,15 +61,13 @@ pub(super) fn file(stream: &mut Stream<'_>) -> (Option<File>, Vec<Diagnostic>) {
 
 /// Goes on behind the next `;`, or in front of the next word that begins a statement.
 fn recover(stream: &mut Stream<'_>) {
-    while !stream.input.is_empty() {
-        if stream.eat(';') {
+    while !stream.input.is_empty() && !stream.eat(';') {
+        // `input(x)` and `coordinate(x)` may stand in an expression.
+        let call = stream.at_call("input") || stream.at_call("coordinate");
+        if !call && KEYWORDS.iter().any(|word| stream.at_word(word)) {
             return;
         }
         stream.skip();
-        let fresh_line = KEYWORDS.iter().any(|word| stream.at_word(word));
-        if fresh_line {
-            return;
-        }
     }
 }
 
@@ -223,7 +227,7 @@ fn parameter(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
     let bounds = stream.eat_word("in").then(|| bounds(stream)).transpose()?;
     let prior = stream
         .eat_word("prior")
-        .then(|| prior(stream))
+        .then(|| prior(stream).map(Box::new))
         .transpose()?;
     Ok(StatementKind::Parameter {
         name,

@@ -94,6 +94,25 @@ impl<'a> Stream<'a> {
             .is_some_and(|(ident, _)| ident == word)
     }
 
+    /// Whether the next token is this word, and brackets follow.
+    pub fn at_call(&self, word: &str) -> bool {
+        let next = self.input.cursor().ident();
+        next.is_some_and(|(ident, rest)| {
+            let brackets = rest.group(proc_macro2::Delimiter::Parenthesis);
+            ident == word && brackets.is_some()
+        })
+    }
+
+    /// The word behind the next one: what a statement is about to define.
+    pub fn second_word(&self) -> Option<Name> {
+        let (_, rest) = self.input.cursor().ident()?;
+        let (ident, _) = rest.ident()?;
+        Some(Name {
+            text: ident.unraw().to_string(),
+            span: span_of(ident.span(), self.source),
+        })
+    }
+
     /// Whether the next character is this punctuation.
     pub fn at(&self, punctuation: char) -> bool {
         self.input
@@ -147,10 +166,14 @@ impl<'a> Stream<'a> {
         } else {
             self.here()
         };
-        Err(Box::new(
-            Diagnostic::error(span, format!("expected `{punctuation}` after {after_what}"))
-                .label(format!("expected `{punctuation}`")),
-        ))
+        let error = Diagnostic::error(span, format!("expected `{punctuation}` after {after_what}"))
+            .label(format!("expected `{punctuation}`"));
+        let compares = ['<', '>', '='].into_iter().any(|sign| self.at(sign));
+        Err(Box::new(if punctuation == ';' && compares {
+            error.help("what must be equal is a constraint: `constraint name: left == right;`")
+        } else {
+            error
+        }))
     }
 
     /// Reads a word that is to be a name.
@@ -201,6 +224,12 @@ impl<'a> Stream<'a> {
 
     /// Text of the doc comments that come next.
     pub fn doc(&mut self) -> Parsed<String> {
+        if self.at('#') && self.input.peek2(syn::Token![!]) {
+            let error = Diagnostic::error(self.here(), "`//!` has no meaning in a model");
+            return Err(Box::new(error.help(
+                "write `///` for a description, in front of what it describes, or `//` for a remark",
+            )));
+        }
         let attributes = self
             .input
             .call(syn::Attribute::parse_outer)

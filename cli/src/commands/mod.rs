@@ -1,0 +1,52 @@
+//! One command per file.
+
+pub mod check;
+pub mod eval;
+pub mod simulate;
+
+use clap::Subcommand;
+
+/// What the program can do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Show what a model contains
+    ///
+    /// Coordinates, inputs, parameters, constraints, effects, outputs; how many
+    /// operations the equations cost; and what is worth a warning.
+    Check(check::Arguments),
+
+    /// Evaluate a model's equations at given states
+    ///
+    /// Each line of the states' file is one JSON object with the positions `q` and, where
+    /// they are not zero or nominal, the velocities `v`, inputs `u`, time `t` and
+    /// `parameters`. `q`, `v`, `u` are arrays in model order or objects by name.
+    ///
+    /// For each line there is one answer, in the same order: the terms of
+    /// `M a = Q + A^T lambda`, `A a = b`, and their solution. `Q = bias + applied + B u`,
+    /// where `bias` (Q_C) holds the fictitious and conservative forces, with the sign of
+    /// the right-hand side.
+    Eval(eval::Arguments),
+
+    /// Simulate a model and write a log
+    ///
+    /// The log has the columns `t`, `q_<coordinate>`, `dq_<coordinate>`,
+    /// `ddq_<coordinate>` and `u_<input>`, in SI units. The motion is integrated by the
+    /// classical Runge-Kutta method with stabilised constraints (Baumgarte). The initial
+    /// state is first moved onto the constraints by the shortest way; how far it moved is
+    /// printed.
+    Simulate(simulate::Arguments),
+}
+
+impl Command {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// Whatever went wrong; a [`Mistake`](crate::mistake::Mistake) if the user can mend it.
+    pub fn run(self) -> anyhow::Result<()> {
+        match self {
+            Self::Check(arguments) => check::run(&arguments),
+            Self::Eval(arguments) => eval::run(&arguments),
+            Self::Simulate(arguments) => simulate::run(&arguments),
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! The model that every command works on, with the values of its parameters.
+
+use crate::mistake::Mistake;
+use crate::{output, parameters};
+use clap::Args;
+use dynamics_codegen::model::LibraryError;
+use dynamics_codegen::syntax::MAX_BYTES;
+use dynamics_codegen::{Compiled, Library, compile_bytes};
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+/// The arguments that every command shares.
+#[derive(Debug, Clone, Args)]
+pub struct ModelArguments {
+    /// The model: a `.model` file
+    #[arg(value_name = "MODEL")]
+    pub model: PathBuf,
+
+    /// A folder of your own effect templates (`*.model`); wins over the built-in ones
+    #[arg(long, value_name = "DIR")]
+    pub effects: Vec<PathBuf>,
+
+    /// Values in place of the nominal ones: a JSON object, parameter name to number
+    #[arg(long, value_name = "FILE.json")]
+    pub parameters: Option<PathBuf>,
+}
+
+/// A model, ready to work with.
+#[derive(Debug, Clone)]
+pub struct Loaded {
+    /// Where it came from, as the user wrote it.
+    pub path: PathBuf,
+    /// The file, byte for byte.
+    pub bytes: Vec<u8>,
+    /// The effect templates that it may name.
+    pub library: Library,
+    /// The model and its equations.
+    pub compiled: Compiled,
+    /// The parameters' values, in model order: nominal unless overridden.
+    pub parameters: Vec<f64>,
+}
+
+impl ModelArguments {
+    /// Reads and compiles the model, and prints its warnings.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the model, the templates or the parameters.
+    pub fn load(&self) -> Result<Loaded, Mistake> {
+        let library = self.library()?;
+        let bytes = read(&self.model, MAX_BYTES)?;
+        refuse_robot_description(&self.model, &bytes)?;
+        let compiled = compile_bytes(&self.model.display().to_string(), &bytes, &library)?;
+        if !compiled.warnings.diagnostics.is_empty() {
+            let warnings = Mistake::from(compiled.warnings.clone());
+            output::complain(&warnings.render(output::colours_on_stderr()));
+        }
+        let mut values = compiled.model.nominal_parameters();
+        if let Some(path) = &self.parameters {
+            parameters::override_from(path, &compiled.model, &mut values)?;
+        }
+        Ok(Loaded {
+            path: self.model.clone(),
+            bytes,
+            library,
+            compiled,
+            parameters: values,
+        })
+    }
+
+    fn library(&self) -> Result<Library, Mistake> {
+        let mut library = Library::builtin();
+        for folder in &self.effects {
+            library.add_folder(folder).map_err(|error| {
+                let LibraryError::Unreadable { path, reason } = &error;
+                Mistake::unreadable(path, reason)
+                    .help("`--effects` takes a folder of effect templates, one `*.model` file each")
+            })?;
+        }
+        Ok(library)
+    }
+}
+
+/// Reads a file, but no more than a little over `limit` bytes of it: what is longer
+/// than it may be is refused by whoever asked, and need not be read to its end.
+///
+/// # Errors
+/// If the system will not let us.
+pub fn read(path: &Path, limit: usize) -> Result<Vec<u8>, Mistake> {
+    let unreadable = |error: std::io::Error| Mistake::unreadable(path, &error);
+    let file = File::open(path).map_err(unreadable)?;
+    let mut bytes = Vec::new();
+    file.take(limit as u64 + 1)
+        .read_to_end(&mut bytes)
+        .map_err(unreadable)?;
+    Ok(bytes)
+}
+
+/// What a file is follows from its name if that is known, from its content otherwise.
+fn refuse_robot_description(path: &Path, bytes: &[u8]) -> Result<(), Mistake> {
+    let extension = path.extension().and_then(|extension| extension.to_str());
+    let is_urdf = match extension {
+        Some("model") => false,
+        Some("urdf" | "xacro") => true,
+        _ => {
+            let body = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+            body.trim_ascii_start().starts_with(b"<")
+        }
+    };
+    if !is_urdf {
+        return Ok(());
+    }
+    let message = format!(
+        "`{}` is a robot description (URDF), which cannot be read yet",
+        path.display()
+    );
+    Err(Mistake::new(message)
+        .help("write the model as a `.model` file: see docs/model-language.md"))
+}

@@ -1,0 +1,150 @@
+//! States as JSON objects: `{"q": …, "v": …, "u": …, "t": …, "parameters": …}`.
+
+use crate::json::{Text, Value};
+use crate::mistake::Mistake;
+use crate::parameters;
+use dynamics_codegen::Model;
+
+/// One state of a model, complete.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// Positions, one per coordinate.
+    pub q: Vec<f64>,
+    /// Velocities, one per coordinate.
+    pub v: Vec<f64>,
+    /// Inputs; `None` if the object says nothing about them.
+    pub u: Option<Vec<f64>>,
+    /// Time, s.
+    pub t: f64,
+    /// All parameters, in model order.
+    pub parameters: Vec<f64>,
+}
+
+/// How an object may look, for messages.
+const SHAPE: &str = "a state such as `{\"q\": [0.1, 0.2], \"v\": {\"j1\": 1}}`";
+const FIELDS: [&str; 5] = ["q", "v", "u", "t", "parameters"];
+
+impl State {
+    /// Reads a state; also returns warnings. What is left out is zero, parameters
+    /// are as in `nominal`.
+    ///
+    /// # Errors
+    /// If the text is not a state of this model.
+    pub fn read(
+        text: Text<'_>,
+        model: &Model,
+        nominal: &[f64],
+    ) -> Result<(Self, Vec<Mistake>), Mistake> {
+        let object = text.value()?;
+        let coordinates: Vec<&str> = model.coordinates.iter().map(|c| c.name.as_str()).collect();
+        let inputs: Vec<&str> = model.inputs.iter().map(|u| u.name.as_str()).collect();
+        let (mut q, mut v, mut u, mut t) = (None, None, None, 0.0);
+        let (mut values, mut warnings) = (nominal.to_vec(), Vec::new());
+        for member in object.members(SHAPE)? {
+            let value = member.value;
+            match member.name.as_str() {
+                "q" => q = Some(positions(value, &coordinates)?),
+                "v" => v = Some(zeroed(vector(value, "v", "coordinate", &coordinates)?)),
+                "u" => u = Some(zeroed(vector(value, "u", "input", &inputs)?)),
+                "t" => t = value.number("time `t`")?,
+                "parameters" => warnings = parameters::assign(value, model, &mut values)?,
+                other => {
+                    let message = format!("a state has no field `{other}`");
+                    return Err(parameters::suggest(
+                        member.key.mistake("", message),
+                        other,
+                        FIELDS,
+                    ));
+                }
+            }
+        }
+        let Some(q) = q else {
+            let message = "this state has no positions `q`";
+            let help = format!("add `\"q\": [{}]`", coordinates.join(", "));
+            return Err(object.mistake("", message).help(help));
+        };
+        let state = Self {
+            v: v.unwrap_or_else(|| vec![0.0; q.len()]),
+            q,
+            u,
+            t,
+            parameters: values,
+        };
+        Ok((state, warnings))
+    }
+}
+
+fn zeroed(entries: Vec<Option<f64>>) -> Vec<f64> {
+    entries.into_iter().map(Option::unwrap_or_default).collect()
+}
+
+/// Positions have no default: each must be given.
+fn positions(value: Value<'_>, names: &[&str]) -> Result<Vec<f64>, Mistake> {
+    let entries = vector(value, "q", "coordinate", names)?;
+    let missing: Vec<&str> = names
+        .iter()
+        .zip(&entries)
+        .filter(|(_, entry)| entry.is_none())
+        .map(|(name, _)| *name)
+        .collect();
+    if missing.is_empty() {
+        return Ok(zeroed(entries));
+    }
+    let message = format!("`q` lacks the position of {}", quoted(&missing));
+    Err(value
+        .mistake("", message)
+        .help("velocities and inputs are zero unless given; positions are not"))
+}
+
+/// One entry per name: an array in model order, or an object by name.
+fn vector(
+    value: Value<'_>,
+    field: &str,
+    what: &str,
+    names: &[&str],
+) -> Result<Vec<Option<f64>>, Mistake> {
+    let mut entries = vec![None; names.len()];
+    if value.is_object() {
+        for member in value.members("an object")? {
+            let Some(index) = names.iter().position(|name| *name == member.name) else {
+                let message = format!("the model has no {what} `{}`", member.name);
+                let mistake = member.key.mistake("", message);
+                return Err(parameters::suggest(
+                    mistake,
+                    &member.name,
+                    names.iter().copied(),
+                ));
+            };
+            entries[index] = Some(member.value.number(&format!("`{field}.{}`", member.name))?);
+        }
+        return Ok(entries);
+    }
+    let expected = format!("`{field}` as an array of numbers, or as an object by name");
+    let elements = value.elements(&expected)?;
+    if elements.len() != names.len() {
+        let message = format!(
+            "`{field}` needs {} {}, found {}",
+            names.len(),
+            if names.len() == 1 {
+                "number"
+            } else {
+                "numbers"
+            },
+            elements.len()
+        );
+        let help = match names {
+            [] => format!("the model has no {what}s: leave `{field}` out"),
+            _ => format!("the order is that of the model: {}", names.join(", ")),
+        };
+        return Err(value.mistake("", message).help(help));
+    }
+    for (index, element) in elements.iter().enumerate() {
+        entries[index] = Some(element.number(&format!("`{field}[{index}]` ({})", names[index]))?);
+    }
+    Ok(entries)
+}
+
+fn quoted(names: &[&str]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    quoted.join(", ")
+}

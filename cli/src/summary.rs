@@ -1,0 +1,424 @@
+//! What a model contains, for `check`: as JSON, or as a page.
+
+use crate::model::Loaded;
+use crate::page::{Table, count, first_line};
+use crate::parameters::{bounds, number};
+use dynamics_codegen::derive::{Sensitivity, Variable};
+use dynamics_codegen::dimension::Dimension;
+use dynamics_codegen::graph::ExprId;
+use dynamics_codegen::model::{ConstraintKind, Effect};
+use dynamics_codegen::{Model, Severity, System};
+use serde::Serialize;
+
+/// What a model contains.
+#[derive(Debug, Clone, Serialize)]
+pub struct Summary {
+    model: String,
+    file: String,
+    description: String,
+    sizes: Sizes,
+    coordinates: Vec<Variables>,
+    inputs: Vec<Variables>,
+    parameters: Vec<ParameterSummary>,
+    constraints: Vec<ConstraintSummary>,
+    effects: Vec<EffectSummary>,
+    outputs: Vec<Variables>,
+    operations: Operations,
+    warnings: Vec<Warning>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct Sizes {
+    coordinates: usize,
+    inputs: usize,
+    parameters: usize,
+    constraints: usize,
+    effects: usize,
+    outputs: usize,
+}
+
+/// A coordinate, an input or an output.
+#[derive(Debug, Clone, Serialize)]
+struct Variables {
+    name: String,
+    unit: String,
+    description: String,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct ParameterSummary {
+    name: String,
+    unit: String,
+    /// What the model states.
+    nominal: f64,
+    /// What is used: `nominal` unless overridden.
+    value: f64,
+    lower: Option<f64>,
+    upper: Option<f64>,
+    prior: Option<Prior>,
+    effect: Option<String>,
+    description: String,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct Prior {
+    mean: f64,
+    sd: f64,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct ConstraintSummary {
+    name: String,
+    kind: &'static str,
+    time_dependent: bool,
+    unit: String,
+    description: String,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct EffectSummary {
+    effect: String,
+    on: Vec<String>,
+    parameters: Vec<String>,
+    description: String,
+}
+
+/// Operations per state. A subexpression that several entries of one function share is
+/// counted once.
+#[derive(Debug, Clone, Serialize)]
+struct Operations {
+    mass_matrix: usize,
+    bias_force: usize,
+    applied_force: usize,
+    input_matrix: usize,
+    force: usize,
+    constraint_jacobian: usize,
+    constraint_bias: usize,
+    constraint_residual: usize,
+    constraint_rate: usize,
+    outputs: usize,
+    /// `M, Q, A, b` together: what the accelerations follow from.
+    dynamics: usize,
+    /// What the derivatives of the accelerations by `q, v, u` take besides.
+    derivatives: usize,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct Warning {
+    message: String,
+    file: String,
+    line: usize,
+    column: usize,
+    help: Vec<String>,
+}
+
+impl Summary {
+    /// Looks at a model.
+    pub fn of(loaded: &Loaded) -> Self {
+        let model = &loaded.compiled.model;
+        Self {
+            model: model.name.clone(),
+            file: loaded.path.display().to_string(),
+            description: model.doc.clone(),
+            sizes: Sizes {
+                coordinates: model.coordinates.len(),
+                inputs: model.inputs.len(),
+                parameters: model.parameters.len(),
+                constraints: model.constraints.len(),
+                effects: model.effects.len(),
+                outputs: model.outputs.len(),
+            },
+            coordinates: (model.coordinates.iter())
+                .map(|c| Variables::new(&c.name, c.unit.clone(), &c.doc))
+                .collect(),
+            inputs: (model.inputs.iter())
+                .map(|u| Variables::new(&u.name, u.unit.clone(), &u.doc))
+                .collect(),
+            parameters: parameters(model, &loaded.parameters),
+            constraints: constraints(model),
+            effects: effects(model),
+            outputs: (model.outputs.iter())
+                .map(|y| Variables::new(&y.name, unit(y.dimension), &y.doc))
+                .collect(),
+            operations: Operations::of(loaded),
+            warnings: warnings(loaded),
+        }
+    }
+
+    /// As text for people.
+    pub fn page(&self) -> String {
+        let mut page = format!("{}  {}\n", self.model, self.file);
+        for line in self.description.lines() {
+            page.push_str(format!("  {line}").trim_end());
+            page.push('\n');
+        }
+        for (title, rows, required) in [
+            (
+                count(self.coordinates.len(), "coordinate"),
+                variables(&self.coordinates),
+                true,
+            ),
+            (
+                count(self.inputs.len(), "input"),
+                variables(&self.inputs),
+                true,
+            ),
+            (
+                count(self.parameters.len(), "parameter"),
+                self.parameter_rows(),
+                true,
+            ),
+            (
+                count(self.constraints.len(), "constraint"),
+                self.constraint_rows(),
+                true,
+            ),
+            (
+                count(self.effects.len(), "effect"),
+                self.effect_rows(),
+                false,
+            ),
+            (
+                count(self.outputs.len(), "output"),
+                variables(&self.outputs),
+                false,
+            ),
+            (
+                "operations per state".to_string(),
+                self.operations.rows(),
+                true,
+            ),
+        ] {
+            let rows = rows.render();
+            if required || !rows.is_empty() {
+                page.push_str(&format!("\n{title}\n{rows}"));
+            }
+        }
+        page
+    }
+
+    fn parameter_rows(&self) -> Table {
+        let mut table = Table::new("<><<<<");
+        for p in &self.parameters {
+            let bounds = bounds(
+                p.lower.unwrap_or(f64::NEG_INFINITY),
+                p.upper.unwrap_or(f64::INFINITY),
+            );
+            let bounds = if bounds.is_empty() {
+                bounds
+            } else {
+                format!("in {bounds}")
+            };
+            let mut remarks = Vec::new();
+            if p.value != p.nominal {
+                remarks.push(format!("nominal {}", number(p.nominal)));
+            }
+            if let Some(Prior { mean, sd }) = p.prior {
+                remarks.push(format!("prior {} ± {}", number(mean), number(sd)));
+            }
+            table.row([
+                &p.name,
+                &number(p.value),
+                &p.unit,
+                &bounds,
+                &remarks.join(", "),
+                first_line(&p.description),
+            ]);
+        }
+        table
+    }
+
+    fn constraint_rows(&self) -> Table {
+        let mut table = Table::new("<<<<");
+        for c in &self.constraints {
+            let time = if c.time_dependent {
+                "depends on time"
+            } else {
+                ""
+            };
+            table.row([c.name.as_str(), c.kind, time, first_line(&c.description)]);
+        }
+        table
+    }
+
+    fn effect_rows(&self) -> Table {
+        let mut table = Table::new("<<");
+        for e in &self.effects {
+            let call = format!("{}({})", e.effect, e.on.join(", "));
+            table.row([call.as_str(), first_line(&e.description)]);
+        }
+        table
+    }
+}
+
+impl Variables {
+    fn new(name: &str, unit: String, doc: &str) -> Self {
+        Self {
+            name: name.to_string(),
+            unit,
+            description: doc.to_string(),
+        }
+    }
+}
+
+fn variables(variables: &[Variables]) -> Table {
+    let mut table = Table::new("<<<");
+    for v in variables {
+        table.row([v.name.as_str(), &v.unit, first_line(&v.description)]);
+    }
+    table
+}
+
+fn unit(dimension: Option<Dimension>) -> String {
+    dimension.map(|d| d.to_string()).unwrap_or_default()
+}
+
+fn parameters(model: &Model, values: &[f64]) -> Vec<ParameterSummary> {
+    let finite = |value: f64| value.is_finite().then_some(value);
+    let effect = |index: usize| {
+        let effect = &model.effects[index];
+        format!("{}({})", effect.template, places(effect).join(", "))
+    };
+    let summary = |(p, &value): (&dynamics_codegen::model::Parameter, &f64)| ParameterSummary {
+        name: p.name.clone(),
+        unit: p.unit.clone(),
+        nominal: p.nominal,
+        value,
+        lower: finite(p.lower),
+        upper: finite(p.upper),
+        prior: p.prior.map(|(mean, sd)| Prior { mean, sd }),
+        effect: p.effect.map(effect),
+        description: p.doc.clone(),
+    };
+    model.parameters.iter().zip(values).map(summary).collect()
+}
+
+fn constraints(model: &Model) -> Vec<ConstraintSummary> {
+    let summary = |c: &dynamics_codegen::model::Constraint| ConstraintSummary {
+        name: c.name.clone(),
+        kind: match c.kind {
+            ConstraintKind::Holonomic => "holonomic",
+            ConstraintKind::Nonholonomic => "nonholonomic",
+        },
+        time_dependent: c.time_dependent,
+        unit: unit(c.dimension),
+        description: c.doc.clone(),
+    };
+    model.constraints.iter().map(summary).collect()
+}
+
+fn effects(model: &Model) -> Vec<EffectSummary> {
+    let name = |&index: &usize| model.parameters[index].name.clone();
+    let summary = |e: &Effect| EffectSummary {
+        effect: e.template.clone(),
+        on: places(e),
+        parameters: e.parameters.iter().map(name).collect(),
+        description: e.doc.clone(),
+    };
+    model.effects.iter().map(summary).collect()
+}
+
+fn places(effect: &Effect) -> Vec<String> {
+    effect.on.iter().map(|(_, name)| name.clone()).collect()
+}
+
+fn warnings(loaded: &Loaded) -> Vec<Warning> {
+    let report = &loaded.compiled.warnings;
+    let warnings = report.diagnostics.iter();
+    warnings
+        .filter(|d| d.severity == Severity::Warning)
+        .map(|d| {
+            let (line, column) = report.sources.line_column(d.primary.span);
+            Warning {
+                message: d.message.clone(),
+                file: report.sources.get(d.primary.span.source).name.clone(),
+                line,
+                column,
+                help: d.help.clone(),
+            }
+        })
+        .collect()
+}
+
+impl Operations {
+    fn of(loaded: &Loaded) -> Self {
+        let System {
+            mass_matrix,
+            bias_force,
+            applied_force,
+            input_matrix,
+            force,
+            constraint_matrix,
+            constraint_bias,
+            constraint_residual,
+            constraint_rate,
+            outputs,
+            ..
+        } = &loaded.compiled.system;
+        let (mass, rows) = (mass_matrix.concat(), constraint_matrix.concat());
+        let motion = [&mass[..], force, &rows, constraint_bias].concat();
+        let graph = &loaded.compiled.model.graph;
+        let count = |expressions: &[ExprId]| graph.operation_count(expressions);
+        Self {
+            mass_matrix: count(&mass),
+            bias_force: count(bias_force),
+            applied_force: count(applied_force),
+            input_matrix: count(&input_matrix.concat()),
+            force: count(force),
+            constraint_jacobian: count(&rows),
+            constraint_bias: count(constraint_bias),
+            constraint_residual: count(constraint_residual),
+            constraint_rate: count(constraint_rate),
+            outputs: count(outputs),
+            dynamics: count(&motion),
+            derivatives: derivative_count(loaded),
+        }
+    }
+
+    fn rows(&self) -> Table {
+        let mut table = Table::new("<><");
+        for (name, count, symbol) in [
+            ("mass_matrix", self.mass_matrix, "M"),
+            (
+                "bias_force",
+                self.bias_force,
+                "Q_C: fictitious and conservative forces",
+            ),
+            (
+                "applied_force",
+                self.applied_force,
+                "Q_D: stated forces at zero input",
+            ),
+            ("input_matrix", self.input_matrix, "B"),
+            ("force", self.force, "Q = Q_C + Q_D + B u"),
+            ("constraint_jacobian", self.constraint_jacobian, "A"),
+            ("constraint_bias", self.constraint_bias, "b"),
+            ("constraint_residual", self.constraint_residual, "c"),
+            ("constraint_rate", self.constraint_rate, "dc/dt"),
+            ("outputs", self.outputs, "outputs"),
+            ("dynamics", self.dynamics, "M, Q, A, b together"),
+            (
+                "derivatives",
+                self.derivatives,
+                "their derivatives by q, v, u",
+            ),
+        ] {
+            if count > 0 {
+                table.row([name, &count.to_string(), symbol]);
+            }
+        }
+        table
+    }
+}
+
+fn derivative_count(loaded: &Loaded) -> usize {
+    let (mut model, system) = (loaded.compiled.model.clone(), &loaded.compiled.system);
+    let (n, k) = (model.coordinates.len(), model.inputs.len());
+    let variables: Vec<Variable> = (0..n)
+        .map(Variable::Position)
+        .chain((0..n).map(Variable::Velocity))
+        .chain((0..k).map(Variable::Input))
+        .collect();
+    let columns = Sensitivity::new(&mut model, system, &variables).columns;
+    model.graph.operation_count(&columns.concat())
+}

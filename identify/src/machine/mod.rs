@@ -1,0 +1,269 @@
+//! A model that is known only now: its equations on tapes, solved for
+//! accelerations and multipliers at many states at once.
+
+mod rollout;
+mod solve;
+mod states;
+
+pub use rollout::{Rollout, RolloutOptions, Simulated};
+pub use solve::{Factorisation, SolveError};
+pub use states::States;
+
+use dynamics_codegen::derive::{Sensitivity, Variable};
+use dynamics_codegen::model::ConstraintKind;
+use dynamics_codegen::{Column, Compiled, System, Tape};
+use nalgebra::{DMatrix, DVector};
+
+/// A model ready to be evaluated.
+#[derive(Debug, Clone)]
+pub struct Machine {
+    /// The model it was made from.
+    pub compiled: Compiled,
+    terms: Tape,
+    coordinates: usize,
+    constraints: usize,
+    inputs: usize,
+}
+
+/// The terms of `M a = Q + Aᵀλ`, `A a = b` at one state. With `n` coordinates,
+/// `m` constraints, `k` inputs:
+#[derive(Debug, Clone)]
+pub struct Terms {
+    /// `M`, `n×n`.
+    pub mass_matrix: DMatrix<f64>,
+    /// `Q_C`, `n`.
+    pub bias_force: DVector<f64>,
+    /// `Q_D`, `n`.
+    pub applied_force: DVector<f64>,
+    /// `B`, `n×k`.
+    pub input_matrix: DMatrix<f64>,
+    /// `Q`, `n`.
+    pub force: DVector<f64>,
+    /// `A`, `m×n`.
+    pub constraint_matrix: DMatrix<f64>,
+    /// `b`, `m`.
+    pub constraint_bias: DVector<f64>,
+    /// `c`, `m`.
+    pub constraint_residual: DVector<f64>,
+    /// `ċ`, `m` (`c` for nonholonomic rows).
+    pub constraint_rate: DVector<f64>,
+}
+
+/// The motion that the model demands at one state.
+#[derive(Debug, Clone)]
+pub struct Motion {
+    /// The terms it follows from.
+    pub terms: Terms,
+    /// The factorisation that gave it, for further right-hand sides.
+    pub factorisation: Factorisation,
+    /// Accelerations `a`, `n`.
+    pub acceleration: DVector<f64>,
+    /// Multipliers `λ`, `m`.
+    pub multiplier: DVector<f64>,
+}
+
+impl Machine {
+    /// Puts a compiled model's equations on a tape.
+    pub fn new(compiled: Compiled) -> Self {
+        let System {
+            mass_matrix,
+            bias_force,
+            applied_force,
+            input_matrix,
+            force,
+            constraint_matrix,
+            constraint_bias,
+            constraint_residual,
+            constraint_rate,
+            ..
+        } = &compiled.system;
+        let mut outputs = Vec::new();
+        outputs.extend(mass_matrix.iter().flatten());
+        outputs.extend(bias_force);
+        outputs.extend(applied_force);
+        outputs.extend(input_matrix.iter().flatten());
+        outputs.extend(force);
+        outputs.extend(constraint_matrix.iter().flatten());
+        outputs.extend(constraint_bias);
+        outputs.extend(constraint_residual);
+        outputs.extend(constraint_rate);
+        let arguments = System::arguments(&compiled.model);
+        let terms = Tape::new(&compiled.model.graph, &outputs, &arguments);
+        let coordinates = compiled.model.coordinates.len();
+        let constraints = compiled.model.constraints.len();
+        let inputs = compiled.model.inputs.len();
+        Self {
+            compiled,
+            terms,
+            coordinates,
+            constraints,
+            inputs,
+        }
+    }
+
+    /// Number of coordinates `n`.
+    pub fn coordinate_count(&self) -> usize {
+        self.coordinates
+    }
+
+    /// Number of constraints `m`.
+    pub fn constraint_count(&self) -> usize {
+        self.constraints
+    }
+
+    /// Number of inputs `k`.
+    pub fn input_count(&self) -> usize {
+        self.inputs
+    }
+
+    /// The parameters' nominal values.
+    pub fn nominal_parameters(&self) -> Vec<f64> {
+        self.compiled.model.nominal_parameters()
+    }
+
+    /// The equation's terms at every state.
+    pub fn terms(&self, states: &States, parameters: &[f64]) -> Vec<Terms> {
+        let columns = states.columns(parameters);
+        let values = self.terms.evaluate_all(&columns, states.len());
+        (0..states.len())
+            .map(|sample| self.unpack(&values, sample))
+            .collect()
+    }
+
+    fn unpack(&self, values: &[Vec<f64>], sample: usize) -> Terms {
+        let (n, m, k) = (self.coordinates, self.constraints, self.inputs);
+        let mut next = values.iter().map(|column| column[sample]);
+        let mut matrix = |rows: usize, columns: usize| {
+            DMatrix::from_row_iterator(rows, columns, next.by_ref().take(rows * columns))
+        };
+        let vector = |matrix: DMatrix<f64>| DVector::from_column_slice(matrix.as_slice());
+        Terms {
+            mass_matrix: matrix(n, n),
+            bias_force: vector(matrix(n, 1)),
+            applied_force: vector(matrix(n, 1)),
+            input_matrix: matrix(n, k),
+            force: vector(matrix(n, 1)),
+            constraint_matrix: matrix(m, n),
+            constraint_bias: vector(matrix(m, 1)),
+            constraint_residual: vector(matrix(m, 1)),
+            constraint_rate: vector(matrix(m, 1)),
+        }
+    }
+
+    /// Accelerations and multipliers at every state [3.38–3.43].
+    ///
+    /// # Errors
+    /// If the equation has no unique solution at one of the states.
+    pub fn motion(&self, states: &States, parameters: &[f64]) -> Result<Vec<Motion>, SolveError> {
+        let terms = self.terms(states, parameters);
+        terms
+            .into_iter()
+            .enumerate()
+            .map(|(sample, terms)| Motion::of(terms, sample))
+            .collect()
+    }
+
+    /// Which rows of the constraint are differentiated twice.
+    pub fn constraint_kinds(&self) -> &[ConstraintKind] {
+        &self.compiled.system.constraint_kinds
+    }
+
+    /// Derivatives of the motion by `variables`, to be evaluated along states.
+    pub fn sensitivity(&mut self, variables: &[Variable]) -> SensitivityTape {
+        let Compiled { model, system, .. } = &mut self.compiled;
+        let sensitivity = Sensitivity::new(model, system, variables);
+        let mut arguments = System::arguments(model);
+        arguments.extend(&sensitivity.acceleration);
+        arguments.extend(&sensitivity.multiplier);
+        let outputs: Vec<_> = sensitivity.columns.iter().flatten().copied().collect();
+        SensitivityTape {
+            tape: Tape::new(&model.graph, &outputs, &arguments),
+            variables: variables.len(),
+        }
+    }
+}
+
+impl Motion {
+    fn of(terms: Terms, sample: usize) -> Result<Self, SolveError> {
+        let factorisation =
+            Factorisation::new(&terms.mass_matrix, &terms.constraint_matrix, sample)?;
+        let force = DMatrix::from_column_slice(terms.force.len(), 1, terms.force.as_slice());
+        let bias = DMatrix::from_column_slice(
+            terms.constraint_bias.len(),
+            1,
+            terms.constraint_bias.as_slice(),
+        );
+        let (acceleration, multiplier) = factorisation.solve(&force, &bias);
+        let motion = Self {
+            acceleration: acceleration.column(0).into_owned(),
+            multiplier: multiplier.column(0).into_owned(),
+            factorisation,
+            terms,
+        };
+        motion.check(sample)
+    }
+
+    /// `b ∈ R(A)`, and everything is a number.
+    fn check(self, sample: usize) -> Result<Self, SolveError> {
+        if self
+            .acceleration
+            .iter()
+            .chain(self.multiplier.iter())
+            .any(|x| !x.is_finite())
+        {
+            return Err(SolveError::NotFinite { sample });
+        }
+        let demanded = &self.terms.constraint_matrix * &self.acceleration;
+        let scale = 1.0 + demanded.amax().max(self.terms.constraint_bias.amax());
+        let miss = (demanded - &self.terms.constraint_bias).amax();
+        if miss > 1e-6 * scale {
+            Err(SolveError::Inconsistent { sample, miss })
+        } else {
+            Ok(self)
+        }
+    }
+}
+
+/// `∂[R; S]/∂s` on a tape; with the factorisation it gives `∂a/∂s` and `∂λ/∂s`.
+#[derive(Debug, Clone)]
+pub struct SensitivityTape {
+    tape: Tape,
+    variables: usize,
+}
+
+impl SensitivityTape {
+    /// `∂a/∂s` (`n × variables`) and `∂λ/∂s` (`m × variables`) at every state.
+    pub fn evaluate(
+        &self,
+        states: &States,
+        parameters: &[f64],
+        motions: &[Motion],
+    ) -> Vec<(DMatrix<f64>, DMatrix<f64>)> {
+        let (n, m) = motions.first().map_or((0, 0), |motion| {
+            (motion.acceleration.len(), motion.multiplier.len())
+        });
+        let extra: Vec<Vec<f64>> = (0..n)
+            .map(|i| {
+                motions
+                    .iter()
+                    .map(|motion| motion.acceleration[i])
+                    .collect()
+            })
+            .chain((0..m).map(|k| motions.iter().map(|motion| motion.multiplier[k]).collect()))
+            .collect();
+        let mut columns = states.columns(parameters);
+        columns.extend(extra.iter().map(|column| Column::Each(column)));
+        let values = self.tape.evaluate_all(&columns, states.len());
+        motions
+            .iter()
+            .enumerate()
+            .map(|(sample, motion)| {
+                let entry = |row: usize, variable: usize| -values[variable * (n + m) + row][sample];
+                let force = DMatrix::from_fn(n, self.variables, entry);
+                let bias =
+                    DMatrix::from_fn(m, self.variables, |row, variable| entry(n + row, variable));
+                motion.factorisation.solve(&force, &bias)
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,190 @@
+//! The constrained solve for sizes known at run time (Udwadia–Kalaba, MATH section 4).
+
+use nalgebra::{Cholesky, DMatrix, Dyn};
+
+/// Why a state has no unique motion. `sample` counts from zero.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum SolveError {
+    /// `rank [M; A] < n`.
+    #[error(
+        "sample {sample}: the mass matrix is singular and the constraints do not make up for it; \
+         give every coordinate some inertia"
+    )]
+    Singular {
+        /// Which state.
+        sample: usize,
+    },
+    /// `b ∉ R(A)`.
+    #[error(
+        "sample {sample}: the constraints contradict each other (off by {miss:.3e} on acceleration \
+         level); drop or correct one of them"
+    )]
+    Inconsistent {
+        /// Which state.
+        sample: usize,
+        /// `max |A a − b|`.
+        miss: f64,
+    },
+    /// An acceleration is not a number.
+    #[error("sample {sample}: the acceleration is not finite; check parameters and state")]
+    NotFinite {
+        /// Which state.
+        sample: usize,
+    },
+}
+
+impl SolveError {
+    /// The same, counted from further back.
+    #[must_use]
+    pub(crate) fn offset(mut self, by: usize) -> Self {
+        match &mut self {
+            Self::Singular { sample }
+            | Self::Inconsistent { sample, .. }
+            | Self::NotFinite { sample } => {
+                *sample += by;
+            }
+        }
+        self
+    }
+}
+
+/// Eigenvalues of `G = A M⁻¹ Aᵀ` below this share of the largest count as zero.
+const RANK_TOLERANCE: f64 = 1e-11;
+
+/// `K = [[M, Aᵀ], [A, 0]]`, factorised.
+#[derive(Debug, Clone)]
+pub struct Factorisation {
+    /// Of `M`, or of `M + α² AᵀA` where `M` is singular [3.49–3.54].
+    inertia: Cholesky<f64, Dyn>,
+    /// `α²`; zero where `M` is regular.
+    penalty: f64,
+    constraint: DMatrix<f64>,
+    /// `M⁻¹ Aᵀ`, `n×m`.
+    compliance: DMatrix<f64>,
+    /// `G⁺`, `m×m`.
+    inverse: DMatrix<f64>,
+}
+
+impl Factorisation {
+    /// Factorises. `sample` is what an error calls the state.
+    pub(super) fn new(
+        mass_matrix: &DMatrix<f64>,
+        constraint: &DMatrix<f64>,
+        sample: usize,
+    ) -> Result<Self, SolveError> {
+        if mass_matrix
+            .iter()
+            .chain(constraint.iter())
+            .any(|x| !x.is_finite())
+        {
+            return Err(SolveError::NotFinite { sample });
+        }
+        let (inertia, penalty) =
+            factorise_inertia(mass_matrix, constraint).ok_or(SolveError::Singular { sample })?;
+        let compliance = inertia.solve(&constraint.transpose());
+        let inverse = pseudo_inverse(&(constraint * &compliance));
+        Ok(Self {
+            inertia,
+            penalty,
+            constraint: constraint.clone(),
+            compliance,
+            inverse,
+        })
+    }
+
+    /// Solves `M a = Q + Aᵀλ`, `A a = b` for columns of `Q` (`n×r`) and `b` (`m×r`).
+    pub fn solve(&self, force: &DMatrix<f64>, bias: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
+        let mut acceleration = force.clone();
+        if self.penalty > 0.0 {
+            acceleration += self.constraint.transpose() * bias * self.penalty;
+        }
+        self.inertia.solve_mut(&mut acceleration);
+        if self.constraint.nrows() == 0 {
+            return (acceleration, DMatrix::zeros(0, force.ncols()));
+        }
+        let multiplier = &self.inverse * (bias - &self.constraint * &acceleration);
+        acceleration += &self.compliance * &multiplier;
+        (acceleration, multiplier)
+    }
+
+    /// `P = M⁻¹ − M⁻¹ Aᵀ G⁺ A M⁻¹`, `n×n`: what a force does to the acceleration.
+    pub fn mobility(&self) -> DMatrix<f64> {
+        let n = self.compliance.nrows();
+        self.solve(
+            &DMatrix::identity(n, n),
+            &DMatrix::zeros(self.constraint.nrows(), n),
+        )
+        .0
+    }
+}
+
+fn factorise_inertia(
+    mass_matrix: &DMatrix<f64>,
+    constraint: &DMatrix<f64>,
+) -> Option<(Cholesky<f64, Dyn>, f64)> {
+    let scale = mass_matrix.diagonal().amax();
+    let regular = |cholesky: &Cholesky<f64, Dyn>| {
+        let pivot = cholesky.l_dirty().diagonal().amin();
+        pivot * pivot > 1e-13 * scale
+    };
+    if let Some(cholesky) = Cholesky::new(mass_matrix.clone()).filter(regular) {
+        return Some((cholesky, 0.0));
+    }
+    let gram = constraint.transpose() * constraint;
+    let size = gram.diagonal().amax();
+    if size == 0.0 || size.is_nan() {
+        return None;
+    }
+    let penalty = if scale > 0.0 { scale / size } else { 1.0 };
+    let cholesky = Cholesky::new(mass_matrix + gram * penalty)?;
+    regular(&cholesky).then_some((cholesky, penalty))
+}
+
+/// Of a symmetric positive semidefinite matrix.
+fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    if matrix.nrows() == 0 {
+        return matrix.clone();
+    }
+    let symmetric = (matrix + matrix.transpose()) * 0.5;
+    let eigen = symmetric.symmetric_eigen();
+    let largest = eigen.eigenvalues.amax();
+    let inverse = eigen.eigenvalues.map(|x| {
+        if x > RANK_TOLERANCE * largest {
+            1.0 / x
+        } else {
+            0.0
+        }
+    });
+    &eigen.eigenvectors * DMatrix::from_diagonal(&inverse) * eigen.eigenvectors.transpose()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::dmatrix;
+
+    #[test]
+    fn a_doubled_constraint_changes_nothing() {
+        let m = dmatrix![2.0, 0.3; 0.3, 1.0];
+        let single = Factorisation::new(&m, &dmatrix![1.0, 2.0], 0).unwrap();
+        let double = Factorisation::new(&m, &dmatrix![1.0, 2.0; 1.0, 2.0], 0).unwrap();
+        let q = dmatrix![1.0; -3.0];
+        let (a, _) = single.solve(&q, &dmatrix![0.7]);
+        let (b, _) = double.solve(&q, &dmatrix![0.7; 0.7]);
+        assert!((a - b).amax() < 1e-12);
+    }
+
+    #[test]
+    fn a_singular_mass_matrix_is_carried_by_the_constraint() {
+        // Second coordinate massless, tied to the first: a2 = a1, m a1 = Q1 + Q2.
+        let f = Factorisation::new(&dmatrix![2.0, 0.0; 0.0, 0.0], &dmatrix![1.0, -1.0], 0).unwrap();
+        let (a, lambda) = f.solve(&dmatrix![3.0; 1.0], &dmatrix![0.0]);
+        assert!((a[0] - 2.0).abs() < 1e-12 && (a[1] - 2.0).abs() < 1e-12);
+        // 0·a2 = Q2 − λ
+        assert!((lambda[0] - 1.0).abs() < 1e-12);
+        assert_eq!(
+            Factorisation::new(&dmatrix![2.0, 0.0; 0.0, 0.0], &dmatrix![1.0, 0.0], 4).unwrap_err(),
+            SolveError::Singular { sample: 4 }
+        );
+    }
+}
