@@ -1,1 +1,25 @@
 //! GP2: Gaussian processes pushed through known, possibly constrained, linear maps.
+
+mod contract;
+mod error;
+mod evidence;
+mod functional;
+mod gauss;
+mod gram;
+mod inputs;
+mod kernel;
+mod latent;
+mod linalg;
+mod model;
+mod posterior;
+mod simd;
+
+pub use error::{GpError, Result};
+pub use evidence::{Evidence, Workspace, evidence, nll};
+pub use functional::Functionals;
+pub use gauss::{CONSISTENCY_TOLERANCE, GaussPoint, Layout, PointTangent, Quantity, RANK_TOLERANCE, Rows};
+pub use inputs::Inputs;
+pub use kernel::{Ard, Cyclic, Kernel};
+pub use latent::{LatentPrior, Mixing, Term};
+pub use model::{Model, Structure, Tangent};
+pub use posterior::{LatentSamples, Posterior, Prediction, prior_covariance, sample_prior};
