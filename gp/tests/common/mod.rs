@@ -91,6 +91,12 @@ pub fn unicycle(x: &[f64], p: &[f64]) -> State {
     }
 }
 
+/// The unicycle with its wheel mounted 0.3 rad askew: the other constraint of the reference.
+pub fn skewed_unicycle(x: &[f64], p: &[f64]) -> State {
+    let (s, c) = (x[2] + 0.3).sin_cos();
+    State { a: mat![[s, -c, 0.0]], b: vec![-x[3] * (x[0] * c + x[1] * s)], ..unicycle(x, p) }
+}
+
 /// Controlled Duffing oscillator, masses 2 and 1, `x = [q1, q2, v1, v2, t]`,
 /// `p = [p1, p2, p3, k1, k2, c1, c2]`, constraint `q1 - q2 = p1 e^{-p2 t} sin p3 t`.
 pub fn duffing(x: &[f64], p: &[f64]) -> State {
