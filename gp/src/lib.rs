@@ -1,5 +1,6 @@
 //! GP2: Gaussian processes pushed through known, possibly constrained, linear maps.
 
+mod chart;
 mod contract;
 mod error;
 mod evidence;
@@ -11,9 +12,13 @@ mod kernel;
 mod latent;
 mod linalg;
 mod model;
+mod optimise;
+mod penalty;
 mod posterior;
 mod simd;
+mod train;
 
+pub use chart::{Atlas, Chart};
 pub use error::{GpError, Result};
 pub use evidence::{Evidence, Workspace, evidence, nll};
 pub use functional::Functionals;
@@ -22,4 +27,7 @@ pub use inputs::Inputs;
 pub use kernel::{Ard, Cyclic, Kernel};
 pub use latent::{LatentPrior, Mixing, Term};
 pub use model::{Model, Structure, Tangent};
+pub use optimise::{Algorithm, Progress, Reason};
+pub use penalty::Penalty;
 pub use posterior::{LatentSamples, Posterior, Prediction, prior_covariance, sample_prior};
+pub use train::{Fitted, Problem, Run, Training};

@@ -110,7 +110,7 @@ fn run(case: &Case, want: &Value, name: &str) -> f64 {
     check(&format!("{name} evidence"), &[full.nll], &want["nll"], &mut worst);
     check(&format!("{name} gradient"), &case.gradient(&model, &full), &want["nll_grad"], &mut worst);
     let d = difference(&half.gradient, &full.gradient);
-    assert!(d < 1e-10, "{name}: the two gradient routes differ by {d:e}");
+    assert!(d < TOLERANCE, "{name}: the two gradient routes differ by {d:e}");
     let posterior = Posterior::new(&model, &data, &y).unwrap();
     assert_eq!(posterior.jitter(), 0.0);
     let test = rows(&r["X_test"]);
