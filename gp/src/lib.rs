@@ -2,6 +2,7 @@
 
 mod chart;
 mod contract;
+mod data;
 mod error;
 mod evidence;
 mod functional;
@@ -15,10 +16,13 @@ mod model;
 mod optimise;
 mod penalty;
 mod posterior;
+mod save;
 mod simd;
+mod sparse;
 mod train;
 
 pub use chart::{Atlas, Chart};
+pub use data::{Scaling, farthest_points};
 pub use error::{GpError, Result};
 pub use evidence::{Evidence, Workspace, evidence, nll};
 pub use functional::Functionals;
@@ -30,4 +34,6 @@ pub use model::{Model, Structure, Tangent};
 pub use optimise::{Algorithm, Progress, Reason};
 pub use penalty::Penalty;
 pub use posterior::{LatentSamples, Posterior, Prediction, prior_covariance, sample_prior};
+pub use save::{Saved, VERSION};
+pub use sparse::SparsePosterior;
 pub use train::{Fitted, Problem, Run, Training};

@@ -7,6 +7,7 @@ use crate::functional::Functionals;
 use crate::gram::{Stack, assemble, bind, variances};
 use crate::inputs::Inputs;
 use crate::linalg::{Square, solve_lower};
+use crate::latent::LatentPrior;
 use crate::model::Model;
 use crate::simd::{TILE, axpy, dispatch, dot};
 use faer::{Mat, MatMut};
@@ -109,31 +110,7 @@ impl Posterior {
 
     /// Posterior mean of the latent functions, point-major, `n_latent` per point.
     pub fn latent_mean(&self, at: &Inputs) -> Result<Vec<f64>> {
-        if at.dims() != self.data.dims() {
-            return Err(shape("inputs to predict at", self.data.dims(), at.dims()));
-        }
-        let kernels = bind(&self.model.prior, &self.stack.inputs, at);
-        let mixings: Vec<Mat<f64>> = self.model.prior.terms().iter().map(|t| t.mixing.matrix()).collect();
-        let (n, points) = (self.stack.n_latent, self.stack.n_points());
-        let mut out = vec![0.0; at.len() * n];
-        out.par_chunks_mut(n).enumerate().for_each(|(i, out)| {
-            let mut k = [0.0; TILE];
-            for (t, term) in self.model.prior.terms().iter().enumerate() {
-                let dims = term.mixing.dims();
-                let mut sums = vec![0.0; dims.len()];
-                for start in (0..points).step_by(TILE) {
-                    let len = TILE.min(points - start);
-                    kernels[t].values(i, start, &mut k[..len]);
-                    for (s, &d) in sums.iter_mut().zip(dims) {
-                        *s += dispatch(|| dot(&k[..len], &self.beta[d][start..start + len]));
-                    }
-                }
-                for (a, &c) in dims.iter().enumerate() {
-                    out[c] += (0..dims.len()).map(|b| mixings[t][(a, b)] * sums[b]).sum::<f64>();
-                }
-            }
-        });
-        Ok(out)
+        latent_mean(&self.model.prior, &self.stack, &self.beta, at)
     }
 
     /// Posterior mean of the rows of `at`; cheap, `O(N)` per point.
@@ -191,6 +168,36 @@ impl Posterior {
         let covariance = self.covariance(&f)?;
         draw(self.mean(&f)?, &covariance, at.len(), count, seed)
     }
+}
+
+/// `Σ_t B_t Σ_j k_t(x, z_j) β_j` at every point `x` of `at`; `beta` holds one
+/// column over the points of `stack` per latent function.
+pub(crate) fn latent_mean(prior: &LatentPrior, stack: &Stack, beta: &[Vec<f64>], at: &Inputs) -> Result<Vec<f64>> {
+    if at.dims() != stack.inputs.dims() {
+        return Err(shape("inputs to predict at", stack.inputs.dims(), at.dims()));
+    }
+    let kernels = bind(prior, &stack.inputs, at);
+    let mixings: Vec<Mat<f64>> = prior.terms().iter().map(|t| t.mixing.matrix()).collect();
+    let (n, points) = (stack.n_latent, stack.n_points());
+    let mut out = vec![0.0; at.len() * n];
+    out.par_chunks_mut(n).enumerate().for_each(|(i, out)| {
+        let mut k = [0.0; TILE];
+        for (t, term) in prior.terms().iter().enumerate() {
+            let dims = term.mixing.dims();
+            let mut sums = vec![0.0; dims.len()];
+            for start in (0..points).step_by(TILE) {
+                let len = TILE.min(points - start);
+                kernels[t].values(i, start, &mut k[..len]);
+                for (s, &d) in sums.iter_mut().zip(dims) {
+                    *s += dispatch(|| dot(&k[..len], &beta[d][start..start + len]));
+                }
+            }
+            for (a, &c) in dims.iter().enumerate() {
+                out[c] += (0..dims.len()).map(|b| mixings[t][(a, b)] * sums[b]).sum::<f64>();
+            }
+        }
+    });
+    Ok(out)
 }
 
 pub(crate) fn stack_for(model: &Model, at: &Functionals, dims: usize) -> Result<Stack> {

@@ -245,14 +245,8 @@ impl<'a> Benchmark<'a> {
                 out.push(&input, &eye, &data.y_mean)?;
             }
         }
-        let shift = if matches!(self.kind, Kind::Gp2 { .. }) { out } else { return Ok(self.unit(out)?) };
-        shift.with_latent_scale(&data.y_sd)?.normalised(&data.y_mean, &data.y_sd)
-    }
-
-    /// Baselines live in normalised units: `H = I`, `m = 0`.
-    fn unit(&self, f: Functionals) -> gp::Result<Functionals> {
-        let rows = f.n_rows();
-        f.with_mean(vec![0.0; rows])
+        // Baselines come out as H = I, m = 0 in normalised units.
+        out.with_latent_scale(&data.y_sd)?.normalised(&data.y_mean, &data.y_sd)
     }
 }
 
