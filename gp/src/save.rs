@@ -69,7 +69,7 @@ impl Saved {
     /// As text. Errors: a number JSON cannot hold, inconsistent shapes.
     pub fn to_json(&self) -> Result<String> {
         self.validate()?;
-        let file = FileRef { format: FORMAT, version: VERSION, checksum: self.checksum(), body: self };
+        let file = FileRef { format: FORMAT, version: VERSION, checksum: self.checksum()?, body: self };
         serde_json::to_string(&file).map_err(|e| GpError::Saved(format!("cannot be written: {e}")))
     }
 
@@ -98,9 +98,9 @@ impl Saved {
         let body = value.get("body").ok_or_else(|| GpError::Saved("the field \"body\" is missing".into()))?;
         let saved = Self::deserialize(body).map_err(|e| GpError::Saved(format!("body: {e}")))?;
         saved.validate()?;
-        let (found, stated) = (saved.checksum(), value.get("checksum").and_then(Value::as_str));
+        let (found, stated) = (saved.checksum()?, value.get("checksum").and_then(Value::as_str));
         if stated != Some(found.as_str()) {
-            return Err(GpError::Saved(format!("checksum {found} does not match the stated {}; the numbers were changed", stated.unwrap_or("(none)"))));
+            return Err(GpError::Saved(format!("checksum {found} does not match the stated {}; the body was changed", stated.unwrap_or("(none)"))));
         }
         Ok(saved)
     }
@@ -120,18 +120,13 @@ impl Saved {
         self.data.check_channels(self.model.log_noise.len())
     }
 
-    /// FNV-1a over the bits of all numbers.
-    fn checksum(&self) -> String {
-        let inputs = self.data.inputs();
-        let columns = (0..inputs.dims()).flat_map(|d| inputs.dim(d).to_vec());
-        let rows = (0..self.data.n_rows()).flat_map(|r| self.data.row(r).to_vec());
-        let scalings = self.inputs.iter().chain(&self.outputs).flat_map(|s| [&s.shift[..], &s.scale[..]].concat());
-        let all = self.model.params().into_iter().chain(self.theta.clone()).chain(columns).chain(rows);
-        let all = all.chain(self.data.mean().to_vec()).chain(self.y.clone()).chain(scalings);
+    /// FNV-1a over the canonical text of the body.
+    fn checksum(&self) -> Result<String> {
+        let text = serde_json::to_string(self).map_err(|e| GpError::Saved(format!("cannot be written: {e}")))?;
         let mut hash = 0xcbf2_9ce4_8422_2325u64;
-        for byte in all.flat_map(|v| v.to_bits().to_le_bytes()) {
+        for byte in text.bytes() {
             hash = (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
         }
-        format!("{hash:016x}")
+        Ok(format!("{hash:016x}"))
     }
 }
