@@ -27,7 +27,7 @@ pub(crate) struct Contraction {
 }
 
 impl Contraction {
-    fn zero(prior: &LatentPrior, maps: Option<usize>) -> Self {
+    pub(crate) fn zero(prior: &LatentPrior, maps: Option<usize>) -> Self {
         Self {
             kernels: prior.terms().iter().map(|t| vec![0.0; t.kernel.n_params()]).collect(),
             mixings: prior
@@ -39,7 +39,7 @@ impl Contraction {
         }
     }
 
-    fn add(mut self, other: Self) -> Self {
+    pub(crate) fn add(mut self, other: Self) -> Self {
         for (a, b) in self.kernels.iter_mut().zip(&other.kernels) {
             axpy(1.0, b, a);
         }

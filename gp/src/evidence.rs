@@ -69,6 +69,17 @@ pub fn evidence(
     work: &mut Workspace,
 ) -> Result<Evidence> {
     let stack = checked(model, f, y)?;
+    check_tangents(f, tangents)?;
+    let fit = factorise(model, f, &stack, y, &mut work.factor)?;
+    let src = Sources { prior: &model.prior, stack: &stack, alpha: &fit.alpha };
+    let (diagonal, parts) = contract(&src, work, tangents);
+    let mut gradient = model.prior.assemble_gradient(&parts.kernels, &parts.mixings);
+    gradient.extend(noise_gradient(model, f, &diagonal, &fit.alpha));
+    let theta = tangents.iter().map(|t| along(t, &parts, &fit.alpha, f.n_latent())).collect();
+    Ok(Evidence { nll: fit.nll, gradient, theta, jitter: fit.jitter })
+}
+
+pub(crate) fn check_tangents(f: &Functionals, tangents: &[Tangent]) -> Result<()> {
     for (p, t) in tangents.iter().enumerate() {
         if t.mean.len() != f.n_rows() || t.rows.len() != f.n_rows() * f.n_latent() {
             return Err(shape(
@@ -80,13 +91,7 @@ pub fn evidence(
         finite(&format!("∂H/∂θ of model parameter {p}"), &t.rows)?;
         finite(&format!("∂m/∂θ of model parameter {p}"), &t.mean)?;
     }
-    let fit = factorise(model, f, &stack, y, &mut work.factor)?;
-    let src = Sources { prior: &model.prior, stack: &stack, alpha: &fit.alpha };
-    let (diagonal, parts) = contract(&src, work, tangents);
-    let mut gradient = model.prior.assemble_gradient(&parts.kernels, &parts.mixings);
-    gradient.extend(noise_gradient(model, f, &diagonal, &fit.alpha));
-    let theta = tangents.iter().map(|t| along(t, &parts, &fit.alpha, f.n_latent())).collect();
-    Ok(Evidence { nll: fit.nll, gradient, theta, jitter: fit.jitter })
+    Ok(())
 }
 
 /// The diagonal of `Σ⁻¹` and the contracted traces.
@@ -120,7 +125,7 @@ fn noise_gradient(model: &Model, f: &Functionals, diagonal: &[f64], alpha: &[f64
 }
 
 /// `Σ <∂H, M> - α^T ∂m`.
-fn along(t: &Tangent, parts: &Contraction, alpha: &[f64], n_latent: usize) -> f64 {
+pub(crate) fn along(t: &Tangent, parts: &Contraction, alpha: &[f64], n_latent: usize) -> f64 {
     let rows = alpha.len();
     let mean: f64 = alpha.iter().zip(&t.mean).map(|(a, m)| a * m).sum();
     let maps: f64 = parts.maps.as_ref().map_or(0.0, |m| {

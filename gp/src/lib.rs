@@ -19,6 +19,7 @@ mod posterior;
 mod save;
 mod simd;
 mod sparse;
+mod sparse_gradient;
 mod train;
 
 pub use chart::{Atlas, Chart};
@@ -36,4 +37,5 @@ pub use penalty::Penalty;
 pub use posterior::{LatentSamples, Posterior, Prediction, prior_covariance, sample_prior};
 pub use save::{Saved, VERSION};
 pub use sparse::SparsePosterior;
+pub use sparse_gradient::sparse_evidence;
 pub use train::{Fitted, Problem, Run, Training};

@@ -119,6 +119,16 @@ impl Posterior {
         Ok(apply(at, &self.latent_mean(&at.inputs())?))
     }
 
+    /// Posterior mean at one kernel input of rows `H` (row-major) and means `m`:
+    /// the hook for integrators, which ask for `a(x)` state by state. With the
+    /// mean made from Baumgarte's `b̃` trajectories stay on the constraint
+    /// (thesis 5.32); `P`, and so `H`, does not contain `b`.
+    pub fn mean_at(&self, x: &[f64], h: &[f64], mean: &[f64]) -> Result<Vec<f64>> {
+        let mut at = Functionals::new(self.data.dims(), self.data.n_latent());
+        at.push(x, h, mean)?;
+        self.mean(&at)
+    }
+
     /// Posterior mean and variance of the rows of `at`.
     pub fn predict(&self, at: &Functionals) -> Result<Prediction> {
         let mean = self.mean(at)?;

@@ -40,6 +40,8 @@ pub struct SparsePosterior {
     columns: Vec<Vec<f64>>,
     bound: f64,
     jitter: f64,
+    /// Jitter over the mean of the diagonal of `K_uu`.
+    relative: f64,
 }
 
 /// `K_uu` is smooth and noise-free: it always needs a little jitter.
@@ -69,7 +71,7 @@ impl SparsePosterior {
         let noise = model.noise_of(data)?;
         let identity = Functionals::identity(inducing, model.prior.n_latent());
         let inducing = Stack::new(&identity, &model.prior);
-        let (factor_u, jitter) = factor_inducing(model, &inducing)?;
+        let (factor_u, jitter, relative) = factor_inducing(model, &inducing)?;
         let sums = accumulate(model, data, y, &noise, &inducing, &factor_u);
         let mut factor_b = sums.gram;
         factor_b.add_diagonal(&vec![1.0; inducing.rows]);
@@ -86,7 +88,7 @@ impl SparsePosterior {
         solve_upper(factor_u.view(), MatMut::from_column_major_slice_mut(&mut c, q, 1));
         let n = inducing.n_latent;
         let columns = (0..n).map(|d| c.iter().skip(d).step_by(n).copied().collect()).collect();
-        Ok(Self { model: model.clone(), inducing, factor_u, factor_b, weights: c, columns, bound, jitter })
+        Ok(Self { model: model.clone(), inducing, factor_u, factor_b, weights: c, columns, bound, jitter, relative })
     }
 
     /// Lower bound of `ln p(y)`, nats.
@@ -97,6 +99,10 @@ impl SparsePosterior {
     /// Jitter on `K_uu`, absolute.
     pub fn jitter(&self) -> f64 {
         self.jitter
+    }
+
+    pub(crate) fn relative_jitter(&self) -> f64 {
+        self.relative
     }
 
     /// Posterior mean of the latent functions, point-major.
@@ -160,7 +166,7 @@ fn unfactored(row: usize, stack: &Stack, jitter: f64) -> GpError {
     GpError::NotPositiveDefinite { row, point, jitter, coincident: stack.inputs.coincident() }
 }
 
-fn factor_inducing(model: &Model, inducing: &Stack) -> Result<(Square, f64)> {
+fn factor_inducing(model: &Model, inducing: &Stack) -> Result<(Square, f64, f64)> {
     let mut factor = Square::default();
     let (mut row, mut jitter) = (0, 0.0);
     for relative in JITTERS {
@@ -170,7 +176,7 @@ fn factor_inducing(model: &Model, inducing: &Stack) -> Result<(Square, f64)> {
         jitter = relative * factor.diagonal().sum::<f64>() / inducing.rows as f64;
         factor.add_diagonal(&vec![jitter; inducing.rows]);
         match cholesky(&mut factor) {
-            Ok(()) => return Ok((factor, jitter)),
+            Ok(()) => return Ok((factor, jitter, relative)),
             Err(at) => row = at,
         }
     }

@@ -5,7 +5,11 @@ use crate::error::{GpError, Result};
 use crate::evidence::{Workspace, evidence};
 use crate::model::{Model, Structure};
 use crate::optimise::{Algorithm, Minimum, Progress, Reason, minimise};
+use crate::inputs::Inputs;
 use crate::penalty::Penalty;
+use crate::posterior::Posterior;
+use crate::sparse::SparsePosterior;
+use crate::sparse_gradient::sparse_evidence;
 use rand::{RngExt, SeedableRng};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -23,18 +27,26 @@ pub struct Problem<'a> {
     pub theta: Vec<f64>,
     /// Parametrisation of `θ`.
     pub atlas: Atlas,
+    /// Inducing inputs: train on the variational bound instead of the exact evidence.
+    pub inducing: Option<Inputs>,
 }
 
 impl<'a> Problem<'a> {
     /// A problem without model parameters.
     pub fn new(model: Model, structure: &'a dyn Structure, y: &'a [f64]) -> Self {
-        Self { model, structure, y, theta: Vec::new(), atlas: Atlas::default() }
+        Self { model, structure, y, theta: Vec::new(), atlas: Atlas::default(), inducing: None }
     }
 
     /// With model parameters that start at `theta`, parametrised by `atlas`.
     pub fn with_theta(mut self, theta: &[f64], atlas: Atlas) -> Self {
         self.theta = theta.to_vec();
         self.atlas = atlas;
+        self
+    }
+
+    /// Train on the variational bound through these inducing inputs: for many points.
+    pub fn through(mut self, inducing: Inputs) -> Self {
+        self.inducing = Some(inducing);
         self
     }
 
@@ -64,7 +76,10 @@ impl<'a> Problem<'a> {
         let (model, theta) = self.split(z)?;
         let f = self.structure.functionals(&theta)?;
         let tangents = self.structure.tangents(&theta)?;
-        let e = evidence(&model, &f, self.y, &tangents, work)?;
+        let e = match &self.inducing {
+            None => evidence(&model, &f, self.y, &tangents, work)?,
+            Some(z) => sparse_evidence(&model, &f, self.y, z, &tangents)?,
+        };
         let mut gradient = e.gradient;
         gradient.extend(self.atlas.pull_back(&z[self.model.n_params()..], &e.theta));
         Ok((e.nll, gradient))
@@ -135,7 +150,7 @@ pub struct Fitted {
     pub model: Model,
     /// Estimated model parameters `θ`.
     pub theta: Vec<f64>,
-    /// Negative log evidence, nats, without penalties.
+    /// Negative log evidence (or its bound through inducing inputs), nats, without penalties.
     pub nll: f64,
     /// Negative log evidence plus penalties, nats.
     pub objective: f64,
@@ -365,12 +380,22 @@ impl Training {
             });
         };
         let (model, theta) = problem.split(&z)?;
-        let e = evidence(&model, &problem.structure.functionals(&theta)?, problem.y, &[], &mut Workspace::default())?;
+        let f = problem.structure.functionals(&theta)?;
+        let (nll, jitter) = match &problem.inducing {
+            None => {
+                let p = Posterior::new(&model, &f, problem.y)?;
+                (p.nll(), p.jitter())
+            }
+            Some(z) => {
+                let p = SparsePosterior::new(&model, &f, problem.y, z)?;
+                (-p.bound(), p.jitter())
+            }
+        };
         let at_bounds = (0..z.len())
             .filter(|&i| !self.rules[i].fixed && (z[i] <= self.rules[i].lower || z[i] >= self.rules[i].upper))
             .map(|i| self.names[i].clone())
             .collect();
-        Ok(Fitted { model, theta, nll: e.nll, objective, jitter: e.jitter, at_bounds, best_run, runs, seed: self.seed })
+        Ok(Fitted { model, theta, nll, objective, jitter, at_bounds, best_run, runs, seed: self.seed })
     }
 }
 

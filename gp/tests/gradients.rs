@@ -100,6 +100,26 @@ proptest! {
     }
 
     #[test]
+    fn every_hyper_parameter_of_the_bound(seed in any::<u64>()) {
+        let (mut model, f, y) = random(seed | 1);
+        let inducing = f.inputs().subset(&[0, f.n_points() - 1]);
+        let e = gp::sparse_evidence(&model, &f, &y, &inducing, &[]).unwrap();
+        let (z, names) = (model.params(), model.param_names());
+        let scale = e.gradient.iter().fold(0.0f64, |m, g| m.max(g.abs()));
+        for i in 0..z.len() {
+            let mut at = |h: f64| {
+                let mut z = z.clone();
+                z[i] += h;
+                model.set_params(&z).unwrap();
+                -gp::SparsePosterior::new(&model, &f, &y, &inducing).unwrap().bound()
+            };
+            let h = 1e-3;
+            let numeric = (8.0 * (at(h) - at(-h)) - at(2.0 * h) + at(-2.0 * h)) / (12.0 * h);
+            close(&names[i], e.gradient[i], numeric, scale);
+        }
+    }
+
+    #[test]
     fn kernel_gradients_alone(seed in any::<u64>()) {
         let rng = &mut ChaCha8Rng::seed_from_u64(seed);
         let mut k = kernel(rng, DIMS, 2);
@@ -210,7 +230,13 @@ fn check(structure: &Physical, p: &[f64]) {
             _ => Chart::Free,
         })
         .collect();
-    let problem = Problem::new(model, structure, &y).with_theta(p, Atlas::new(charts, p.len()).unwrap());
+    let atlas = Atlas::new(charts, p.len()).unwrap();
+    let sparse = f.inputs().subset(&[0, 2]);
+    compare(structure, Problem::new(model.clone(), structure, &y).with_theta(p, atlas.clone()), p);
+    compare(structure, Problem::new(model, structure, &y).with_theta(p, atlas).through(sparse), p);
+}
+
+fn compare(structure: &Physical, problem: Problem<'_>, p: &[f64]) {
     let mut z = problem.model.params();
     let first = z.len();
     z.extend(problem.atlas.inverse(p).unwrap());
