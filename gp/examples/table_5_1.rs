@@ -13,13 +13,15 @@
 //! with one difference: L-BFGS-B may take 200 iterations instead of 10. Exact
 //! gradients make that cheap.
 
-#[path = "../tests/common/mod.rs"]
-mod common;
 #[path = "table_5_1/benchmark.rs"]
 mod benchmark;
+#[path = "../tests/common/mod.rs"]
+mod common;
 
 use benchmark::{Benchmark, Data, Kind, System};
-use gp::{Algorithm, Atlas, Fitted, Kernel, LatentPrior, Model, Posterior, Problem, Structure, Training};
+use gp::{
+    Algorithm, Atlas, Fitted, Kernel, LatentPrior, Model, Posterior, Problem, Structure, Training,
+};
 use std::time::Instant;
 
 /// RMSE and constraint error of one fit.
@@ -29,7 +31,11 @@ struct Score {
 }
 
 fn algorithm() -> Algorithm {
-    Algorithm::Lbfgs { max_iterations: 200, gradient_tolerance: 1e-4, reduction_tolerance: 1e-6 }
+    Algorithm::Lbfgs {
+        max_iterations: 200,
+        gradient_tolerance: 1e-4,
+        reduction_tolerance: 1e-6,
+    }
 }
 
 fn noise(data: &Data) -> Vec<f64> {
@@ -37,7 +43,12 @@ fn noise(data: &Data) -> Vec<f64> {
 }
 
 /// Bounds and uniform starts shared by all models.
-fn training(problem: &Problem<'_>, variance: (f64, f64), restarts: usize, seed: u64) -> gp::Result<Training> {
+fn training(
+    problem: &Problem<'_>,
+    variance: (f64, f64),
+    restarts: usize,
+    seed: u64,
+) -> gp::Result<Training> {
     let (l0, l1) = (0.5f64.ln(), 20f64.ln());
     let (v0, v1) = (variance.0.ln(), variance.1.ln());
     Training::new(problem)
@@ -71,8 +82,13 @@ fn baseline(kind: Kind, b: &Benchmark<'_>, seed: u64) -> gp::Result<Fitted> {
     let problem = Problem::new(Model::new(prior, &noise(b.data))?, b, &b.data.y);
     let mut t = training(&problem, (0.01, 1.0), 30, seed)?;
     if kind != Kind::Se {
-        t = t.bounds("*weight*", -10.0, 10.0)?.start_in("*weight*", -1.0, 1.0)?.fix("term[*].log_variance")?;
-        t = t.bounds("*log_kappa*", 1e-6f64.ln(), 10f64.ln())?.start_in("*log_kappa*", 0.01f64.ln(), 0.0)?;
+        t = t
+            .bounds("*weight*", -10.0, 10.0)?
+            .start_in("*weight*", -1.0, 1.0)?
+            .fix("term[*].log_variance")?;
+        t = t
+            .bounds("*log_kappa*", 1e-6f64.ln(), 10f64.ln())?
+            .start_in("*log_kappa*", 0.01f64.ln(), 0.0)?;
     }
     t.run(&problem)
 }
@@ -87,7 +103,9 @@ fn structured(b: &Benchmark<'_>, seed: u64) -> gp::Result<Fitted> {
     let mut t = training(&problem, (0.25, 100.0), restarts, seed)?;
     for (i, (lower, upper)) in b.theta_bounds().into_iter().enumerate() {
         let name = format!("theta[{i}]");
-        t = t.bounds(&name, lower, upper)?.start_in(&name, lower, upper)?;
+        t = t
+            .bounds(&name, lower, upper)?
+            .start_in(&name, lower, upper)?;
     }
     t.run(&problem)
 }
@@ -100,14 +118,20 @@ fn score(b: &Benchmark<'_>, fitted: &Fitted) -> gp::Result<Score> {
     let n = b.data.y_sd.len();
     let (mut squares, mut constraint) = (vec![0.0; n], 0.0f64);
     for (x, a) in grid.iter().zip(mean.chunks(n)) {
-        let raw: Vec<f64> = (0..n).map(|i| a[i] * b.data.y_sd[i] + b.data.y_mean[i]).collect();
+        let raw: Vec<f64> = (0..n)
+            .map(|i| a[i] * b.data.y_sd[i] + b.data.y_mean[i])
+            .collect();
         let truth = b.system.truth(x)?;
         for i in 0..n {
             squares[i] += ((raw[i] - truth[i]) / b.data.y_sd[i]).powi(2);
         }
         constraint = constraint.max(b.system.constraint_error(x, &raw));
     }
-    let rmse = squares.iter().map(|s| (s / grid.len() as f64).sqrt()).sum::<f64>() / n as f64;
+    let rmse = squares
+        .iter()
+        .map(|s| (s / grid.len() as f64).sqrt())
+        .sum::<f64>()
+        / n as f64;
     Ok(Score { rmse, constraint })
 }
 
@@ -118,8 +142,17 @@ fn fit(kind: Kind, system: &System, data: &Data, seed: u64) -> gp::Result<Score>
         Kind::Gp2 { .. } => structured(&b, seed)?,
     };
     if std::env::var_os("TABLE_VERBOSE").is_some() {
-        let z: Vec<f64> = fitted.model.prior.params().iter().map(|v| v.exp()).collect();
-        eprintln!("{} {kind:?} nll {:.2} exp(params) {z:.3?} theta {:.4?}", system.name, fitted.nll, fitted.theta);
+        let z: Vec<f64> = fitted
+            .model
+            .prior
+            .params()
+            .iter()
+            .map(|v| v.exp())
+            .collect();
+        eprintln!(
+            "{} {kind:?} nll {:.2} exp(params) {z:.3?} theta {:.4?}",
+            system.name, fitted.nll, fitted.theta
+        );
     }
     score(&b, &fitted)
 }
@@ -127,7 +160,9 @@ fn fit(kind: Kind, system: &System, data: &Data, seed: u64) -> gp::Result<Score>
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let count: usize = std::env::args().nth(1).map_or(Ok(10), |a| a.parse())?;
     let file = benchmark::observations()?;
-    println!("RMSE mean [min, max], largest constraint error, seconds; published figures below each row");
+    println!(
+        "RMSE mean [min, max], largest constraint error, seconds; published figures below each row"
+    );
     for (kind, name, published) in benchmark::ROWS {
         let mut line = format!("{name:<26}");
         for system in &benchmark::SYSTEMS {
@@ -137,7 +172,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 .collect::<gp::Result<Vec<Score>>>()?;
             let rmse = || scores.iter().map(|s| s.rmse);
             let mean = rmse().sum::<f64>() / count as f64;
-            let (low, high) = (rmse().fold(f64::INFINITY, f64::min), rmse().fold(0.0, f64::max));
+            let (low, high) = (
+                rmse().fold(f64::INFINITY, f64::min),
+                rmse().fold(0.0, f64::max),
+            );
             let worst = scores.iter().map(|s| s.constraint).fold(0.0, f64::max);
             line += &format!(
                 " | {mean:.4} [{low:.4}, {high:.4}] {worst:.1e} {:>5.1}s",

@@ -45,7 +45,9 @@ impl Chart {
         match self {
             Self::Free => theta.push(phi[0]),
             Self::Positive => theta.push(phi[0].exp()),
-            Self::Interval { lower, upper } => theta.push(lower + (upper - lower) * logistic(phi[0])),
+            Self::Interval { lower, upper } => {
+                theta.push(lower + (upper - lower) * logistic(phi[0]))
+            }
             Self::Inertia => theta.extend(inertia(&gram(&factor(phi)))),
         }
     }
@@ -65,9 +67,14 @@ impl Chart {
             Self::Interval { lower, upper } if lower < v && v < upper => {
                 phi.push(((v - lower) / (upper - v)).ln());
             }
-            Self::Interval { lower, upper } => return Err(outside(v, &format!("a number inside ({lower}, {upper})"))),
+            Self::Interval { lower, upper } => {
+                return Err(outside(v, &format!("a number inside ({lower}, {upper})")));
+            }
             Self::Inertia => phi.extend(log_cholesky(&pseudo(theta)).ok_or_else(|| {
-                outside(v, "a positive mass and an inertia that a body of positive density can have")
+                outside(
+                    v,
+                    "a positive mass and an inertia that a body of positive density can have",
+                )
             })?),
         }
         Ok(())
@@ -87,7 +94,9 @@ impl Chart {
                     let (u, du) = (factor(phi), factor_tangent(phi, k));
                     let mut dj = [[0.0; 4]; 4];
                     for (i, j) in (0..16).map(|e| (e / 4, e % 4)) {
-                        dj[i][j] = (0..4).map(|l| du[i][l] * u[j][l] + u[i][l] * du[j][l]).sum();
+                        dj[i][j] = (0..4)
+                            .map(|l| du[i][l] * u[j][l] + u[i][l] * du[j][l])
+                            .sum();
                     }
                     out.push(inertia(&dj).iter().zip(g).map(|(d, g)| d * g).sum());
                 }
@@ -136,8 +145,16 @@ fn gram(u: &M4) -> M4 {
 fn inertia(j: &M4) -> [f64; 10] {
     let t = j[0][0] + j[1][1] + j[2][2];
     [
-        j[3][3], j[0][3], j[1][3], j[2][3],
-        t - j[0][0], -j[0][1], -j[0][2], t - j[1][1], -j[1][2], t - j[2][2],
+        j[3][3],
+        j[0][3],
+        j[1][3],
+        j[2][3],
+        t - j[0][0],
+        -j[0][1],
+        -j[0][2],
+        t - j[1][1],
+        -j[1][2],
+        t - j[2][2],
     ]
 }
 
@@ -187,7 +204,9 @@ impl Atlas {
 
     /// `θ = φ`.
     pub fn free(n_theta: usize) -> Self {
-        Self { charts: vec![Chart::Free; n_theta] }
+        Self {
+            charts: vec![Chart::Free; n_theta],
+        }
     }
 
     /// `θ(φ)`.
@@ -236,12 +255,29 @@ mod tests {
         let (m, c, s) = (2.0, [0.01, -0.02, 0.05], [0.1, 0.2, 0.3]);
         let own = |i: usize, j: usize| m / 12.0 * (s[i] * s[i] + s[j] * s[j]);
         let theta = [
-            m, m * c[0], m * c[1], m * c[2],
-            own(1, 2) + m * (c[1] * c[1] + c[2] * c[2]), -m * c[0] * c[1], -m * c[0] * c[2],
-            own(0, 2) + m * (c[0] * c[0] + c[2] * c[2]), -m * c[1] * c[2],
+            m,
+            m * c[0],
+            m * c[1],
+            m * c[2],
+            own(1, 2) + m * (c[1] * c[1] + c[2] * c[2]),
+            -m * c[0] * c[1],
+            -m * c[0] * c[2],
+            own(0, 2) + m * (c[0] * c[0] + c[2] * c[2]),
+            -m * c[1] * c[2],
             own(0, 1) + m * (c[0] * c[0] + c[1] * c[1]),
         ];
-        let atlas = Atlas::new(vec![Chart::Inertia, Chart::Positive, Chart::Interval { lower: -1.0, upper: 2.0 }], 12).unwrap();
+        let atlas = Atlas::new(
+            vec![
+                Chart::Inertia,
+                Chart::Positive,
+                Chart::Interval {
+                    lower: -1.0,
+                    upper: 2.0,
+                },
+            ],
+            12,
+        )
+        .unwrap();
         let all = [&theta[..], &[0.3, 1.5]].concat();
         let phi = atlas.inverse(&all).unwrap();
         for (a, b) in atlas.forward(&phi).iter().zip(&all) {
@@ -253,20 +289,42 @@ mod tests {
             let at = |h: f64| {
                 let mut p = phi.clone();
                 p[k] += h;
-                atlas.forward(&p).iter().zip(&g).map(|(t, g)| t * g).sum::<f64>()
+                atlas
+                    .forward(&p)
+                    .iter()
+                    .zip(&g)
+                    .map(|(t, g)| t * g)
+                    .sum::<f64>()
             };
             let numeric = (at(1e-6) - at(-1e-6)) / 2e-6;
-            assert!((pulled[k] - numeric).abs() < 1e-8 * (1.0 + numeric.abs()), "{k}: {} {numeric}", pulled[k]);
+            assert!(
+                (pulled[k] - numeric).abs() < 1e-8 * (1.0 + numeric.abs()),
+                "{k}: {} {numeric}",
+                pulled[k]
+            );
         }
     }
 
     #[test]
     fn impossible_bodies_are_refused() {
         let mut theta = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 5.0];
-        assert!(Chart::Inertia.inverse(&theta, &mut Vec::new()).is_err(), "triangle inequality");
+        assert!(
+            Chart::Inertia.inverse(&theta, &mut Vec::new()).is_err(),
+            "triangle inequality"
+        );
         theta[0] = -1.0;
-        assert!(Chart::Inertia.inverse(&theta, &mut Vec::new()).is_err(), "negative mass");
+        assert!(
+            Chart::Inertia.inverse(&theta, &mut Vec::new()).is_err(),
+            "negative mass"
+        );
         assert!(Chart::Positive.inverse(&[0.0], &mut Vec::new()).is_err());
-        assert!(Chart::Interval { lower: 0.0, upper: 1.0 }.inverse(&[1.0], &mut Vec::new()).is_err());
+        assert!(
+            Chart::Interval {
+                lower: 0.0,
+                upper: 1.0
+            }
+            .inverse(&[1.0], &mut Vec::new())
+            .is_err()
+        );
     }
 }

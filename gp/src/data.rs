@@ -22,7 +22,11 @@ use serde::{Deserialize, Serialize};
 /// ```
 pub fn farthest_points(x: &Inputs, count: usize, first: usize) -> Result<Vec<usize>> {
     if first >= x.len() || count == 0 {
-        return Err(shape("farthest point sampling", format!("a first point below {} and at least one point", x.len()), format!("first point {first}, {count} points")));
+        return Err(shape(
+            "farthest point sampling",
+            format!("a first point below {} and at least one point", x.len()),
+            format!("first point {first}, {count} points"),
+        ));
     }
     let mut chosen = vec![first];
     let mut nearest = vec![f64::INFINITY; x.len()];
@@ -70,7 +74,14 @@ fn moments(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
     let mean = values.clone().sum::<f64>() / n;
     let sd = (values.map(|v| (v - mean) * (v - mean)).sum::<f64>() / n).sqrt();
     // A constant column carries no scale of its own.
-    (mean, if sd > 1e-12 * (1.0 + mean.abs()) { sd } else { 1.0 })
+    (
+        mean,
+        if sd > 1e-12 * (1.0 + mean.abs()) {
+            sd
+        } else {
+            1.0
+        },
+    )
 }
 
 impl Scaling {
@@ -80,7 +91,9 @@ impl Scaling {
         if x.is_empty() {
             return Err(shape("points to normalise by", "at least 1", 0));
         }
-        let (shift, scale) = (0..x.dims()).map(|d| moments(x.dim(d).iter().copied())).unzip();
+        let (shift, scale) = (0..x.dims())
+            .map(|d| moments(x.dim(d).iter().copied()))
+            .unzip();
         Ok(Self { shift, scale })
     }
 
@@ -88,12 +101,23 @@ impl Scaling {
     /// `channels` naming the channel of each row.
     pub fn of_outputs(y: &[f64], channels: &[usize]) -> Result<Self> {
         if y.is_empty() || y.len() != channels.len() {
-            return Err(shape("measurements to normalise by", format!("{} (their channels), at least 1", channels.len()), y.len()));
+            return Err(shape(
+                "measurements to normalise by",
+                format!("{} (their channels), at least 1", channels.len()),
+                y.len(),
+            ));
         }
         finite("measurements y", y)?;
         let count = channels.iter().max().map_or(0, |c| c + 1);
         let (shift, scale) = (0..count)
-            .map(|c| moments(y.iter().zip(channels).filter(move |(_, k)| **k == c).map(|(v, _)| *v)))
+            .map(|c| {
+                moments(
+                    y.iter()
+                        .zip(channels)
+                        .filter(move |(_, k)| **k == c)
+                        .map(|(v, _)| *v),
+                )
+            })
             .unzip();
         Ok(Self { shift, scale })
     }
@@ -102,9 +126,10 @@ impl Scaling {
         if channels.len() != rows {
             return Err(shape("channels of the rows", rows, channels.len()));
         }
-        match channels.iter().find(|&&c| c >= self.scale.len()) {
+        let known = self.scale.len().min(self.shift.len());
+        match channels.iter().find(|&&c| c >= known) {
             None => Ok(()),
-            Some(c) => Err(shape("channel of a row", format!("below {}", self.scale.len()), c)),
+            Some(c) => Err(shape("channel of a row", format!("below {known}"), c)),
         }
     }
 
@@ -116,33 +141,57 @@ impl Scaling {
     /// `(y - shift)/scale` for measurements.
     pub fn outputs(&self, y: &[f64], channels: &[usize]) -> Result<Vec<f64>> {
         self.check(channels, y.len())?;
-        Ok(y.iter().zip(channels).map(|(v, &c)| (v - self.shift[c]) / self.scale[c]).collect())
+        Ok(y.iter()
+            .zip(channels)
+            .map(|(v, &c)| (v - self.shift[c]) / self.scale[c])
+            .collect())
     }
 
     /// Undo [`Scaling::outputs`] on means or samples.
     pub fn restore(&self, values: &[f64], channels: &[usize]) -> Result<Vec<f64>> {
         self.check(channels, values.len())?;
-        Ok(values.iter().zip(channels).map(|(v, &c)| v * self.scale[c] + self.shift[c]).collect())
+        Ok(values
+            .iter()
+            .zip(channels)
+            .map(|(v, &c)| v * self.scale[c] + self.shift[c])
+            .collect())
     }
 
     /// Undo [`Scaling::outputs`] on means and variances.
     pub fn restore_prediction(&self, p: &Prediction, channels: &[usize]) -> Result<Prediction> {
         let mean = self.restore(&p.mean, channels)?;
-        let variance = p.variance.iter().zip(channels).map(|(v, &c)| v * self.scale[c] * self.scale[c]).collect();
+        self.check(channels, p.variance.len())?;
+        let variance = p
+            .variance
+            .iter()
+            .zip(channels)
+            .map(|(v, &c)| v * self.scale[c] * self.scale[c])
+            .collect();
         Ok(Prediction { mean, variance })
     }
 
     /// Undo [`Scaling::outputs`] on a covariance.
-    pub fn restore_covariance(&self, covariance: &Mat<f64>, channels: &[usize]) -> Result<Mat<f64>> {
+    pub fn restore_covariance(
+        &self,
+        covariance: &Mat<f64>,
+        channels: &[usize],
+    ) -> Result<Mat<f64>> {
         self.check(channels, covariance.nrows())?;
-        Ok(Mat::from_fn(covariance.nrows(), covariance.ncols(), |i, j| {
-            covariance[(i, j)] * self.scale[channels[i]] * self.scale[channels[j]]
-        }))
+        self.check(channels, covariance.ncols())?;
+        Ok(Mat::from_fn(
+            covariance.nrows(),
+            covariance.ncols(),
+            |i, j| covariance[(i, j)] * self.scale[channels[i]] * self.scale[channels[j]],
+        ))
     }
 
     pub(crate) fn validate(&self) -> Result<()> {
-        if self.shift.len() != self.scale.len() || self.scale.iter().any(|s| s.is_nan() || *s <= 0.0) {
-            return Err(GpError::Saved("a scaling has unequal lengths or a scale that is not positive".into()));
+        if self.shift.len() != self.scale.len()
+            || self.scale.iter().any(|s| s.is_nan() || *s <= 0.0)
+        {
+            return Err(GpError::Saved(
+                "a scaling has unequal lengths or a scale that is not positive".into(),
+            ));
         }
         finite("shift", &self.shift)?;
         finite("scale", &self.scale)

@@ -107,10 +107,7 @@ fn coincidence(pairs: &[(usize, usize)]) -> String {
     if pairs.is_empty() {
         return "no two inputs coincide: raise the noise variance or its lower bound".into();
     }
-    let list: Vec<String> = pairs
-        .iter()
-        .map(|(i, j)| format!("{i} and {j}"))
-        .collect();
+    let list: Vec<String> = pairs.iter().map(|(i, j)| format!("{i} and {j}")).collect();
     format!(
         "data points {} have the same input: remove one of each or raise the noise variance",
         list.join(", ")

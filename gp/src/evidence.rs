@@ -71,12 +71,28 @@ pub fn evidence(
     let stack = checked(model, f, y)?;
     check_tangents(f, tangents)?;
     let fit = factorise(model, f, &stack, y, &mut work.factor)?;
-    let src = Sources { prior: &model.prior, stack: &stack, alpha: &fit.alpha };
+    let src = Sources {
+        prior: &model.prior,
+        stack: &stack,
+        alpha: &fit.alpha,
+    };
     let (diagonal, parts) = contract(&src, work, tangents);
-    let mut gradient = model.prior.assemble_gradient(&parts.kernels, &parts.mixings);
+    let mut gradient = model
+        .prior
+        .assemble_gradient(&parts.kernels, &parts.mixings);
     gradient.extend(noise_gradient(model, f, &diagonal, &fit.alpha));
-    let theta = tangents.iter().map(|t| along(t, &parts, &fit.alpha, f.n_latent())).collect();
-    Ok(Evidence { nll: fit.nll, gradient, theta, jitter: fit.jitter })
+    let theta: Vec<f64> = tangents
+        .iter()
+        .map(|t| along(t, &parts, &fit.alpha, f.n_latent()))
+        .collect();
+    finite("gradient of the evidence in θ", &theta)?;
+    finite("gradient of the evidence", &gradient)?;
+    Ok(Evidence {
+        nll: fit.nll,
+        gradient,
+        theta,
+        jitter: fit.jitter,
+    })
 }
 
 pub(crate) fn check_tangents(f: &Functionals, tangents: &[Tangent]) -> Result<()> {
@@ -84,7 +100,11 @@ pub(crate) fn check_tangents(f: &Functionals, tangents: &[Tangent]) -> Result<()
         if t.mean.len() != f.n_rows() || t.rows.len() != f.n_rows() * f.n_latent() {
             return Err(shape(
                 format!("tangent of model parameter {p}"),
-                format!("{} means and {} entries of H", f.n_rows(), f.n_rows() * f.n_latent()),
+                format!(
+                    "{} means and {} entries of H",
+                    f.n_rows(),
+                    f.n_rows() * f.n_latent()
+                ),
                 format!("{} and {}", t.mean.len(), t.rows.len()),
             ));
         }
@@ -95,7 +115,11 @@ pub(crate) fn check_tangents(f: &Functionals, tangents: &[Tangent]) -> Result<()
 }
 
 /// The diagonal of `Σ⁻¹` and the contracted traces.
-fn contract(src: &Sources<'_>, work: &mut Workspace, tangents: &[Tangent]) -> (Vec<f64>, Contraction) {
+fn contract(
+    src: &Sources<'_>,
+    work: &mut Workspace,
+    tangents: &[Tangent],
+) -> (Vec<f64>, Contraction) {
     work.inverse.resize(src.stack.rows);
     invert_lower(&mut work.inverse, &work.factor);
     if tangents.is_empty() && factor_suffices(src.prior, src.stack) {
@@ -120,7 +144,9 @@ fn noise_gradient(model: &Model, f: &Functionals, diagonal: &[f64], alpha: &[f64
     for (r, &c) in f.channels().iter().enumerate() {
         out[c] += 0.5 * (diagonal[r] - alpha[r] * alpha[r]);
     }
-    out.iter_mut().zip(&model.log_noise).for_each(|(g, l)| *g *= l.exp());
+    out.iter_mut()
+        .zip(&model.log_noise)
+        .for_each(|(g, l)| *g *= l.exp());
     out
 }
 
@@ -129,7 +155,10 @@ pub(crate) fn along(t: &Tangent, parts: &Contraction, alpha: &[f64], n_latent: u
     let rows = alpha.len();
     let mean: f64 = alpha.iter().zip(&t.mean).map(|(a, m)| a * m).sum();
     let maps: f64 = parts.maps.as_ref().map_or(0.0, |m| {
-        (0..rows).flat_map(|r| (0..n_latent).map(move |d| (r, d))).map(|(r, d)| m[d * rows + r] * t.rows[r * n_latent + d]).sum()
+        (0..rows)
+            .flat_map(|r| (0..n_latent).map(move |d| (r, d)))
+            .map(|(r, d)| m[d * rows + r] * t.rows[r * n_latent + d])
+            .sum()
     });
     maps - mean
 }
@@ -139,7 +168,11 @@ pub(crate) fn checked(model: &Model, f: &Functionals, y: &[f64]) -> Result<Stack
         return Err(shape("training data", "at least one measured row", 0));
     }
     if y.len() != f.n_rows() {
-        return Err(shape("measurements y", format!("{} (rows of the functionals)", f.n_rows()), y.len()));
+        return Err(shape(
+            "measurements y",
+            format!("{} (rows of the functionals)", f.n_rows()),
+            y.len(),
+        ));
     }
     finite("measurements y", y)?;
     model.check(f)?;
@@ -183,5 +216,10 @@ pub(crate) fn factorise(
         }
     }
     let point = stack.starts.partition_point(|&s| s <= row) - 1;
-    Err(GpError::NotPositiveDefinite { row, point, jitter, coincident: stack.inputs.coincident() })
+    Err(GpError::NotPositiveDefinite {
+        row,
+        point,
+        jitter,
+        coincident: stack.inputs.coincident(),
+    })
 }

@@ -24,6 +24,7 @@ use serde::{Deserialize, Serialize};
 /// # Ok::<(), gp::GpError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Raw")]
 pub struct Functionals {
     points: Vec<Vec<f64>>,
     dims: usize,
@@ -33,6 +34,45 @@ pub struct Functionals {
     rows: Vec<f64>,
     mean: Vec<f64>,
     channels: Vec<usize>,
+}
+
+/// What a file holds, before it is checked.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Raw {
+    points: Vec<Vec<f64>>,
+    dims: usize,
+    n_latent: usize,
+    starts: Vec<usize>,
+    rows: Vec<f64>,
+    mean: Vec<f64>,
+    channels: Vec<usize>,
+}
+
+impl TryFrom<Raw> for Functionals {
+    type Error = GpError;
+    fn try_from(raw: Raw) -> Result<Self> {
+        let Raw {
+            points,
+            dims,
+            n_latent,
+            starts,
+            rows,
+            mean,
+            channels,
+        } = raw;
+        let out = Self {
+            points,
+            dims,
+            n_latent,
+            starts,
+            rows,
+            mean,
+            channels,
+        };
+        out.validate()?;
+        Ok(out)
+    }
 }
 
 impl Functionals {
@@ -56,7 +96,12 @@ impl Functionals {
             .map(|i| if i % (n_latent + 1) == 0 { 1.0 } else { 0.0 })
             .collect();
         for i in 0..inputs.len() {
-            out.append(inputs.point(i), &eye, &vec![0.0; n_latent], (0..n_latent).collect());
+            out.append(
+                inputs.point(i),
+                &eye,
+                &vec![0.0; n_latent],
+                (0..n_latent).collect(),
+            );
         }
         out
     }
@@ -70,10 +115,20 @@ impl Functionals {
     }
 
     /// As [`Functionals::push`], with the noise channel of every row.
-    pub fn push_on_channels(&mut self, x: &[f64], h: &[f64], mean: &[f64], channels: &[usize]) -> Result<()> {
+    pub fn push_on_channels(
+        &mut self,
+        x: &[f64],
+        h: &[f64],
+        mean: &[f64],
+        channels: &[usize],
+    ) -> Result<()> {
         let at = self.n_points();
         if x.len() != self.dims {
-            return Err(shape(format!("input of point {at}"), format!("{} coordinates", self.dims), x.len()));
+            return Err(shape(
+                format!("input of point {at}"),
+                format!("{} coordinates", self.dims),
+                x.len(),
+            ));
         }
         if h.len() != mean.len() * self.n_latent {
             return Err(shape(
@@ -83,7 +138,11 @@ impl Functionals {
             ));
         }
         if channels.len() != mean.len() {
-            return Err(shape(format!("channels of point {at}"), mean.len(), channels.len()));
+            return Err(shape(
+                format!("channels of point {at}"),
+                mean.len(),
+                channels.len(),
+            ));
         }
         finite(&format!("input of point {at}"), x)?;
         finite(&format!("H of point {at}"), h)?;
@@ -183,14 +242,10 @@ impl Functionals {
 
     /// Kernel inputs of all points.
     pub fn inputs(&self) -> Inputs {
-        if self.points.is_empty() {
-            return Inputs::empty(self.dims);
-        }
-        // Every point was checked on its way in; a deserialised one by `validate`.
-        Inputs::from_rows(&self.points).unwrap_or_else(|_| Inputs::empty(self.dims))
+        Inputs::from_checked_rows(&self.points, self.dims)
     }
 
-    /// Standardise the kernel inputs: `(x_d - shift_d)/scale_d`.
+    /// Same rows at other kernel inputs, for example standardised ones.
     pub fn with_inputs(mut self, inputs: &Inputs) -> Result<Self> {
         if inputs.len() != self.n_points() {
             return Err(shape("replacement inputs", self.n_points(), inputs.len()));
@@ -247,7 +302,7 @@ impl Functionals {
     }
 
     /// Everything [`Functionals::push`] checks, for a value read from a file.
-    pub(crate) fn validate(&self) -> Result<()> {
+    fn validate(&self) -> Result<()> {
         let n = self.points.len();
         let r = self.mean.len();
         let ok = self.starts.len() == n + 1
@@ -258,7 +313,9 @@ impl Functionals {
             && self.channels.len() == r
             && self.points.iter().all(|p| p.len() == self.dims);
         if !ok {
-            return Err(GpError::Saved("the functionals have inconsistent shapes".into()));
+            return Err(GpError::Saved(
+                "the functionals have inconsistent shapes".into(),
+            ));
         }
         self.points.iter().try_for_each(|p| finite("input", p))?;
         finite("H", &self.rows)?;

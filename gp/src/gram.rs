@@ -31,8 +31,15 @@ impl Stack {
     pub(crate) fn new(f: &Functionals, prior: &LatentPrior) -> Self {
         let (rows, n_latent) = (f.n_rows(), f.n_latent());
         let h = f.columns();
-        let mixed = prior.terms().iter().map(|t| mix(&t.mixing, &h, rows, n_latent)).collect();
-        let most = (0..f.n_points()).map(|i| f.rows_of(i).len()).max().unwrap_or(0);
+        let mixed = prior
+            .terms()
+            .iter()
+            .map(|t| mix(&t.mixing, &h, rows, n_latent))
+            .collect();
+        let most = (0..f.n_points())
+            .map(|i| f.rows_of(i).len())
+            .max()
+            .unwrap_or(0);
         Self {
             inputs: f.inputs(),
             starts: f.starts().to_vec(),
@@ -144,7 +151,11 @@ impl Tile {
 
 /// Kernels of all terms resolved for `rows` against `cols`.
 pub(crate) fn bind<'a>(prior: &LatentPrior, rows: &'a Inputs, cols: &'a Inputs) -> Vec<Bound<'a>> {
-    prior.terms().iter().map(|t| Bound::new(&t.kernel, rows, cols)).collect()
+    prior
+        .terms()
+        .iter()
+        .map(|t| Bound::new(&t.kernel, rows, cols))
+        .collect()
 }
 
 /// Covariance between `rows` and `cols` into column-major `out` with the given stride.

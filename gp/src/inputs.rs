@@ -37,14 +37,21 @@ impl TryFrom<RawInputs> for Inputs {
         }
         let columns: Vec<f64> = raw.columns.concat();
         finite("inputs", &columns)?;
-        Ok(Self { points: raw.points, dims, columns })
+        Ok(Self {
+            points: raw.points,
+            dims,
+            columns,
+        })
     }
 }
 
 impl From<Inputs> for RawInputs {
     fn from(x: Inputs) -> Self {
         let columns = (0..x.dims).map(|d| x.dim(d).to_vec()).collect();
-        Self { points: x.points, columns }
+        Self {
+            points: x.points,
+            columns,
+        }
     }
 }
 
@@ -52,23 +59,39 @@ impl Inputs {
     /// From one slice per point. Errors: ragged rows, NaN, infinity.
     pub fn from_rows<R: AsRef<[f64]>>(rows: &[R]) -> Result<Self> {
         let dims = rows.first().map_or(0, |r| r.as_ref().len());
-        let mut columns = vec![0.0; dims * rows.len()];
         for (i, row) in rows.iter().enumerate() {
             let row = row.as_ref();
             if row.len() != dims {
-                return Err(shape(format!("input point {i}"), format!("{dims} coordinates"), row.len()));
+                return Err(shape(
+                    format!("input point {i}"),
+                    format!("{dims} coordinates"),
+                    row.len(),
+                ));
             }
             finite(&format!("input point {i}"), row)?;
-            for (d, &v) in row.iter().enumerate() {
-                columns[d * rows.len() + i] = v;
-            }
         }
-        Ok(Self { points: rows.len(), dims, columns })
+        Ok(Self::from_checked_rows(rows, dims))
+    }
+
+    /// From rows known to be finite and `dims` long.
+    pub(crate) fn from_checked_rows<R: AsRef<[f64]>>(rows: &[R], dims: usize) -> Self {
+        let columns = (0..dims)
+            .flat_map(|d| rows.iter().map(move |r| r.as_ref()[d]))
+            .collect();
+        Self {
+            points: rows.len(),
+            dims,
+            columns,
+        }
     }
 
     /// An empty set of points with `dims` coordinates.
     pub fn empty(dims: usize) -> Self {
-        Self { points: 0, dims, columns: Vec::new() }
+        Self {
+            points: 0,
+            dims,
+            columns: Vec::new(),
+        }
     }
 
     /// Number of points `N`.
@@ -103,13 +126,21 @@ impl Inputs {
         let columns = (0..self.dims)
             .flat_map(|d| indices.iter().map(move |&i| self.dim(d)[i]))
             .collect();
-        Self { points: indices.len(), dims: self.dims, columns }
+        Self {
+            points: indices.len(),
+            dims: self.dims,
+            columns,
+        }
     }
 
     /// Each coordinate shifted and scaled: `(x_d - shift_d) / scale_d`.
     pub fn standardised(&self, shift: &[f64], scale: &[f64]) -> Result<Self> {
         if shift.len() != self.dims || scale.len() != self.dims {
-            return Err(shape("shift and scale of the inputs", self.dims, format!("{} and {}", shift.len(), scale.len())));
+            return Err(shape(
+                "shift and scale of the inputs",
+                self.dims,
+                format!("{} and {}", shift.len(), scale.len()),
+            ));
         }
         let mut out = self.clone();
         for d in 0..self.dims {

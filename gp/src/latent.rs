@@ -33,11 +33,13 @@ impl Mixing {
     }
 
     /// `B` restricted to [`Mixing::dims`].
-    pub fn matrix(&self) -> Mat<f64> {
+    pub(crate) fn matrix(&self) -> Mat<f64> {
         let n = self.dims().len();
         match self {
             Self::Each(_) => Mat::identity(n, n),
-            Self::Coregion { weights, log_kappa, .. } => Mat::from_fn(n, n, |i, j| {
+            Self::Coregion {
+                weights, log_kappa, ..
+            } => Mat::from_fn(n, n, |i, j| {
                 let w: f64 = weights[i].iter().zip(&weights[j]).map(|(a, b)| a * b).sum();
                 if i == j { w + log_kappa[i].exp() } else { w }
             }),
@@ -47,15 +49,18 @@ impl Mixing {
     fn n_params(&self) -> usize {
         match self {
             Self::Each(_) => 0,
-            Self::Coregion { weights, log_kappa, .. } => {
-                weights.iter().map(Vec::len).sum::<usize>() + log_kappa.len()
-            }
+            Self::Coregion {
+                weights, log_kappa, ..
+            } => weights.iter().map(Vec::len).sum::<usize>() + log_kappa.len(),
         }
     }
 
     /// Gradient in the parameters, given the symmetric `D` with `dF = Σ_cd D_cd dB_cd`.
     fn gradient(&self, d: &Mat<f64>, out: &mut Vec<f64>) {
-        if let Self::Coregion { weights, log_kappa, .. } = self {
+        if let Self::Coregion {
+            weights, log_kappa, ..
+        } = self
+        {
             let n = weights.len();
             for i in 0..n {
                 for r in 0..weights[i].len() {
@@ -73,13 +78,27 @@ impl Mixing {
         }
         for (i, &d) in dims.iter().enumerate() {
             if d >= n_latent || dims[..i].contains(&d) {
-                return Err(shape("latent dimensions of a term", format!("distinct numbers below {n_latent}"), format!("{dims:?}")));
+                return Err(shape(
+                    "latent dimensions of a term",
+                    format!("distinct numbers below {n_latent}"),
+                    format!("{dims:?}"),
+                ));
             }
         }
-        if let Self::Coregion { weights, log_kappa, .. } = self {
+        if let Self::Coregion {
+            weights, log_kappa, ..
+        } = self
+        {
             let rank = weights.first().map_or(0, Vec::len);
-            if weights.len() != dims.len() || log_kappa.len() != dims.len() || weights.iter().any(|w| w.len() != rank) {
-                return Err(shape("coregionalisation", format!("{} equally long rows and {0} kappas", dims.len()), format!("{} rows and {} kappas", weights.len(), log_kappa.len())));
+            if weights.len() != dims.len()
+                || log_kappa.len() != dims.len()
+                || weights.iter().any(|w| w.len() != rank)
+            {
+                return Err(shape(
+                    "coregionalisation",
+                    format!("{} equally long rows and {0} kappas", dims.len()),
+                    format!("{} rows and {} kappas", weights.len(), log_kappa.len()),
+                ));
             }
             finite("coregionalisation weights", &weights.concat())?;
             finite("coregionalisation log kappa", log_kappa)?;
@@ -129,7 +148,10 @@ impl LatentPrior {
         let terms = kernels
             .into_iter()
             .enumerate()
-            .map(|(d, kernel)| Term { kernel, mixing: Mixing::Each(vec![d]) })
+            .map(|(d, kernel)| Term {
+                kernel,
+                mixing: Mixing::Each(vec![d]),
+            })
             .collect();
         Self { n_latent, terms }
     }
@@ -137,7 +159,10 @@ impl LatentPrior {
     /// Diagonal with one kernel whose parameters all latent functions share.
     pub fn shared(n_latent: usize, kernel: Kernel) -> Self {
         let mixing = Mixing::Each((0..n_latent).collect());
-        Self { n_latent, terms: vec![Term { kernel, mixing }] }
+        Self {
+            n_latent,
+            terms: vec![Term { kernel, mixing }],
+        }
     }
 
     /// Intrinsic coregionalisation `(W W^T + diag κ) k(x, x')`: one row of `weights` per output.
@@ -171,7 +196,9 @@ impl LatentPrior {
         let shift = self.n_latent;
         self.terms.extend(other.terms.into_iter().map(|mut t| {
             match &mut t.mixing {
-                Mixing::Each(dims) | Mixing::Coregion { dims, .. } => dims.iter_mut().for_each(|d| *d += shift),
+                Mixing::Each(dims) | Mixing::Coregion { dims, .. } => {
+                    dims.iter_mut().for_each(|d| *d += shift)
+                }
             }
             t
         }));
@@ -191,7 +218,10 @@ impl LatentPrior {
 
     /// Number of parameters: of each term its kernel, then its mixing.
     pub fn n_params(&self) -> usize {
-        self.terms.iter().map(|t| t.kernel.n_params() + t.mixing.n_params()).sum()
+        self.terms
+            .iter()
+            .map(|t| t.kernel.n_params() + t.mixing.n_params())
+            .sum()
     }
 
     /// All parameters, term by term: kernel, then mixing.
@@ -199,7 +229,10 @@ impl LatentPrior {
         let mut out = Vec::new();
         for t in &self.terms {
             out.extend(t.kernel.params());
-            if let Mixing::Coregion { weights, log_kappa, .. } = &t.mixing {
+            if let Mixing::Coregion {
+                weights, log_kappa, ..
+            } = &t.mixing
+            {
                 out.extend(weights.iter().flatten());
                 out.extend(log_kappa);
             }
@@ -211,8 +244,16 @@ impl LatentPrior {
     pub fn param_names(&self) -> Vec<String> {
         let mut out = Vec::new();
         for (i, t) in self.terms.iter().enumerate() {
-            out.extend(t.kernel.param_names().into_iter().map(|n| format!("term[{i}].{n}")));
-            if let Mixing::Coregion { weights, log_kappa, .. } = &t.mixing {
+            out.extend(
+                t.kernel
+                    .param_names()
+                    .into_iter()
+                    .map(|n| format!("term[{i}].{n}")),
+            );
+            if let Mixing::Coregion {
+                weights, log_kappa, ..
+            } = &t.mixing
+            {
                 for (r, row) in weights.iter().enumerate() {
                     out.extend((0..row.len()).map(|c| format!("term[{i}].weight[{r}][{c}]")));
                 }
@@ -225,7 +266,11 @@ impl LatentPrior {
     /// Replace all parameters. Errors: wrong count, NaN or infinity.
     pub fn set_params(&mut self, values: &[f64]) -> Result<()> {
         if values.len() != self.n_params() {
-            return Err(shape("parameters of the latent prior", self.n_params(), values.len()));
+            return Err(shape(
+                "parameters of the latent prior",
+                self.n_params(),
+                values.len(),
+            ));
         }
         finite("parameters of the latent prior", values)?;
         let mut at = 0;
@@ -233,7 +278,10 @@ impl LatentPrior {
             let n = t.kernel.n_params();
             t.kernel.set_params(&values[at..at + n])?;
             at += n;
-            if let Mixing::Coregion { weights, log_kappa, .. } = &mut t.mixing {
+            if let Mixing::Coregion {
+                weights, log_kappa, ..
+            } = &mut t.mixing
+            {
                 for v in weights.iter_mut().flatten().chain(log_kappa) {
                     *v = values[at];
                     at += 1;
@@ -248,12 +296,24 @@ impl LatentPrior {
         self.check_mixing()?;
         for (i, t) in self.terms.iter().enumerate() {
             t.kernel.check(dims).map_err(|e| match e {
-                GpError::Parameter { name, value, expected } => {
-                    GpError::Parameter { name: format!("term[{i}].{name}"), value, expected }
-                }
-                GpError::Shape { what, expected, found } => {
-                    GpError::Shape { what: format!("term[{i}]: {what}"), expected, found }
-                }
+                GpError::Parameter {
+                    name,
+                    value,
+                    expected,
+                } => GpError::Parameter {
+                    name: format!("term[{i}].{name}"),
+                    value,
+                    expected,
+                },
+                GpError::Shape {
+                    what,
+                    expected,
+                    found,
+                } => GpError::Shape {
+                    what: format!("term[{i}]: {what}"),
+                    expected,
+                    found,
+                },
                 other => other,
             })?;
         }
@@ -262,9 +322,15 @@ impl LatentPrior {
 
     fn check_mixing(&self) -> Result<()> {
         if self.n_latent == 0 || self.terms.is_empty() {
-            return Err(shape("latent prior", "at least one latent function and one term", format!("{} functions, {} terms", self.n_latent, self.terms.len())));
+            return Err(shape(
+                "latent prior",
+                "at least one latent function and one term",
+                format!("{} functions, {} terms", self.n_latent, self.terms.len()),
+            ));
         }
-        self.terms.iter().try_for_each(|t| t.mixing.check(self.n_latent))
+        self.terms
+            .iter()
+            .try_for_each(|t| t.mixing.check(self.n_latent))
     }
 
     /// Put kernel gradients and the `D` matrices of each term in parameter order.

@@ -76,11 +76,18 @@ impl Square {
 pub(crate) fn cholesky(a: &mut Square) -> Result<(), usize> {
     let n = a.n();
     let params: Spec<factor::LltParams, f64> = Spec::new(Auto::<f64>::auto());
-    let mut memory = MemBuffer::new(factor::cholesky_in_place_scratch::<f64>(n, Par::Seq, params));
+    let mut memory = MemBuffer::new(factor::cholesky_in_place_scratch::<f64>(
+        n,
+        Par::Seq,
+        params,
+    ));
     let stack = MemStack::new(&mut memory);
     match factor::cholesky_in_place(a.view_mut(), Default::default(), Par::Seq, stack, params) {
         Ok(_) if a.diagonal().all(|v| v.is_finite() && v > 0.0) => Ok(()),
-        Ok(_) => Err(a.diagonal().position(|v| !(v.is_finite() && v > 0.0)).unwrap_or(0)),
+        Ok(_) => Err(a
+            .diagonal()
+            .position(|v| !(v.is_finite() && v > 0.0))
+            .unwrap_or(0)),
         Err(LltError::NonPositivePivot { index }) => Err(index),
     }
 }

@@ -31,7 +31,10 @@ impl Model {
                 });
             }
         }
-        Ok(Self { prior, log_noise: noise_variances.iter().map(|v| v.ln()).collect() })
+        Ok(Self {
+            prior,
+            log_noise: noise_variances.iter().map(|v| v.ln()).collect(),
+        })
     }
 
     /// Parameters of the prior, then `ln σ_c²` of every channel.
@@ -68,7 +71,11 @@ impl Model {
     /// Check this model against functionals it is to be used with.
     pub(crate) fn check(&self, f: &Functionals) -> Result<()> {
         if f.n_latent() != self.prior.n_latent() {
-            return Err(shape("latent functions of the functionals", format!("{} (those of the prior)", self.prior.n_latent()), f.n_latent()));
+            return Err(shape(
+                "latent functions of the functionals",
+                format!("{} (those of the prior)", self.prior.n_latent()),
+                f.n_latent(),
+            ));
         }
         self.prior.check(f.dims())?;
         for (c, &v) in self.log_noise.iter().enumerate() {
@@ -86,7 +93,10 @@ impl Model {
     /// Noise variance of every row of `f`.
     pub(crate) fn noise_of(&self, f: &Functionals) -> Result<Vec<f64>> {
         f.check_channels(self.log_noise.len())?;
-        Ok(f.channels().iter().map(|&c| self.log_noise[c].exp()).collect())
+        Ok(f.channels()
+            .iter()
+            .map(|&c| self.log_noise[c].exp())
+            .collect())
     }
 }
 

@@ -2,8 +2,8 @@
 
 use crate::error::{GpError, Result};
 use basin::{
-    BoxBounds, ConstraintDescription, ConstraintSet, ConstraintSolveError, Constraints, CostFunction, Executor,
-    FirstOrderState, Gradient, Lbfgsb, State, TerminationCode,
+    BoxBounds, ConstraintDescription, ConstraintSet, ConstraintSolveError, Constraints,
+    CostFunction, Executor, FirstOrderState, Gradient, Lbfgsb, State, TerminationCode,
 };
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
@@ -33,7 +33,11 @@ pub enum Algorithm {
 
 impl Default for Algorithm {
     fn default() -> Self {
-        Self::Lbfgs { max_iterations: 200, gradient_tolerance: 1e-4, reduction_tolerance: 1e-8 }
+        Self::Lbfgs {
+            max_iterations: 200,
+            gradient_tolerance: 1e-4,
+            reduction_tolerance: 1e-8,
+        }
     }
 }
 
@@ -142,32 +146,63 @@ pub(crate) fn minimise(
     upper: &[f64],
     watch: &Watch<'_>,
 ) -> Result<Minimum> {
-    let start: Vec<f64> = start.iter().zip(lower.iter().zip(upper)).map(|(z, (l, u))| z.clamp(*l, *u)).collect();
+    let start: Vec<f64> = start
+        .iter()
+        .zip(lower.iter().zip(upper))
+        .map(|(z, (l, u))| z.clamp(*l, *u))
+        .collect();
     let problem = Bounded {
         f,
         lower: lower.to_vec(),
         upper: upper.to_vec(),
-        best: RefCell::new(Best { z: start.clone(), objective: f64::INFINITY, evaluations: 0 }),
+        best: RefCell::new(Best {
+            z: start.clone(),
+            objective: f64::INFINITY,
+            evaluations: 0,
+        }),
     };
     let (iterations, reason) = match algorithm {
-        Algorithm::Lbfgs { max_iterations, gradient_tolerance, reduction_tolerance } => {
-            lbfgs(&problem, start, max_iterations, gradient_tolerance, reduction_tolerance, watch)?
-        }
-        Algorithm::Adam { rate, iterations, reset_every } => {
-            adam(&problem, start, rate, iterations, reset_every, watch)?
-        }
+        Algorithm::Lbfgs {
+            max_iterations,
+            gradient_tolerance,
+            reduction_tolerance,
+        } => lbfgs(
+            &problem,
+            start,
+            max_iterations,
+            gradient_tolerance,
+            reduction_tolerance,
+            watch,
+        )?,
+        Algorithm::Adam {
+            rate,
+            iterations,
+            reset_every,
+        } => adam(&problem, start, rate, iterations, reset_every, watch)?,
     };
     let best = problem.best.into_inner();
-    Ok(Minimum { z: best.z, objective: best.objective, iterations, evaluations: best.evaluations, reason })
+    Ok(Minimum {
+        z: best.z,
+        objective: best.objective,
+        iterations,
+        evaluations: best.evaluations,
+        reason,
+    })
 }
 
 fn plain(e: ConstraintSolveError<GpError>) -> GpError {
     match e {
         ConstraintSolveError::Evaluation(e) => e,
-        ConstraintSolveError::InvalidConstraints(e) => {
-            GpError::Parameter { name: "bounds".into(), value: f64::NAN, expected: format!("lower <= upper ({e})") }
-        }
-        other => GpError::Parameter { name: "bounds".into(), value: f64::NAN, expected: other.to_string() },
+        ConstraintSolveError::InvalidConstraints(e) => GpError::Parameter {
+            name: "bounds".into(),
+            value: f64::NAN,
+            expected: format!("lower <= upper ({e})"),
+        },
+        other => GpError::Parameter {
+            name: "bounds".into(),
+            value: f64::NAN,
+            expected: other.to_string(),
+        },
     }
 }
 
@@ -193,7 +228,10 @@ fn lbfgs(
             Ok(outcome) => {
                 iteration = stepper.state().iter();
                 if let Some(report) = outcome.report() {
-                    return Ok((iteration, reason(report.code(), &format!("{:?}", report.termination))));
+                    return Ok((
+                        iteration,
+                        reason(report.code(), &format!("{:?}", report.termination)),
+                    ));
                 }
                 let best = problem.best.borrow().objective;
                 if !watch(iteration, best) {
@@ -206,10 +244,12 @@ fn lbfgs(
 
 fn reason(code: TerminationCode, detail: &str) -> Reason {
     match code {
-        TerminationCode::ProjectedGradientTolerance | TerminationCode::GradientTolerance => Reason::GradientTolerance,
-        TerminationCode::RelativeCostTolerance | TerminationCode::CostTolerance | TerminationCode::SolverConverged => {
-            Reason::ReductionTolerance
+        TerminationCode::ProjectedGradientTolerance | TerminationCode::GradientTolerance => {
+            Reason::GradientTolerance
         }
+        TerminationCode::RelativeCostTolerance
+        | TerminationCode::CostTolerance
+        | TerminationCode::SolverConverged => Reason::ReductionTolerance,
         TerminationCode::MaxIter => Reason::Iterations,
         _ if detail.contains("RelativeCostReduction") => Reason::ReductionTolerance,
         _ => Reason::LineSearch(detail.to_string()),
@@ -245,7 +285,8 @@ fn adam(
             second[i] = beta2 * second[i] + (1.0 - beta2) * gradient[i] * gradient[i];
             let m = first[i] / (1.0 - beta1.powi(since));
             let v = second[i] / (1.0 - beta2.powi(since));
-            z[i] = (z[i] - rate * m / (v.sqrt() + epsilon)).clamp(problem.lower[i], problem.upper[i]);
+            z[i] =
+                (z[i] - rate * m / (v.sqrt() + epsilon)).clamp(problem.lower[i], problem.upper[i]);
         }
         let best = problem.best.borrow().objective;
         if !watch(iteration + 1, best) {

@@ -6,8 +6,8 @@ use crate::evidence::{checked, factorise};
 use crate::functional::Functionals;
 use crate::gram::{Stack, assemble, bind, variances};
 use crate::inputs::Inputs;
-use crate::linalg::{Square, solve_lower};
 use crate::latent::LatentPrior;
+use crate::linalg::{Square, solve_lower};
 use crate::model::Model;
 use crate::simd::{TILE, axpy, dispatch, dot};
 use faer::{Mat, MatMut};
@@ -25,8 +25,16 @@ pub struct Prediction {
 impl Prediction {
     /// Lower and upper end of the central 95 % interval of every row.
     pub fn band95(&self) -> (Vec<f64>, Vec<f64>) {
-        let half = self.variance.iter().map(|v| 1.959_963_984_540_054 * v.sqrt());
-        let ends: Vec<(f64, f64)> = self.mean.iter().zip(half).map(|(m, h)| (m - h, m + h)).collect();
+        let half = self
+            .variance
+            .iter()
+            .map(|v| 1.959_963_984_540_054 * v.sqrt());
+        let ends: Vec<(f64, f64)> = self
+            .mean
+            .iter()
+            .zip(half)
+            .map(|(m, h)| (m - h, m + h))
+            .collect();
         ends.into_iter().unzip()
     }
 }
@@ -58,9 +66,16 @@ impl Posterior {
         let stack = checked(model, data, y)?;
         let mut factor = Square::default();
         let fit = factorise(model, data, &stack, y, &mut factor)?;
-        let flat = Sources { prior: &model.prior, stack: &stack, alpha: &fit.alpha }.beta();
+        let flat = Sources {
+            prior: &model.prior,
+            stack: &stack,
+            alpha: &fit.alpha,
+        }
+        .beta();
         let n = stack.n_latent;
-        let beta = (0..n).map(|d| flat.iter().skip(d).step_by(n).copied().collect()).collect();
+        let beta = (0..n)
+            .map(|d| flat.iter().skip(d).step_by(n).copied().collect())
+            .collect();
         Ok(Self {
             model: model.clone(),
             data: data.clone(),
@@ -147,13 +162,34 @@ impl Posterior {
                 v
             })
             .collect();
-        Ok(Prediction { mean, variance: chunks.concat() })
+        Ok(Prediction {
+            mean,
+            variance: chunks.concat(),
+        })
+    }
+
+    /// As [`Posterior::predict`], with the noise of each row's channel added to
+    /// the variance: what a measurement is expected to show.
+    pub fn predict_measured(&self, at: &Functionals) -> Result<Prediction> {
+        let mut out = self.predict(at)?;
+        out.variance
+            .iter_mut()
+            .zip(self.model.noise_of(at)?)
+            .for_each(|(v, n)| *v += n);
+        Ok(out)
     }
 
     /// `C⁻¹ K(X, x*)`, column-major with `R` rows.
     fn explained(&self, at: &Stack) -> Vec<f64> {
         let mut cross = vec![0.0; self.stack.rows * at.rows];
-        assemble(&self.model.prior, &self.stack, at, false, &mut cross, self.stack.rows);
+        assemble(
+            &self.model.prior,
+            &self.stack,
+            at,
+            false,
+            &mut cross,
+            self.stack.rows,
+        );
         solve_lower(
             self.factor.view(),
             MatMut::from_column_major_slice_mut(&mut cross, self.stack.rows, at.rows),
@@ -182,9 +218,18 @@ impl Posterior {
 
 /// `Σ_t B_t Σ_j k_t(x, z_j) β_j` at every point `x` of `at`; `beta` holds one
 /// column over the points of `stack` per latent function.
-pub(crate) fn latent_mean(prior: &LatentPrior, stack: &Stack, beta: &[Vec<f64>], at: &Inputs) -> Result<Vec<f64>> {
+pub(crate) fn latent_mean(
+    prior: &LatentPrior,
+    stack: &Stack,
+    beta: &[Vec<f64>],
+    at: &Inputs,
+) -> Result<Vec<f64>> {
     if at.dims() != stack.inputs.dims() {
-        return Err(shape("inputs to predict at", stack.inputs.dims(), at.dims()));
+        return Err(shape(
+            "inputs to predict at",
+            stack.inputs.dims(),
+            at.dims(),
+        ));
     }
     let kernels = bind(prior, &stack.inputs, at);
     let mixings: Vec<Mat<f64>> = prior.terms().iter().map(|t| t.mixing.matrix()).collect();
@@ -203,7 +248,9 @@ pub(crate) fn latent_mean(prior: &LatentPrior, stack: &Stack, beta: &[Vec<f64>],
                 }
             }
             for (a, &c) in dims.iter().enumerate() {
-                out[c] += (0..dims.len()).map(|b| mixings[t][(a, b)] * sums[b]).sum::<f64>();
+                out[c] += (0..dims.len())
+                    .map(|b| mixings[t][(a, b)] * sums[b])
+                    .sum::<f64>();
             }
         }
     });
@@ -212,7 +259,11 @@ pub(crate) fn latent_mean(prior: &LatentPrior, stack: &Stack, beta: &[Vec<f64>],
 
 pub(crate) fn stack_for(model: &Model, at: &Functionals, dims: usize) -> Result<Stack> {
     if at.dims() != dims {
-        return Err(shape("input dimensions of the points to predict at", dims, at.dims()));
+        return Err(shape(
+            "input dimensions of the points to predict at",
+            dims,
+            at.dims(),
+        ));
     }
     model.check(at)?;
     Ok(Stack::new(at, &model.prior))
@@ -264,19 +315,31 @@ impl LatentSamples {
     pub fn quantity(&self, at: &Functionals) -> Result<Vec<Vec<f64>>> {
         let len = self.draws.first().map_or(0, Vec::len);
         if at.n_points() != self.points || (len != 0 && at.n_points() * at.n_latent() != len) {
-            return Err(shape("points of the quantity", format!("the {} sampled ones", self.points), at.n_points()));
+            return Err(shape(
+                "points of the quantity",
+                format!("the {} sampled ones", self.points),
+                at.n_points(),
+            ));
         }
         Ok(self.draws.iter().map(|f| apply(at, f)).collect())
     }
 }
 
-fn draw(mean: Vec<f64>, covariance: &Mat<f64>, points: usize, count: usize, seed: u64) -> Result<LatentSamples> {
+fn draw(
+    mean: Vec<f64>,
+    covariance: &Mat<f64>,
+    points: usize,
+    count: usize,
+    seed: u64,
+) -> Result<LatentSamples> {
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
-    let eigen = covariance.self_adjoint_eigen(faer::Side::Lower).map_err(|_| crate::GpError::Singular {
-        what: "covariance to sample from".into(),
-        mend: "its eigenvalues did not converge; sample at fewer points".into(),
-    })?;
+    let eigen = covariance
+        .self_adjoint_eigen(faer::Side::Lower)
+        .map_err(|_| crate::GpError::Singular {
+            what: "covariance to sample from".into(),
+            mend: "its eigenvalues did not converge; sample at fewer points".into(),
+        })?;
     let (u, s) = (eigen.U(), eigen.S().column_vector());
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
     let draws = (0..count)

@@ -58,7 +58,14 @@ struct FileRef<'a> {
 impl Saved {
     /// Without scalings.
     pub fn new(model: Model, theta: Vec<f64>, data: Functionals, y: Vec<f64>) -> Self {
-        Self { model, theta, data, y, inputs: None, outputs: None }
+        Self {
+            model,
+            theta,
+            data,
+            y,
+            inputs: None,
+            outputs: None,
+        }
     }
 
     /// Condition the model on the data.
@@ -69,7 +76,12 @@ impl Saved {
     /// As text. Errors: a number JSON cannot hold, inconsistent shapes.
     pub fn to_json(&self) -> Result<String> {
         self.validate()?;
-        let file = FileRef { format: FORMAT, version: VERSION, checksum: self.checksum()?, body: self };
+        let file = FileRef {
+            format: FORMAT,
+            version: VERSION,
+            checksum: self.checksum()?,
+            body: self,
+        };
         serde_json::to_string(&file).map_err(|e| GpError::Saved(format!("cannot be written: {e}")))
     }
 
@@ -85,30 +97,53 @@ impl Saved {
             })
         })?;
         if value.get("format").and_then(Value::as_str) != Some(FORMAT) {
-            return Err(GpError::Saved(format!("expected \"format\": \"{FORMAT}\"; this is some other JSON file")));
+            return Err(GpError::Saved(format!(
+                "expected \"format\": \"{FORMAT}\"; this is some other JSON file"
+            )));
         }
         match value.get("version").and_then(Value::as_u64) {
             Some(VERSION) => {}
             Some(v) if v < VERSION => {
-                return Err(GpError::Saved(format!("version {v} is older than {VERSION}, the one this build reads; retrain, or convert it with the build that wrote it")));
+                return Err(GpError::Saved(format!(
+                    "version {v} is older than {VERSION}, the one this build reads; retrain, or convert it with the build that wrote it"
+                )));
             }
-            Some(v) => return Err(GpError::Saved(format!("version {v} is newer than {VERSION}, the one this build reads; update the program"))),
-            None => return Err(GpError::Saved("the field \"version\" is missing or not a number".into())),
+            Some(v) => {
+                return Err(GpError::Saved(format!(
+                    "version {v} is newer than {VERSION}, the one this build reads; update the program"
+                )));
+            }
+            None => {
+                return Err(GpError::Saved(
+                    "the field \"version\" is missing or not a number".into(),
+                ));
+            }
         }
-        let body = value.get("body").ok_or_else(|| GpError::Saved("the field \"body\" is missing".into()))?;
+        let body = value
+            .get("body")
+            .ok_or_else(|| GpError::Saved("the field \"body\" is missing".into()))?;
         let saved = Self::deserialize(body).map_err(|e| GpError::Saved(format!("body: {e}")))?;
         saved.validate()?;
-        let (found, stated) = (saved.checksum()?, value.get("checksum").and_then(Value::as_str));
+        let (found, stated) = (
+            saved.checksum()?,
+            value.get("checksum").and_then(Value::as_str),
+        );
         if stated != Some(found.as_str()) {
-            return Err(GpError::Saved(format!("checksum {found} does not match the stated {}; the body was changed", stated.unwrap_or("(none)"))));
+            return Err(GpError::Saved(format!(
+                "checksum {found} does not match the stated {}; the body was changed",
+                stated.unwrap_or("(none)")
+            )));
         }
         Ok(saved)
     }
 
     fn validate(&self) -> Result<()> {
-        self.data.validate()?;
         if self.y.len() != self.data.n_rows() {
-            return Err(GpError::Saved(format!("{} measurements for {} rows", self.y.len(), self.data.n_rows())));
+            return Err(GpError::Saved(format!(
+                "{} measurements for {} rows",
+                self.y.len(),
+                self.data.n_rows()
+            )));
         }
         finite("measurements y", &self.y)?;
         finite("theta", &self.theta)?;
@@ -122,7 +157,8 @@ impl Saved {
 
     /// FNV-1a over the canonical text of the body.
     fn checksum(&self) -> Result<String> {
-        let text = serde_json::to_string(self).map_err(|e| GpError::Saved(format!("cannot be written: {e}")))?;
+        let text = serde_json::to_string(self)
+            .map_err(|e| GpError::Saved(format!("cannot be written: {e}")))?;
         let mut hash = 0xcbf2_9ce4_8422_2325u64;
         for byte in text.bytes() {
             hash = (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);

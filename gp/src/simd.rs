@@ -85,7 +85,12 @@ pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
     let (x, y) = (&x[..n], &y[..n]);
     let mut acc = [0.0; LANES];
     let (cx, cy) = (x.chunks_exact(LANES), y.chunks_exact(LANES));
-    let rest: f64 = cx.remainder().iter().zip(cy.remainder()).map(|(a, b)| a * b).sum();
+    let rest: f64 = cx
+        .remainder()
+        .iter()
+        .zip(cy.remainder())
+        .map(|(a, b)| a * b)
+        .sum();
     for (a, b) in cx.zip(cy) {
         for l in 0..LANES {
             acc[l] += a[l] * b[l];
@@ -105,7 +110,12 @@ pub(crate) fn weighted_square(w: &[f64], x: &[f64], c: f64, s: f64) -> f64 {
     };
     let mut acc = [0.0; LANES];
     let (cw, cx) = (w.chunks_exact(LANES), x.chunks_exact(LANES));
-    let rest: f64 = cw.remainder().iter().zip(cx.remainder()).map(|(&w, &x)| term(w, x)).sum();
+    let rest: f64 = cw
+        .remainder()
+        .iter()
+        .zip(cx.remainder())
+        .map(|(&w, &x)| term(w, x))
+        .sum();
     for (a, b) in cw.zip(cx) {
         for l in 0..LANES {
             acc[l] += term(a[l], b[l]);
@@ -123,7 +133,10 @@ mod tests {
         let mut x = -707.9;
         while x < 700.0 {
             let (got, want) = (exp(x), x.exp());
-            assert!((got - want).abs() <= 4.5e-16 * want, "exp({x}) = {got}, not {want}");
+            assert!(
+                (got - want).abs() <= 4.5e-16 * want,
+                "exp({x}) = {got}, not {want}"
+            );
             x += 0.0937;
         }
         assert_eq!(exp(-1e4), 0.0);
@@ -138,7 +151,11 @@ mod tests {
         let plain: f64 = x.iter().zip(&y).map(|(a, b)| a * b).sum();
         assert!((dot(&x, &y) - plain).abs() < 1e-14);
         assert!((sum(&x) - x.iter().sum::<f64>()).abs() < 1e-14);
-        let plain: f64 = x.iter().zip(&y).map(|(w, x)| w * ((x - 0.2) * 1.5).powi(2)).sum();
+        let plain: f64 = x
+            .iter()
+            .zip(&y)
+            .map(|(w, x)| w * ((x - 0.2) * 1.5).powi(2))
+            .sum();
         assert!((weighted_square(&x, &y, 0.2, 1.5) - plain).abs() < 1e-14);
     }
 }

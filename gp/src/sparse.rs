@@ -62,7 +62,11 @@ impl SparsePosterior {
     /// Errors: as [`crate::Posterior::new`]; inducing inputs of another dimension, or none.
     pub fn new(model: &Model, data: &Functionals, y: &[f64], inducing: &Inputs) -> Result<Self> {
         if inducing.is_empty() || inducing.dims() != data.dims() {
-            return Err(shape("inducing inputs", format!("at least one, {} coordinates", data.dims()), format!("{} with {} coordinates", inducing.len(), inducing.dims())));
+            return Err(shape(
+                "inducing inputs",
+                format!("at least one, {} coordinates", data.dims()),
+                format!("{} with {} coordinates", inducing.len(), inducing.dims()),
+            ));
         }
         if data.n_rows() != y.len() {
             return Err(shape("measurements y", data.n_rows(), y.len()));
@@ -78,17 +82,38 @@ impl SparsePosterior {
         cholesky(&mut factor_b).map_err(|row| unfactored(row, &inducing, 0.0))?;
         let mut c = sums.moment;
         let q = inducing.rows;
-        solve_lower(factor_b.view(), MatMut::from_column_major_slice_mut(&mut c, q, 1));
+        solve_lower(
+            factor_b.view(),
+            MatMut::from_column_major_slice_mut(&mut c, q, 1),
+        );
         let fit: f64 = c.iter().map(|v| v * v).sum();
         let log_det: f64 = 2.0 * factor_b.diagonal().map(f64::ln).sum::<f64>();
         let constant = data.n_rows() as f64 * (2.0 * std::f64::consts::PI).ln();
         let bound = -0.5 * (constant + log_det + sums.rest - fit);
         finite("variational bound", &[bound])?;
-        solve_upper(factor_b.view(), MatMut::from_column_major_slice_mut(&mut c, q, 1));
-        solve_upper(factor_u.view(), MatMut::from_column_major_slice_mut(&mut c, q, 1));
+        solve_upper(
+            factor_b.view(),
+            MatMut::from_column_major_slice_mut(&mut c, q, 1),
+        );
+        solve_upper(
+            factor_u.view(),
+            MatMut::from_column_major_slice_mut(&mut c, q, 1),
+        );
         let n = inducing.n_latent;
-        let columns = (0..n).map(|d| c.iter().skip(d).step_by(n).copied().collect()).collect();
-        Ok(Self { model: model.clone(), inducing, factor_u, factor_b, weights: c, columns, bound, jitter, relative })
+        let columns = (0..n)
+            .map(|d| c.iter().skip(d).step_by(n).copied().collect())
+            .collect();
+        Ok(Self {
+            model: model.clone(),
+            inducing,
+            factor_u,
+            factor_b,
+            weights: c,
+            columns,
+            bound,
+            jitter,
+            relative,
+        })
     }
 
     /// Lower bound of `ln p(y)`, nats.
@@ -126,16 +151,32 @@ impl SparsePosterior {
             .map(|chunk| {
                 let stack = Stack::new(&at.subset(chunk), &self.model.prior);
                 let mut cross = vec![0.0; q * stack.rows];
-                assemble(&self.model.prior, &self.inducing, &stack, false, &mut cross, q);
+                assemble(
+                    &self.model.prior,
+                    &self.inducing,
+                    &stack,
+                    false,
+                    &mut cross,
+                    q,
+                );
                 let mut v = variances(&self.model.prior, &stack);
-                solve_lower(self.factor_u.view(), MatMut::from_column_major_slice_mut(&mut cross, q, stack.rows));
+                solve_lower(
+                    self.factor_u.view(),
+                    MatMut::from_column_major_slice_mut(&mut cross, q, stack.rows),
+                );
                 norms(&cross, q, &mut v, -1.0);
-                solve_lower(self.factor_b.view(), MatMut::from_column_major_slice_mut(&mut cross, q, stack.rows));
+                solve_lower(
+                    self.factor_b.view(),
+                    MatMut::from_column_major_slice_mut(&mut cross, q, stack.rows),
+                );
                 norms(&cross, q, &mut v, 1.0);
                 v.into_iter().map(|v| v.max(0.0)).collect()
             })
             .collect();
-        Ok(Prediction { mean, variance: chunks.concat() })
+        Ok(Prediction {
+            mean,
+            variance: chunks.concat(),
+        })
     }
 
     /// Posterior covariance of all rows of `at`, noise-free.
@@ -143,11 +184,24 @@ impl SparsePosterior {
         let stack = stack_for(&self.model, at, self.inducing.inputs.dims())?;
         let q = self.inducing.rows;
         let mut cross = vec![0.0; q * stack.rows];
-        assemble(&self.model.prior, &self.inducing, &stack, false, &mut cross, q);
+        assemble(
+            &self.model.prior,
+            &self.inducing,
+            &stack,
+            false,
+            &mut cross,
+            q,
+        );
         let mut out = crate::posterior::prior_matrix(&self.model, &stack);
-        solve_lower(self.factor_u.view(), MatMut::from_column_major_slice_mut(&mut cross, q, stack.rows));
+        solve_lower(
+            self.factor_u.view(),
+            MatMut::from_column_major_slice_mut(&mut cross, q, stack.rows),
+        );
         let v = MatRef::from_column_major_slice(&cross, q, stack.rows).to_owned();
-        solve_lower(self.factor_b.view(), MatMut::from_column_major_slice_mut(&mut cross, q, stack.rows));
+        solve_lower(
+            self.factor_b.view(),
+            MatMut::from_column_major_slice_mut(&mut cross, q, stack.rows),
+        );
         let w = MatRef::from_column_major_slice(&cross, q, stack.rows);
         out -= v.transpose() * &v;
         out += w.transpose() * w;
@@ -163,7 +217,12 @@ fn norms(columns: &[f64], q: usize, out: &mut [f64], sign: f64) {
 
 fn unfactored(row: usize, stack: &Stack, jitter: f64) -> GpError {
     let point = stack.starts.partition_point(|&s| s <= row) - 1;
-    GpError::NotPositiveDefinite { row, point, jitter, coincident: stack.inputs.coincident() }
+    GpError::NotPositiveDefinite {
+        row,
+        point,
+        jitter,
+        coincident: stack.inputs.coincident(),
+    }
 }
 
 fn factor_inducing(model: &Model, inducing: &Stack) -> Result<(Square, f64, f64)> {
@@ -172,7 +231,14 @@ fn factor_inducing(model: &Model, inducing: &Stack) -> Result<(Square, f64, f64)
     for relative in JITTERS {
         factor.resize(inducing.rows);
         let stride = factor.stride();
-        assemble(&model.prior, inducing, inducing, true, factor.data_mut(), stride);
+        assemble(
+            &model.prior,
+            inducing,
+            inducing,
+            true,
+            factor.data_mut(),
+            stride,
+        );
         jitter = relative * factor.diagonal().sum::<f64>() / inducing.rows as f64;
         factor.add_diagonal(&vec![jitter; inducing.rows]);
         match cholesky(&mut factor) {
@@ -184,11 +250,20 @@ fn factor_inducing(model: &Model, inducing: &Stack) -> Result<(Square, f64, f64)
 }
 
 /// `A = L_u⁻¹ K_uf D^{-1/2}` for one block of data, column-major `q × rows`.
-pub(crate) fn block(model: &Model, stack: &Stack, inducing: &Stack, factor_u: &Square, noise: &[f64]) -> Vec<f64> {
+pub(crate) fn block(
+    model: &Model,
+    stack: &Stack,
+    inducing: &Stack,
+    factor_u: &Square,
+    noise: &[f64],
+) -> Vec<f64> {
     let q = inducing.rows;
     let mut a = vec![0.0; q * stack.rows];
     assemble(&model.prior, inducing, stack, false, &mut a, q);
-    solve_lower(factor_u.view(), MatMut::from_column_major_slice_mut(&mut a, q, stack.rows));
+    solve_lower(
+        factor_u.view(),
+        MatMut::from_column_major_slice_mut(&mut a, q, stack.rows),
+    );
     for (column, d) in a.chunks_mut(q).zip(noise) {
         let s = 1.0 / d.sqrt();
         column.iter_mut().for_each(|v| *v *= s);
@@ -196,14 +271,25 @@ pub(crate) fn block(model: &Model, stack: &Stack, inducing: &Stack, factor_u: &S
     a
 }
 
-fn accumulate(model: &Model, data: &Functionals, y: &[f64], noise: &[f64], inducing: &Stack, factor_u: &Square) -> Sums {
+fn accumulate(
+    model: &Model,
+    data: &Functionals,
+    y: &[f64],
+    noise: &[f64],
+    inducing: &Stack,
+    factor_u: &Square,
+) -> Sums {
     let q = inducing.rows;
     let points: Vec<usize> = (0..data.n_points()).collect();
     let blocks: Vec<&[usize]> = points.chunks(CHUNK).collect();
     let groups: Vec<Sums> = (0..GROUPS.min(blocks.len()))
         .into_par_iter()
         .map(|group| {
-            let mut sums = Sums { gram: Square::default(), moment: vec![0.0; q], rest: 0.0 };
+            let mut sums = Sums {
+                gram: Square::default(),
+                moment: vec![0.0; q],
+                rest: 0.0,
+            };
             sums.gram.resize(q);
             for chunk in blocks.iter().skip(group).step_by(GROUPS) {
                 let rows = data.rows_of(chunk[0]).start..data.rows_of(chunk[chunk.len() - 1]).end;
@@ -216,7 +302,9 @@ fn accumulate(model: &Model, data: &Functionals, y: &[f64], noise: &[f64], induc
                     let residual = y[r] - data.mean()[r];
                     axpy(residual / noise[j].sqrt(), column, &mut sums.moment);
                     let explained = dispatch(|| dot(column, column));
-                    sums.rest += residual * residual / noise[j] + noise[j].ln() + prior[j] / noise[j] - explained;
+                    sums.rest +=
+                        residual * residual / noise[j] + noise[j].ln() + prior[j] / noise[j]
+                            - explained;
                 }
                 let a = MatRef::from_column_major_slice(&a, q, stack.rows);
                 matmul(
@@ -236,7 +324,11 @@ fn accumulate(model: &Model, data: &Functionals, y: &[f64], noise: &[f64], induc
         .collect();
     let mut groups = groups.into_iter();
     // `checked` refused empty data, so there is at least one group.
-    let mut total = groups.next().unwrap_or(Sums { gram: Square::default(), moment: vec![0.0; q], rest: 0.0 });
+    let mut total = groups.next().unwrap_or(Sums {
+        gram: Square::default(),
+        moment: vec![0.0; q],
+        rest: 0.0,
+    });
     for g in groups {
         axpy(1.0, g.gram.data(), total.gram.data_mut());
         axpy(1.0, &g.moment, &mut total.moment);

@@ -12,12 +12,14 @@ use crate::evidence::{Evidence, along, check_tangents};
 use crate::functional::Functionals;
 use crate::gram::{Stack, assemble, bind};
 use crate::inputs::Inputs;
+use crate::kernel::Bound;
 use crate::latent::{LatentPrior, Mixing};
 use crate::linalg::{Square, inverse_from_factor, invert_lower, solve_lower};
 use crate::model::{Model, Tangent};
 use crate::simd::{TILE, axpy, dispatch, dot};
 use crate::sparse::{CHUNK, SparsePosterior};
-use faer::{Mat, MatRef};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
 
 const GROUPS: usize = 4;
@@ -38,26 +40,49 @@ pub fn sparse_evidence(
     let posterior = SparsePosterior::new(model, f, y, inducing)?;
     let noise = model.noise_of(f)?;
     let (slope, own) = slopes(&posterior);
-    let pass = Pass { model, f, y, noise: &noise, posterior: &posterior, slope: &slope };
+    let pass = Pass {
+        model,
+        f,
+        y,
+        noise: &noise,
+        posterior: &posterior,
+        slope: &slope,
+    };
     let points: Vec<usize> = (0..f.n_points()).collect();
     let blocks: Vec<&[usize]> = points.chunks(CHUNK).collect();
     let groups: Vec<Sums> = (0..GROUPS.min(blocks.len()))
         .into_par_iter()
         .map(|g| {
             let mut sums = Sums::new(model, f);
-            blocks.iter().skip(g).step_by(GROUPS).for_each(|b| pass.block(b, &mut sums));
+            blocks
+                .iter()
+                .skip(g)
+                .step_by(GROUPS)
+                .for_each(|b| pass.block(b, &mut sums));
             sums
         })
         .collect();
     let mut total = groups.into_iter().fold(Sums::new(model, f), Sums::add);
     inducing_part(&model.prior, &posterior.inducing, &own, &mut total.parts);
     let negative = |v: Vec<f64>| -> Vec<f64> { v.into_iter().map(|v| -v).collect() };
-    let mut gradient = negative(model.prior.assemble_gradient(&total.parts.kernels, &total.parts.mixings));
+    let mut gradient = negative(
+        model
+            .prior
+            .assemble_gradient(&total.parts.kernels, &total.parts.mixings),
+    );
     gradient.extend(negative(total.noise));
     // `along` is Σ<∂H, M> - α^T ∂m; here both are derivatives of F, so α enters negated.
     let alpha = negative(total.alpha);
-    let theta = tangents.iter().map(|t| -along(t, &total.parts, &alpha, f.n_latent())).collect();
-    Ok(Evidence { nll: -posterior.bound(), gradient, theta, jitter: posterior.jitter() })
+    let theta = tangents
+        .iter()
+        .map(|t| -along(t, &total.parts, &alpha, f.n_latent()))
+        .collect();
+    Ok(Evidence {
+        nll: -posterior.bound(),
+        gradient,
+        theta,
+        jitter: posterior.jitter(),
+    })
 }
 
 /// `S` (dense) and `∂F/∂K_uu` with the share of the jitter on its diagonal.
@@ -128,15 +153,23 @@ impl Pass<'_> {
         let mut cross = vec![0.0; q * stack.rows];
         assemble(&self.model.prior, inducing, &stack, false, &mut cross, q);
         let view = MatRef::from_column_major_slice(&cross, q, stack.rows);
-        let mut g = self.slope * view;
+        // ∂F/∂K_uf, column-major like `cross`.
+        let mut g = vec![0.0; q * stack.rows];
+        matmul(
+            MatMut::from_column_major_slice_mut(&mut g, q, stack.rows),
+            Accum::Replace,
+            self.slope,
+            view,
+            1.0,
+            Par::Seq,
+        );
         let prior = crate::gram::variances(&self.model.prior, &stack);
+        let kernels = bind(&self.model.prior, &stack.inputs, &stack.inputs);
         for j in 0..stack.rows {
             let r = first + j;
             let (precision, residual) = (1.0 / self.noise[r], self.y[r] - self.f.mean()[r]);
             let k = &cross[j * q..(j + 1) * q];
-            let column = g.col_mut(j).try_as_col_major_mut().map(|c| c.as_slice_mut());
-            // A fresh matrix is column-major, so the column is always contiguous.
-            let Some(column) = column else { continue };
+            let column = &mut g[j * q..(j + 1) * q];
             let explained = dispatch(|| dot(k, w));
             let reduced = dispatch(|| dot(k, column)) + explained * explained;
             let left = residual - explained;
@@ -146,16 +179,22 @@ impl Pass<'_> {
             for (c, w) in column.iter_mut().zip(w) {
                 *c = precision * (*c + residual * w);
             }
-            self.maps_of_row(&stack, j, first, &mut sums.parts);
+            self.own_variance(&stack, &kernels, j, first, &mut sums.parts);
         }
         self.terms(&stack, &g, first, &mut sums.parts);
     }
 
     /// The part of `∂F/∂H_r` and of the kernels that comes from the prior variance `k_rr`.
-    fn maps_of_row(&self, stack: &Stack, j: usize, first: usize, parts: &mut Contraction) {
+    fn own_variance(
+        &self,
+        stack: &Stack,
+        kernels: &[Bound<'_>],
+        j: usize,
+        first: usize,
+        parts: &mut Contraction,
+    ) {
         let point = stack.starts.partition_point(|&s| s <= j) - 1;
         let precision = 1.0 / self.noise[first + j];
-        let kernels = bind(&self.model.prior, &stack.inputs, &stack.inputs);
         for (t, term) in self.model.prior.terms().iter().enumerate() {
             let mut k = [0.0];
             kernels[t].values(point, point, &mut k);
@@ -168,18 +207,24 @@ impl Pass<'_> {
                     m[c * self.f.n_rows() + first + j] -= precision * k[0] * hb;
                 }
                 for (b, &d) in dims.iter().enumerate() {
-                    parts.mixings[t][(a, b)] -= 0.5 * precision * k[0] * h * stack.h(d, j..j + 1)[0];
+                    parts.mixings[t][(a, b)] -=
+                        0.5 * precision * k[0] * h * stack.h(d, j..j + 1)[0];
                 }
             }
-            kernels[t].accumulate(point, point, &[-0.5 * precision * spread], &mut parts.kernels[t]);
+            kernels[t].accumulate(
+                point,
+                point,
+                &[-0.5 * precision * spread],
+                &mut parts.kernels[t],
+            );
         }
     }
 
     /// Everything that comes from `∂F/∂K_uf = G`.
-    fn terms(&self, stack: &Stack, g: &Mat<f64>, first: usize, parts: &mut Contraction) {
+    fn terms(&self, stack: &Stack, g: &[f64], first: usize, parts: &mut Contraction) {
         let inducing = &self.posterior.inducing;
         let kernels = bind(&self.model.prior, &inducing.inputs, &stack.inputs);
-        let n = stack.n_latent;
+        let (n, q) = (stack.n_latent, inducing.rows);
         for (t, term) in self.model.prior.terms().iter().enumerate() {
             let (dims, b) = (term.mixing.dims(), term.mixing.matrix());
             let coupled = matches!(term.mixing, Mixing::Coregion { .. });
@@ -195,7 +240,7 @@ impl Pass<'_> {
                         for (a, &c) in dims.iter().enumerate() {
                             let hb = stack.hb(t, c, r..r + 1)[0];
                             for z in 0..len {
-                                let slope = g[((start + z) * n + c, r)];
+                                let slope = g[r * q + (start + z) * n + c];
                                 weight[z] += slope * hb;
                                 kg[a] += k[z] * slope;
                             }

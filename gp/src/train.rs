@@ -1,90 +1,17 @@
 //! Training by evidence: bounds, restarts, priors, joint estimation of `θ`.
 
-use crate::chart::Atlas;
-use crate::error::{GpError, Result};
-use crate::evidence::{Workspace, evidence};
-use crate::model::{Model, Structure};
+use crate::error::{GpError, Result, shape};
+use crate::evidence::Workspace;
+use crate::fitted::{Fitted, Run};
 use crate::optimise::{Algorithm, Minimum, Progress, Reason, minimise};
-use crate::inputs::Inputs;
 use crate::penalty::Penalty;
 use crate::posterior::Posterior;
+use crate::problem::Problem;
 use crate::sparse::SparsePosterior;
-use crate::sparse_gradient::sparse_evidence;
 use rand::{RngExt, SeedableRng};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::sync::Mutex;
-
-/// What is to be trained: a model, a structure, and measurements of it.
-pub struct Problem<'a> {
-    /// Prior and noise; the values are the given starting point.
-    pub model: Model,
-    /// What the measurements are functionals of.
-    pub structure: &'a dyn Structure,
-    /// Measurements, one per row of the structure's functionals.
-    pub y: &'a [f64],
-    /// Starting values of the model parameters `θ` (empty when there are none).
-    pub theta: Vec<f64>,
-    /// Parametrisation of `θ`.
-    pub atlas: Atlas,
-    /// Inducing inputs: train on the variational bound instead of the exact evidence.
-    pub inducing: Option<Inputs>,
-}
-
-impl<'a> Problem<'a> {
-    /// A problem without model parameters.
-    pub fn new(model: Model, structure: &'a dyn Structure, y: &'a [f64]) -> Self {
-        Self { model, structure, y, theta: Vec::new(), atlas: Atlas::default(), inducing: None }
-    }
-
-    /// With model parameters that start at `theta`, parametrised by `atlas`.
-    pub fn with_theta(mut self, theta: &[f64], atlas: Atlas) -> Self {
-        self.theta = theta.to_vec();
-        self.atlas = atlas;
-        self
-    }
-
-    /// Train on the variational bound through these inducing inputs: for many points.
-    pub fn through(mut self, inducing: Inputs) -> Self {
-        self.inducing = Some(inducing);
-        self
-    }
-
-    /// Names of everything the optimiser moves: those of the model, then `theta[i]`
-    /// (the unconstrained coordinates of the charts).
-    pub fn names(&self) -> Vec<String> {
-        let mut out = self.model.param_names();
-        out.extend((0..self.theta.len()).map(|i| format!("theta[{i}]")));
-        out
-    }
-
-    fn point(&self) -> Result<Vec<f64>> {
-        let mut z = self.model.params();
-        z.extend(self.atlas.inverse(&self.theta)?);
-        Ok(z)
-    }
-
-    fn split(&self, z: &[f64]) -> Result<(Model, Vec<f64>)> {
-        let (params, phi) = z.split_at(self.model.n_params());
-        let mut model = self.model.clone();
-        model.set_params(params)?;
-        Ok((model, self.atlas.forward(phi)))
-    }
-
-    /// Negative log evidence and its gradient in everything of [`Problem::names`].
-    pub fn objective(&self, z: &[f64], work: &mut Workspace) -> Result<(f64, Vec<f64>)> {
-        let (model, theta) = self.split(z)?;
-        let f = self.structure.functionals(&theta)?;
-        let tangents = self.structure.tangents(&theta)?;
-        let e = match &self.inducing {
-            None => evidence(&model, &f, self.y, &tangents, work)?,
-            Some(z) => sparse_evidence(&model, &f, self.y, z, &tangents)?,
-        };
-        let mut gradient = e.gradient;
-        gradient.extend(self.atlas.pull_back(&z[self.model.n_params()..], &e.theta));
-        Ok((e.nll, gradient))
-    }
-}
 
 /// How one parameter is treated.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -127,45 +54,6 @@ pub struct Training {
     from_given: bool,
 }
 
-/// Report of one run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Run {
-    /// Where it started.
-    pub start: Vec<f64>,
-    /// Objective it reached (negative log evidence plus penalties), nats;
-    /// `None` when its start could not be evaluated.
-    pub objective: Option<f64>,
-    /// Iterations used.
-    pub iterations: u64,
-    /// Evaluations of evidence and gradient used.
-    pub evaluations: u64,
-    /// Why it ended.
-    pub reason: Reason,
-}
-
-/// Result of a training.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Fitted {
-    /// The model with its trained parameters.
-    pub model: Model,
-    /// Estimated model parameters `θ`.
-    pub theta: Vec<f64>,
-    /// Negative log evidence (or its bound through inducing inputs), nats, without penalties.
-    pub nll: f64,
-    /// Negative log evidence plus penalties, nats.
-    pub objective: f64,
-    /// Jitter in the final evaluation; 0 as a rule.
-    pub jitter: f64,
-    /// Names of parameters that ended on a bound.
-    pub at_bounds: Vec<String>,
-    /// Number of the best run.
-    pub best_run: usize,
-    /// Every run, in order.
-    pub runs: Vec<Run>,
-    /// The seed all random choices came from.
-    pub seed: u64,
-}
-
 fn matches(pattern: &str, name: &str) -> bool {
     let mut parts = pattern.split('*');
     let Some(mut rest) = parts.next().and_then(|first| name.strip_prefix(first)) else {
@@ -192,11 +80,28 @@ impl Training {
         let rules = names
             .iter()
             .map(|n| {
-                let wide = if n.starts_with("theta") || n.contains("weight") { f64::INFINITY } else { 20.0 };
-                Rule { lower: -wide, upper: wide, start: None, fixed: false, penalty: None }
+                let wide = if n.starts_with("theta") || n.contains("weight") {
+                    f64::INFINITY
+                } else {
+                    20.0
+                };
+                Rule {
+                    lower: -wide,
+                    upper: wide,
+                    start: None,
+                    fixed: false,
+                    penalty: None,
+                }
             })
             .collect();
-        Self { names, rules, algorithm: Algorithm::default(), restarts: 1, seed: 0, from_given: true }
+        Self {
+            names,
+            rules,
+            algorithm: Algorithm::default(),
+            restarts: 1,
+            seed: 0,
+            from_given: true,
+        }
     }
 
     fn each(mut self, pattern: &str, change: impl Fn(&mut Rule)) -> Result<Self> {
@@ -210,14 +115,21 @@ impl Training {
         if hit {
             Ok(self)
         } else {
-            Err(GpError::UnknownParameter { name: pattern.into(), known: self.names.join(", ") })
+            Err(GpError::UnknownParameter {
+                name: pattern.into(),
+                known: self.names.join(", "),
+            })
         }
     }
 
     /// Keep parameters within bounds.
     pub fn bounds(self, pattern: &str, lower: f64, upper: f64) -> Result<Self> {
         if lower.is_nan() || upper.is_nan() || lower > upper {
-            return Err(GpError::Parameter { name: pattern.into(), value: lower, expected: format!("a lower bound not above {upper}") });
+            return Err(GpError::Parameter {
+                name: pattern.into(),
+                value: lower,
+                expected: format!("a lower bound not above {upper}"),
+            });
         }
         self.each(pattern, |r| (r.lower, r.upper) = (lower, upper))
     }
@@ -225,7 +137,11 @@ impl Training {
     /// Restarts begin uniformly in this interval instead of at the given value.
     pub fn start_in(self, pattern: &str, lower: f64, upper: f64) -> Result<Self> {
         if !(lower.is_finite() && upper.is_finite() && lower <= upper) {
-            return Err(GpError::Parameter { name: pattern.into(), value: lower, expected: "a finite interval".into() });
+            return Err(GpError::Parameter {
+                name: pattern.into(),
+                value: lower,
+                expected: "a finite interval".into(),
+            });
         }
         self.each(pattern, |r| r.start = Some((lower, upper)))
     }
@@ -238,7 +154,11 @@ impl Training {
     /// Put a prior on parameters: training becomes maximum a posteriori.
     pub fn penalty(self, pattern: &str, penalty: Penalty) -> Result<Self> {
         if !penalty.is_valid() {
-            return Err(GpError::Parameter { name: pattern.into(), value: f64::NAN, expected: format!("positive scales, not {penalty:?}") });
+            return Err(GpError::Parameter {
+                name: pattern.into(),
+                value: f64::NAN,
+                expected: format!("positive scales, not {penalty:?}"),
+            });
         }
         self.each(pattern, |r| r.penalty = Some(penalty))
     }
@@ -274,13 +194,23 @@ impl Training {
     }
 
     /// Train, telling `watch` after every iteration; `false` ends that run.
-    pub fn run_watched(&self, problem: &Problem<'_>, watch: &(dyn Fn(Progress) -> bool + Sync)) -> Result<Fitted> {
+    pub fn run_watched(
+        &self,
+        problem: &Problem<'_>,
+        watch: &(dyn Fn(Progress) -> bool + Sync),
+    ) -> Result<Fitted> {
         let given = problem.point()?;
         if given.len() != self.names.len() {
-            return Err(crate::error::shape("parameters of the problem", format!("{} (those the training was made for)", self.names.len()), given.len()));
+            return Err(shape(
+                "parameters of the problem",
+                format!("{} (those the training was made for)", self.names.len()),
+                given.len(),
+            ));
         }
         crate::error::finite("starting values", &given)?;
-        let starts: Vec<Vec<f64>> = (0..self.restarts).map(|run| self.start(run, &given)).collect();
+        let starts: Vec<Vec<f64>> = (0..self.restarts)
+            .map(|run| self.start(run, &given))
+            .collect();
         let minima: Vec<Result<Minimum>> = starts
             .par_iter()
             .enumerate()
@@ -331,7 +261,9 @@ impl Training {
         };
         let objective = |z: &[f64]| -> Result<(f64, Vec<f64>)> {
             let z = full(z);
-            let mut work = work.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+            let mut work = work
+                .lock()
+                .unwrap_or_else(std::sync::PoisonError::into_inner);
             let (mut value, mut gradient) = problem.objective(&z, &mut work)?;
             for (i, rule) in self.rules.iter().enumerate() {
                 if let Some(p) = &rule.penalty {
@@ -348,13 +280,24 @@ impl Training {
             &pick(&|i| start[i]),
             &pick(&|i| self.rules[i].lower),
             &pick(&|i| self.rules[i].upper),
-            &|iteration, objective| watch(Progress { run, iteration, objective }),
+            &|iteration, objective| {
+                watch(Progress {
+                    run,
+                    iteration,
+                    objective,
+                })
+            },
         )?;
         minimum.z = full(&minimum.z);
         Ok(minimum)
     }
 
-    fn choose(&self, problem: &Problem<'_>, starts: Vec<Vec<f64>>, minima: Vec<Result<Minimum>>) -> Result<Fitted> {
+    fn choose(
+        &self,
+        problem: &Problem<'_>,
+        starts: Vec<Vec<f64>>,
+        minima: Vec<Result<Minimum>>,
+    ) -> Result<Fitted> {
         let mut first_error = None;
         let mut best: Option<(usize, f64, Vec<f64>)> = None;
         let mut runs = Vec::with_capacity(minima.len());
@@ -364,10 +307,22 @@ impl Training {
                     if best.as_ref().is_none_or(|(_, o, _)| m.objective < *o) {
                         best = Some((n, m.objective, m.z));
                     }
-                    runs.push(Run { start, objective: Some(m.objective), iterations: m.iterations, evaluations: m.evaluations, reason: m.reason });
+                    runs.push(Run {
+                        start,
+                        objective: Some(m.objective),
+                        iterations: m.iterations,
+                        evaluations: m.evaluations,
+                        reason: m.reason,
+                    });
                 }
                 Err(e) => {
-                    runs.push(Run { start, objective: None, iterations: 0, evaluations: 0, reason: Reason::Evaluation(e.to_string()) });
+                    runs.push(Run {
+                        start,
+                        objective: None,
+                        iterations: 0,
+                        evaluations: 0,
+                        reason: Reason::Evaluation(e.to_string()),
+                    });
                     first_error.get_or_insert(e);
                 }
             }
@@ -375,8 +330,14 @@ impl Training {
         let Some((best_run, objective, z)) = best.filter(|b| b.1.is_finite()) else {
             return Err(match first_error {
                 Some(e) if runs.len() == 1 => e,
-                Some(e) => GpError::Training { starts: runs.len(), first: e.to_string() },
-                None => GpError::Training { starts: runs.len(), first: "the evidence is not finite".into() },
+                Some(e) => GpError::Training {
+                    starts: runs.len(),
+                    first: e.to_string(),
+                },
+                None => GpError::Training {
+                    starts: runs.len(),
+                    first: "the evidence is not finite".into(),
+                },
             });
         };
         let (model, theta) = problem.split(&z)?;
@@ -392,10 +353,22 @@ impl Training {
             }
         };
         let at_bounds = (0..z.len())
-            .filter(|&i| !self.rules[i].fixed && (z[i] <= self.rules[i].lower || z[i] >= self.rules[i].upper))
+            .filter(|&i| {
+                !self.rules[i].fixed && (z[i] <= self.rules[i].lower || z[i] >= self.rules[i].upper)
+            })
             .map(|i| self.names[i].clone())
             .collect();
-        Ok(Fitted { model, theta, nll, objective, jitter, at_bounds, best_run, runs, seed: self.seed })
+        Ok(Fitted {
+            model,
+            theta,
+            nll,
+            objective,
+            jitter,
+            at_bounds,
+            best_run,
+            runs,
+            seed: self.seed,
+        })
     }
 }
 
@@ -407,7 +380,10 @@ mod tests {
     fn patterns_match_names() {
         assert!(matches("theta[0]", "theta[0]"));
         assert!(!matches("theta[0]", "theta[01]"));
-        assert!(matches("term[*].log_length[*]", "term[3].sum[0].log_length[12]"));
+        assert!(matches(
+            "term[*].log_length[*]",
+            "term[3].sum[0].log_length[12]"
+        ));
         assert!(matches("*log_variance", "term[0].log_variance"));
         assert!(!matches("*log_variance", "term[0].log_variance[2]"));
         assert!(matches("*", "anything"));

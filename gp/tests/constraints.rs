@@ -5,7 +5,8 @@ mod common;
 
 use faer::{Mat, mat};
 use gp::{
-    Functionals, GaussPoint, GpError, Inputs, Kernel, LatentPrior, Layout, Model, Posterior, Quantity, sample_prior,
+    Functionals, GaussPoint, GpError, Inputs, Kernel, LatentPrior, Layout, Model, Posterior,
+    Quantity, sample_prior,
 };
 use rand::{RngExt, SeedableRng};
 
@@ -14,8 +15,15 @@ fn states(count: usize, seed: u64) -> Vec<Vec<f64>> {
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
     (0..count)
         .map(|_| {
-            let (speed, q3) = (rng.random_range(0.0..1.0f64), rng.random_range(0.0..6.28f64));
-            vec![speed * q3.cos(), speed * q3.sin(), q3, rng.random_range(-0.5..0.5), 0.3, -0.1]
+            let (speed, q3) = (rng.random_range(0.0..1.0f64), rng.random_range(0.0..6.2f64));
+            vec![
+                speed * q3.cos(),
+                speed * q3.sin(),
+                q3,
+                rng.random_range(-0.5..0.5),
+                0.3,
+                -0.1,
+            ]
         })
         .collect()
 }
@@ -24,7 +32,10 @@ fn functionals(x: &[Vec<f64>], quantity: Quantity, layout: Layout) -> Functional
     let mut out = Functionals::new(6, layout.n_latent(3));
     for x in x {
         let s = common::unicycle(x, &[0.05, 0.02]);
-        let r = GaussPoint::new(&s.mass, &s.a, &s.b, &s.known).unwrap().rows(quantity, layout).unwrap();
+        let r = GaussPoint::new(&s.mass, &s.a, &s.b, &s.known)
+            .unwrap()
+            .rows(quantity, layout)
+            .unwrap();
         out.push(x, &r.h, &r.mean).unwrap();
     }
     out
@@ -52,20 +63,32 @@ fn means_and_samples_obey_the_constraint() {
     for layout in [Layout::Force, Layout::SplitForce, Layout::Acceleration] {
         let model = model(layout);
         let data = functionals(&train, Quantity::Acceleration, layout);
-        let y: Vec<f64> = data.mean().iter().enumerate().map(|(i, m)| m + 0.1 * (i as f64).sin()).collect();
+        let y: Vec<f64> = data
+            .mean()
+            .iter()
+            .enumerate()
+            .map(|(i, m)| m + 0.1 * (i as f64).sin())
+            .collect();
         let posterior = Posterior::new(&model, &data, &y).unwrap();
         let at = functionals(&test, Quantity::Acceleration, layout);
         assert!(violation(&test, &posterior.mean(&at).unwrap()) < 1e-10);
         let inputs = Inputs::from_rows(&test).unwrap();
-        for samples in [posterior.sample(&inputs, 5, 7).unwrap(), sample_prior(&model, &inputs, 5, 7).unwrap()] {
+        for samples in [
+            posterior.sample(&inputs, 5, 7).unwrap(),
+            sample_prior(&model, &inputs, 5, 7).unwrap(),
+        ] {
             let a = samples.quantity(&at).unwrap();
             assert_eq!(a.len(), 5);
             for a in &a {
                 assert!(violation(&test, a) < 1e-10, "{}", violation(&test, a));
             }
             // One draw tells one story: a = M⁻¹ (Q̄ + Q_I).
-            let force = samples.quantity(&functionals(&test, Quantity::TotalForce, layout)).unwrap();
-            let ideal = samples.quantity(&functionals(&test, Quantity::ConstraintForce, layout)).unwrap();
+            let force = samples
+                .quantity(&functionals(&test, Quantity::TotalForce, layout))
+                .unwrap();
+            let ideal = samples
+                .quantity(&functionals(&test, Quantity::ConstraintForce, layout))
+                .unwrap();
             for (i, x) in test.iter().enumerate() {
                 let s = common::unicycle(x, &[0.05, 0.02]);
                 for r in 0..3 {
@@ -83,10 +106,19 @@ fn forces_predict_accelerations_and_the_other_way_round() {
     let x = states(12, 5);
     let model = Model::new(model(Layout::Force).prior, &[1e-10; 3]).unwrap();
     let data = functionals(&x, Quantity::TotalForce, Layout::Force);
-    let y: Vec<f64> = data.mean().iter().enumerate().map(|(i, m)| m + 0.2 * (i as f64 * 0.9).cos()).collect();
+    let y: Vec<f64> = data
+        .mean()
+        .iter()
+        .enumerate()
+        .map(|(i, m)| m + 0.2 * (i as f64 * 0.9).cos())
+        .collect();
     let posterior = Posterior::new(&model, &data, &y).unwrap();
-    let a = posterior.mean(&functionals(&x, Quantity::Acceleration, Layout::Force)).unwrap();
-    let lambda = posterior.mean(&functionals(&x, Quantity::Multiplier, Layout::Force)).unwrap();
+    let a = posterior
+        .mean(&functionals(&x, Quantity::Acceleration, Layout::Force))
+        .unwrap();
+    let lambda = posterior
+        .mean(&functionals(&x, Quantity::Multiplier, Layout::Force))
+        .unwrap();
     for (i, x) in x.iter().enumerate() {
         let s = common::unicycle(x, &[0.05, 0.02]);
         for r in 0..3 {
@@ -108,7 +140,8 @@ fn mixed_measurements_narrow_the_posterior() {
     let forces = functionals(&x, Quantity::Multiplier, layout);
     for i in 0..x.len() {
         let r = forces.rows_of(i).start;
-        data.push_on_channels(&x[i], forces.row(r), &forces.mean()[r..r + 1], &[3]).unwrap();
+        data.push_on_channels(&x[i], forces.row(r), &forces.mean()[r..r + 1], &[3])
+            .unwrap();
     }
     let both = Posterior::new(&model, &data, &[y, forces.mean().to_vec()].concat()).unwrap();
     let wide: f64 = alone.predict(&forces).unwrap().variance.iter().sum();
@@ -119,12 +152,18 @@ fn mixed_measurements_narrow_the_posterior() {
 #[test]
 fn redundant_rows_change_nothing() {
     let mass = mat![[2.0, 0.3, 0.0], [0.3, 1.0, 0.1], [0.0, 0.1, 0.5]];
-    let (single, twice) = (mat![[1.0, -1.0, 0.5]], mat![[1.0, -1.0, 0.5], [-2.0, 2.0, -1.0]]);
+    let (single, twice) = (
+        mat![[1.0, -1.0, 0.5]],
+        mat![[1.0, -1.0, 0.5], [-2.0, 2.0, -1.0]],
+    );
     let known = [0.5, -1.0, 2.0];
     let a = GaussPoint::new(&mass, &single, &[0.7], &known).unwrap();
     let b = GaussPoint::new(&mass, &twice, &[0.7, -1.4], &known).unwrap();
     for quantity in [Quantity::Acceleration, Quantity::ConstraintForce] {
-        let (a, b) = (a.rows(quantity, Layout::Force).unwrap(), b.rows(quantity, Layout::Force).unwrap());
+        let (a, b) = (
+            a.rows(quantity, Layout::Force).unwrap(),
+            b.rows(quantity, Layout::Force).unwrap(),
+        );
         for (a, b) in a.h.iter().chain(&a.mean).zip(b.h.iter().chain(&b.mean)) {
             assert!((a - b).abs() < 1e-12, "{a} {b}");
         }
@@ -146,11 +185,41 @@ fn singular_inertia_and_no_constraint_at_all() {
     }
     let lambda = p.rows(Quantity::Multiplier, Layout::Force).unwrap();
     assert!((lambda.mean[0] - 1.0).abs() < 1e-12);
-    assert!(matches!(p.rows(Quantity::UnconstrainedAcceleration, Layout::Force), Err(GpError::Singular { .. })));
+    assert!(matches!(
+        p.rows(Quantity::UnconstrainedAcceleration, Layout::Force),
+        Err(GpError::Singular { .. })
+    ));
     let free = mat![[0.0, 1.0, 0.0]];
-    assert!(GaussPoint::new(&mat![[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 2.0]], &free, &[0.0], &[0.0; 3]).is_err());
+    assert!(
+        GaussPoint::new(
+            &mat![[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 2.0]],
+            &free,
+            &[0.0],
+            &[0.0; 3]
+        )
+        .is_err()
+    );
     let open = GaussPoint::new(&mat![[2.0]], &Mat::zeros(0, 1), &[], &[4.0]).unwrap();
-    assert!((open.rows(Quantity::Acceleration, Layout::Force).unwrap().mean[0] - 2.0).abs() < 1e-14);
-    assert_eq!(open.rows(Quantity::Multiplier, Layout::Force).unwrap().mean.len(), 0);
-    assert_eq!(open.rows(Quantity::ConstraintForce, Layout::Force).unwrap().mean, vec![0.0]);
+    assert!(
+        (open
+            .rows(Quantity::Acceleration, Layout::Force)
+            .unwrap()
+            .mean[0]
+            - 2.0)
+            .abs()
+            < 1e-14
+    );
+    assert_eq!(
+        open.rows(Quantity::Multiplier, Layout::Force)
+            .unwrap()
+            .mean
+            .len(),
+        0
+    );
+    assert_eq!(
+        open.rows(Quantity::ConstraintForce, Layout::Force)
+            .unwrap()
+            .mean,
+        vec![0.0]
+    );
 }

@@ -5,8 +5,8 @@ mod common;
 
 use common::State;
 use gp::{
-    Atlas, Chart, Functionals, GaussPoint, Inputs, Kernel, LatentPrior, Layout, Mixing, Model, Problem, Quantity,
-    Structure, Tangent, Term, Workspace, evidence, nll,
+    Atlas, Chart, Functionals, GaussPoint, Inputs, Kernel, LatentPrior, Layout, Mixing, Model,
+    Problem, Quantity, Structure, Tangent, Term, Workspace, evidence, nll,
 };
 use proptest::prelude::*;
 use rand::{Rng, RngExt, SeedableRng};
@@ -15,7 +15,9 @@ use rand_chacha::ChaCha8Rng;
 const DIMS: usize = 3;
 
 fn leaf(rng: &mut impl Rng, dims: usize) -> Kernel {
-    let mut some = |n: usize, lo: f64, hi: f64| -> Vec<f64> { (0..n).map(|_| rng.random_range(lo..hi)).collect() };
+    let mut some = |n: usize, lo: f64, hi: f64| -> Vec<f64> {
+        (0..n).map(|_| rng.random_range(lo..hi)).collect()
+    };
     let (l, v) = (some(dims, 0.5, 3.0), some(1, 0.3, 2.0)[0]);
     let p = some(dims, 1.0, 4.0);
     match rng.random_range(0..7) {
@@ -45,7 +47,9 @@ fn mixing(rng: &mut impl Rng, n: usize) -> Mixing {
         1 => Mixing::Each((0..n).rev().collect()),
         _ => Mixing::Coregion {
             dims: (0..n).rev().collect(),
-            weights: (0..n).map(|_| vec![rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0)]).collect(),
+            weights: (0..n)
+                .map(|_| vec![rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0)])
+                .collect(),
             log_kappa: (0..n).map(|_| rng.random_range(-2.0..0.0)).collect(),
         },
     }
@@ -55,12 +59,21 @@ fn mixing(rng: &mut impl Rng, n: usize) -> Mixing {
 fn random(seed: u64) -> (Model, Functionals, Vec<f64>) {
     let rng = &mut ChaCha8Rng::seed_from_u64(seed);
     let n = rng.random_range(1..4);
-    let terms = (0..rng.random_range(1..4)).map(|_| Term { kernel: kernel(rng, DIMS, 2), mixing: mixing(rng, n) }).collect();
+    let terms = (0..rng.random_range(1..4))
+        .map(|_| Term {
+            kernel: kernel(rng, DIMS, 2),
+            mixing: mixing(rng, n),
+        })
+        .collect();
     let model = Model::new(LatentPrior::new(n, terms).unwrap(), &[0.3, 0.2, 0.4]).unwrap();
     let mut f = Functionals::new(DIMS, n);
     let mut y = Vec::new();
     // 150 points cross the width of a tile now and then.
-    let points = if seed % 16 == 0 { 140 } else { rng.random_range(2..12) };
+    let points = if seed.is_multiple_of(16) {
+        140
+    } else {
+        rng.random_range(2..12)
+    };
     for i in 0..points {
         let x: Vec<f64> = (0..DIMS).map(|_| rng.random_range(-2.0..2.0)).collect();
         let rows = if i == 0 { 2 } else { rng.random_range(0..4) };
@@ -195,13 +208,28 @@ fn every_physical_parameter_quantity_and_layout() {
     let rng = &mut ChaCha8Rng::seed_from_u64(3);
     type System = (fn(&[f64], &[f64]) -> State, usize, Vec<f64>);
     let systems: [System; 3] = [
-        (common::surface, 9, vec![0.08, 0.05, 0.05, 0.01, -0.02, 0.1, 3.0]),
+        (
+            common::surface,
+            9,
+            vec![0.08, 0.05, 0.05, 0.01, -0.02, 0.1, 3.0],
+        ),
         (common::unicycle, 6, vec![0.05, 0.02]),
-        (common::duffing, 5, vec![1.0, 0.3, 6.0, 10.0, 12.0, 0.1, 0.15]),
+        (
+            common::duffing,
+            5,
+            vec![1.0, 0.3, 6.0, 10.0, 12.0, 0.1, 0.15],
+        ),
     ];
     for (system, dims, p) in systems {
-        let x: Vec<Vec<f64>> = (0..5).map(|_| (0..dims).map(|_| rng.random_range(-1.0..1.0)).collect()).collect();
-        for layout in [Layout::Force, Layout::SplitForce, Layout::Acceleration, Layout::ForceAndOutput] {
+        let x: Vec<Vec<f64>> = (0..5)
+            .map(|_| (0..dims).map(|_| rng.random_range(-1.0..1.0)).collect())
+            .collect();
+        for layout in [
+            Layout::Force,
+            Layout::SplitForce,
+            Layout::Acceleration,
+            Layout::ForceAndOutput,
+        ] {
             for quantity in [
                 Quantity::Acceleration,
                 Quantity::UnconstrainedAcceleration,
@@ -209,7 +237,13 @@ fn every_physical_parameter_quantity_and_layout() {
                 Quantity::ConstraintForce,
                 Quantity::TotalForce,
             ] {
-                let structure = Physical { system, layout, quantity, x: x.clone(), n_theta: p.len() };
+                let structure = Physical {
+                    system,
+                    layout,
+                    quantity,
+                    x: x.clone(),
+                    n_theta: p.len(),
+                };
                 check(&structure, &p);
             }
         }
@@ -219,21 +253,36 @@ fn every_physical_parameter_quantity_and_layout() {
 fn check(structure: &Physical, p: &[f64]) {
     let f = structure.functionals(p).unwrap();
     let y: Vec<f64> = (0..f.n_rows()).map(|i| (i as f64 * 1.7).sin()).collect();
-    let kernels = (0..f.n_latent()).map(|_| Kernel::squared_exponential(&vec![1.5; f.dims()], 1.0)).collect();
+    let kernels = (0..f.n_latent())
+        .map(|_| Kernel::squared_exponential(&vec![1.5; f.dims()], 1.0))
+        .collect();
     let model = Model::new(LatentPrior::independent(kernels), &[0.3; 3]).unwrap();
     let charts = p
         .iter()
         .enumerate()
         .map(|(i, &v)| match i % 3 {
             0 if v > 0.0 => Chart::Positive,
-            1 => Chart::Interval { lower: v - 0.3, upper: v + 0.5 },
+            1 => Chart::Interval {
+                lower: v - 0.3,
+                upper: v + 0.5,
+            },
             _ => Chart::Free,
         })
         .collect();
     let atlas = Atlas::new(charts, p.len()).unwrap();
     let sparse = f.inputs().subset(&[0, 2]);
-    compare(structure, Problem::new(model.clone(), structure, &y).with_theta(p, atlas.clone()), p);
-    compare(structure, Problem::new(model, structure, &y).with_theta(p, atlas).through(sparse), p);
+    compare(
+        structure,
+        Problem::new(model.clone(), structure, &y).with_theta(p, atlas.clone()),
+        p,
+    );
+    compare(
+        structure,
+        Problem::new(model, structure, &y)
+            .with_theta(p, atlas)
+            .through(sparse),
+        p,
+    );
 }
 
 fn compare(structure: &Physical, problem: Problem<'_>, p: &[f64]) {
@@ -251,7 +300,12 @@ fn compare(structure: &Physical, problem: Problem<'_>, p: &[f64]) {
         };
         let h = 1e-4;
         let numeric = (8.0 * (at(h) - at(-h)) - at(2.0 * h) + at(-2.0 * h)) / (12.0 * h);
-        let name = format!("{:?} {:?} theta {}", structure.quantity, structure.layout, i - first);
+        let name = format!(
+            "{:?} {:?} theta {}",
+            structure.quantity,
+            structure.layout,
+            i - first
+        );
         close(&name, exact[i], numeric, scale);
     }
 }

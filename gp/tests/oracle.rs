@@ -4,7 +4,8 @@ mod common;
 
 use common::State;
 use gp::{
-    Functionals, GaussPoint, Kernel, LatentPrior, Layout, Model, Posterior, Quantity, Tangent, Workspace, evidence,
+    Functionals, GaussPoint, Kernel, LatentPrior, Layout, Model, Posterior, Quantity, Tangent,
+    Workspace, evidence,
 };
 use serde_json::Value;
 
@@ -26,7 +27,11 @@ fn rows(v: &Value) -> Vec<Vec<f64>> {
 fn difference(got: &[f64], want: &[f64]) -> f64 {
     assert_eq!(got.len(), want.len());
     let scale = want.iter().fold(0.0f64, |m, w| m.max(w.abs())).max(1e-12);
-    got.iter().zip(want).map(|(g, w)| (g - w).abs()).fold(0.0, f64::max) / scale
+    got.iter()
+        .zip(want)
+        .map(|(g, w)| (g - w).abs())
+        .fold(0.0, f64::max)
+        / scale
 }
 
 type System = fn(&[f64], &[f64]) -> State;
@@ -47,10 +52,16 @@ impl Case<'_> {
     }
 
     fn functionals(&self, x: &[Vec<f64>], p: &[f64], quantity: Quantity) -> Functionals {
-        let mut out = Functionals::new(x[0].len(), self.layout.n_latent(self.state(&x[0], p).known.len()));
+        let mut out = Functionals::new(
+            x[0].len(),
+            self.layout.n_latent(self.state(&x[0], p).known.len()),
+        );
         for x in x {
             let s = self.state(x, p);
-            let r = GaussPoint::new(&s.mass, &s.a, &s.b, &s.known).unwrap().rows(quantity, self.layout).unwrap();
+            let r = GaussPoint::new(&s.mass, &s.a, &s.b, &s.known)
+                .unwrap()
+                .rows(quantity, self.layout)
+                .unwrap();
             out.push(x, &r.h, &r.mean).unwrap();
         }
         out
@@ -62,7 +73,9 @@ impl Case<'_> {
             let s = self.state(x, p);
             let point = GaussPoint::new(&s.mass, &s.a, &s.b, &s.known).unwrap();
             for (out, d) in out.iter_mut().zip(&s.tangents) {
-                let t = point.tangent(d, Quantity::Acceleration, self.layout).unwrap();
+                let t = point
+                    .tangent(d, Quantity::Acceleration, self.layout)
+                    .unwrap();
                 out.rows.extend(t.rows);
                 out.mean.extend(t.mean);
             }
@@ -82,8 +95,13 @@ impl Case<'_> {
 
     /// Our order: per kernel `ln l, ln σ²`; the file's: all `ln l`, then all `ln σ²`.
     fn gradient(&self, model: &Model, e: &gp::Evidence) -> Vec<f64> {
-        let (n, d) = (model.prior.n_latent(), numbers(&self.reference["hyper"]["ell"]).len() / model.prior.n_latent());
-        let mut out: Vec<f64> = (0..n).flat_map(|i| e.gradient[i * (d + 1)..i * (d + 1) + d].to_vec()).collect();
+        let (n, d) = (
+            model.prior.n_latent(),
+            numbers(&self.reference["hyper"]["ell"]).len() / model.prior.n_latent(),
+        );
+        let mut out: Vec<f64> = (0..n)
+            .flat_map(|i| e.gradient[i * (d + 1)..i * (d + 1) + d].to_vec())
+            .collect();
         out.extend((0..n).map(|i| e.gradient[i * (d + 1) + d]));
         out.extend(&e.gradient[n * (d + 1)..]);
         out.extend(&e.theta);
@@ -107,10 +125,23 @@ fn run(case: &Case, want: &Value, name: &str) -> f64 {
     let mut work = Workspace::default();
     let full = evidence(&model, &data, &y, &case.tangents(&x, &p), &mut work).unwrap();
     let half = evidence(&model, &data, &y, &[], &mut work).unwrap();
-    check(&format!("{name} evidence"), &[full.nll], &want["nll"], &mut worst);
-    check(&format!("{name} gradient"), &case.gradient(&model, &full), &want["nll_grad"], &mut worst);
+    check(
+        &format!("{name} evidence"),
+        &[full.nll],
+        &want["nll"],
+        &mut worst,
+    );
+    check(
+        &format!("{name} gradient"),
+        &case.gradient(&model, &full),
+        &want["nll_grad"],
+        &mut worst,
+    );
     let d = difference(&half.gradient, &full.gradient);
-    assert!(d < TOLERANCE, "{name}: the two gradient routes differ by {d:e}");
+    assert!(
+        d < TOLERANCE,
+        "{name}: the two gradient routes differ by {d:e}"
+    );
     let posterior = Posterior::new(&model, &data, &y).unwrap();
     assert_eq!(posterior.jitter(), 0.0);
     let test = rows(&r["X_test"]);
@@ -122,11 +153,30 @@ fn run(case: &Case, want: &Value, name: &str) -> f64 {
         ("QI", Quantity::ConstraintForce),
     ] {
         let at = case.functionals(&test, &p, quantity);
-        compare(&posterior, &at, &want[key], &format!("{name} {key}"), &mut worst);
+        compare(
+            &posterior,
+            &at,
+            &want[key],
+            &format!("{name} {key}"),
+            &mut worst,
+        );
     }
-    let moved = Case { system: case.other, ..*case };
-    let at = moved.functionals(&rows(&r["X_transfer"]), &numbers(&r["p_transfer"]), Quantity::Acceleration);
-    compare(&posterior, &at, &want["transfer_qdd"], &format!("{name} transfer"), &mut worst);
+    let moved = Case {
+        system: case.other,
+        ..*case
+    };
+    let at = moved.functionals(
+        &rows(&r["X_transfer"]),
+        &numbers(&r["p_transfer"]),
+        Quantity::Acceleration,
+    );
+    compare(
+        &posterior,
+        &at,
+        &want["transfer_qdd"],
+        &format!("{name} transfer"),
+        &mut worst,
+    );
     baumgarte(case, &posterior, want, name, &mut worst);
     worst
 }
@@ -135,11 +185,22 @@ fn compare(posterior: &Posterior, at: &Functionals, want: &Value, name: &str, wo
     let prediction = posterior.predict(at).unwrap();
     let covariance = posterior.covariance(at).unwrap();
     let n = at.n_rows();
-    let flat: Vec<f64> = (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).map(|(i, j)| covariance[(i, j)]).collect();
-    check(&format!("{name} mean"), &prediction.mean, &want["mean"], worst);
+    let flat: Vec<f64> = (0..n)
+        .flat_map(|i| (0..n).map(move |j| (i, j)))
+        .map(|(i, j)| covariance[(i, j)])
+        .collect();
+    check(
+        &format!("{name} mean"),
+        &prediction.mean,
+        &want["mean"],
+        worst,
+    );
     check(&format!("{name} covariance"), &flat, &want["cov"], worst);
     let diagonal: Vec<f64> = (0..n).map(|i| covariance[(i, i)]).collect();
-    assert!(difference(&prediction.variance, &diagonal) < 1e-9, "{name}: variance and covariance disagree");
+    assert!(
+        difference(&prediction.variance, &diagonal) < 1e-9,
+        "{name}: variance and covariance disagree"
+    );
 }
 
 /// `b̃` replaces `b` in the mean of states off the constraint.
@@ -155,7 +216,12 @@ fn baumgarte(case: &Case, posterior: &Posterior, want: &Value, name: &str, worst
         at.push(x, &r.h, &r.mean).unwrap();
     }
     let mean = posterior.mean(&at).unwrap();
-    check(&format!("{name} Baumgarte"), &mean, &want["baumgarte"]["mean"], worst);
+    check(
+        &format!("{name} Baumgarte"),
+        &mean,
+        &want["baumgarte"]["mean"],
+        worst,
+    );
 }
 
 #[test]
@@ -175,8 +241,18 @@ fn every_number_of_the_reference() {
             ("accel_QK", Layout::Acceleration, true),
         ] {
             let reference = &file["systems"][system];
-            let case = Case { system: f, other, reference, known, layout };
-            let worst = run(&case, &reference["models"][model], &format!("{system} {model}"));
+            let case = Case {
+                system: f,
+                other,
+                reference,
+                known,
+                layout,
+            };
+            let worst = run(
+                &case,
+                &reference["models"][model],
+                &format!("{system} {model}"),
+            );
             println!("{system:>9} {model:<11} largest relative difference {worst:.1e}");
         }
     }

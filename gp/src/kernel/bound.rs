@@ -11,7 +11,11 @@ pub(crate) enum Bound<'a> {
     Leaf(Leaf<'a>),
     Sum(Vec<Bound<'a>>),
     Product(Vec<Bound<'a>>),
-    Scaled { factor: f64, inner: Box<Bound<'a>>, at: usize },
+    Scaled {
+        factor: f64,
+        inner: Box<Bound<'a>>,
+        at: usize,
+    },
 }
 
 impl<'a> Bound<'a> {
@@ -43,40 +47,75 @@ impl<'a> Bound<'a> {
         let inv = |v: &[f64]| -> Vec<f64> { v.iter().map(|v| (-v).exp()).collect() };
         match kernel {
             Kernel::SquaredExponential(a) => leaf(
-                Form::SquaredExponential { inverse_lengths: inv(&a.log_lengths), variance: a.log_variance.exp() },
+                Form::SquaredExponential {
+                    inverse_lengths: inv(&a.log_lengths),
+                    variance: a.log_variance.exp(),
+                },
                 a.log_lengths.len() + 1,
             ),
             Kernel::Matern32(a) => leaf(
-                Form::Matern32 { inverse_lengths: inv(&a.log_lengths), variance: a.log_variance.exp() },
+                Form::Matern32 {
+                    inverse_lengths: inv(&a.log_lengths),
+                    variance: a.log_variance.exp(),
+                },
                 a.log_lengths.len() + 1,
             ),
             Kernel::Matern52(a) => leaf(
-                Form::Matern52 { inverse_lengths: inv(&a.log_lengths), variance: a.log_variance.exp() },
+                Form::Matern52 {
+                    inverse_lengths: inv(&a.log_lengths),
+                    variance: a.log_variance.exp(),
+                },
                 a.log_lengths.len() + 1,
             ),
-            Kernel::Linear { log_variances } => {
-                leaf(Form::Linear { variances: exp(log_variances) }, log_variances.len())
-            }
-            Kernel::Bias { log_variance } => leaf(Form::Bias { variance: log_variance.exp() }, 1),
-            Kernel::White { log_variance } => leaf(Form::White { variance: log_variance.exp() }, 1),
+            Kernel::Linear { log_variances } => leaf(
+                Form::Linear {
+                    variances: exp(log_variances),
+                },
+                log_variances.len(),
+            ),
+            Kernel::Bias { log_variance } => leaf(
+                Form::Bias {
+                    variance: log_variance.exp(),
+                },
+                1,
+            ),
+            Kernel::White { log_variance } => leaf(
+                Form::White {
+                    variance: log_variance.exp(),
+                },
+                1,
+            ),
             Kernel::Periodic(c) => leaf(
                 Form::Periodic {
-                    frequencies: inv(&c.log_periods).iter().map(|f| f * std::f64::consts::PI).collect(),
+                    frequencies: inv(&c.log_periods)
+                        .iter()
+                        .map(|f| f * std::f64::consts::PI)
+                        .collect(),
                     inverse_lengths: inv(&c.log_lengths),
                     variance: c.log_variance.exp(),
                 },
                 2 * c.log_periods.len() + 1,
             ),
-            Kernel::Sum(parts) => {
-                Self::Sum(parts.iter().map(|p| Self::build(p, rows, cols, dims, at)).collect())
-            }
-            Kernel::Product(parts) => {
-                Self::Product(parts.iter().map(|p| Self::build(p, rows, cols, dims, at)).collect())
-            }
+            Kernel::Sum(parts) => Self::Sum(
+                parts
+                    .iter()
+                    .map(|p| Self::build(p, rows, cols, dims, at))
+                    .collect(),
+            ),
+            Kernel::Product(parts) => Self::Product(
+                parts
+                    .iter()
+                    .map(|p| Self::build(p, rows, cols, dims, at))
+                    .collect(),
+            ),
             Kernel::Scaled { log_factor, inner } => {
                 *at += 1;
                 let inner = Box::new(Self::build(inner, rows, cols, dims, at));
-                Self::Scaled { factor: log_factor.exp(), inner, at: first }
+                Self::Scaled {
+                    factor: log_factor.exp(),
+                    inner,
+                    at: first,
+                }
             }
             Kernel::On { dims: seen, inner } => {
                 let dims: Vec<usize> = seen.iter().map(|&d| dims[d]).collect();

@@ -4,13 +4,32 @@ use crate::simd::{TILE, axpy, dispatch, exp, sum, weighted_square};
 
 /// A leaf kernel with its parameters in natural scale.
 pub(crate) enum Form {
-    SquaredExponential { inverse_lengths: Vec<f64>, variance: f64 },
-    Matern32 { inverse_lengths: Vec<f64>, variance: f64 },
-    Matern52 { inverse_lengths: Vec<f64>, variance: f64 },
-    Linear { variances: Vec<f64> },
-    Bias { variance: f64 },
-    White { variance: f64 },
-    Periodic { frequencies: Vec<f64>, inverse_lengths: Vec<f64>, variance: f64 },
+    SquaredExponential {
+        inverse_lengths: Vec<f64>,
+        variance: f64,
+    },
+    Matern32 {
+        inverse_lengths: Vec<f64>,
+        variance: f64,
+    },
+    Matern52 {
+        inverse_lengths: Vec<f64>,
+        variance: f64,
+    },
+    Linear {
+        variances: Vec<f64>,
+    },
+    Bias {
+        variance: f64,
+    },
+    White {
+        variance: f64,
+    },
+    Periodic {
+        frequencies: Vec<f64>,
+        inverse_lengths: Vec<f64>,
+        variance: f64,
+    },
 }
 
 /// A leaf with the columns of inputs it reads and the place of its parameters.
@@ -41,18 +60,27 @@ impl Leaf<'_> {
     /// See [`super::Bound::values`].
     pub(super) fn values(&self, col: usize, start: usize, out: &mut [f64]) {
         match &self.form {
-            Form::SquaredExponential { inverse_lengths, variance } => dispatch(|| {
+            Form::SquaredExponential {
+                inverse_lengths,
+                variance,
+            } => dispatch(|| {
                 self.squared_distance(inverse_lengths, col, start, out);
                 out.iter_mut().for_each(|o| *o = variance * exp(-0.5 * *o));
             }),
-            Form::Matern32 { inverse_lengths, variance } => dispatch(|| {
+            Form::Matern32 {
+                inverse_lengths,
+                variance,
+            } => dispatch(|| {
                 self.squared_distance(inverse_lengths, col, start, out);
                 for o in out.iter_mut() {
                     let r = SQRT_3 * o.sqrt();
                     *o = variance * (1.0 + r) * exp(-r);
                 }
             }),
-            Form::Matern52 { inverse_lengths, variance } => dispatch(|| {
+            Form::Matern52 {
+                inverse_lengths,
+                variance,
+            } => dispatch(|| {
                 self.squared_distance(inverse_lengths, col, start, out);
                 for o in out.iter_mut() {
                     let r = SQRT_5 * o.sqrt();
@@ -68,11 +96,19 @@ impl Leaf<'_> {
             Form::Bias { variance } => out.fill(*variance),
             Form::White { variance } => {
                 for (i, o) in out.iter_mut().enumerate() {
-                    let equal = self.rows.iter().zip(&self.cols).all(|(r, c)| r[start + i] == c[col]);
+                    let equal = self
+                        .rows
+                        .iter()
+                        .zip(&self.cols)
+                        .all(|(r, c)| r[start + i] == c[col]);
                     *o = if equal { *variance } else { 0.0 };
                 }
             }
-            Form::Periodic { frequencies, inverse_lengths, variance } => {
+            Form::Periodic {
+                frequencies,
+                inverse_lengths,
+                variance,
+            } => {
                 out.fill(0.0);
                 for (d, (rows, cols)) in self.rows.iter().zip(&self.cols).enumerate() {
                     for (o, x) in out.iter_mut().zip(&rows[start..]) {
@@ -88,20 +124,29 @@ impl Leaf<'_> {
     /// See [`super::Bound::accumulate`].
     pub(super) fn accumulate(&self, col: usize, start: usize, w: &[f64], grad: &mut [f64]) {
         match &self.form {
-            Form::SquaredExponential { inverse_lengths, variance } => {
+            Form::SquaredExponential {
+                inverse_lengths,
+                variance,
+            } => {
                 self.stationary(inverse_lengths, *variance, col, start, w, grad, |r2| {
                     let e = exp(-0.5 * r2);
                     (e, e)
                 });
             }
-            Form::Matern32 { inverse_lengths, variance } => {
+            Form::Matern32 {
+                inverse_lengths,
+                variance,
+            } => {
                 self.stationary(inverse_lengths, *variance, col, start, w, grad, |r2| {
                     let r = SQRT_3 * r2.sqrt();
                     let e = exp(-r);
                     ((1.0 + r) * e, 3.0 * e)
                 });
             }
-            Form::Matern52 { inverse_lengths, variance } => {
+            Form::Matern52 {
+                inverse_lengths,
+                variance,
+            } => {
                 self.stationary(inverse_lengths, *variance, col, start, w, grad, |r2| {
                     let r = SQRT_5 * r2.sqrt();
                     let e = exp(-r);
@@ -120,7 +165,11 @@ impl Leaf<'_> {
                 self.values(col, start, &mut tile[..w.len()]);
                 grad[self.at] += crate::simd::dot(w, &tile);
             }
-            Form::Periodic { frequencies, inverse_lengths, .. } => {
+            Form::Periodic {
+                frequencies,
+                inverse_lengths,
+                ..
+            } => {
                 self.periodic(frequencies, inverse_lengths, col, start, w, grad);
             }
         }
@@ -150,7 +199,8 @@ impl Leaf<'_> {
                 *s = w * variance * slope;
             }
             for (d, (rows, cols)) in self.rows.iter().zip(&self.cols).enumerate() {
-                grad[self.at + d] += weighted_square(s, &rows[start..], cols[col], inverse_lengths[d]);
+                grad[self.at + d] +=
+                    weighted_square(s, &rows[start..], cols[col], inverse_lengths[d]);
             }
             grad[self.at + self.rows.len()] += sum(k);
         });

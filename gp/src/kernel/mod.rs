@@ -5,6 +5,7 @@
 //! parameters are held as natural logarithms, and every gradient is exact and
 //! with respect to those logarithms.
 
+mod algebra;
 mod bound;
 mod forms;
 
@@ -99,7 +100,10 @@ fn logs(values: &[f64]) -> Vec<f64> {
 }
 
 fn ard(lengths: &[f64], variance: f64) -> Ard {
-    Ard { log_lengths: logs(lengths), log_variance: variance.ln() }
+    Ard {
+        log_lengths: logs(lengths),
+        log_variance: variance.ln(),
+    }
 }
 
 impl Kernel {
@@ -122,12 +126,16 @@ impl Kernel {
 
     /// `Σ_d v_d x_d x'_d` with variances `v`.
     pub fn linear(variances: &[f64]) -> Self {
-        Self::Linear { log_variances: logs(variances) }
+        Self::Linear {
+            log_variances: logs(variances),
+        }
     }
 
     /// The constant `variance`.
     pub fn bias(variance: f64) -> Self {
-        Self::Bias { log_variance: variance.ln() }
+        Self::Bias {
+            log_variance: variance.ln(),
+        }
     }
 
     /// Periodic kernel with one period and one length-scale per input.
@@ -141,17 +149,25 @@ impl Kernel {
 
     /// `variance` at equal inputs, 0 elsewhere.
     pub fn white(variance: f64) -> Self {
-        Self::White { log_variance: variance.ln() }
+        Self::White {
+            log_variance: variance.ln(),
+        }
     }
 
     /// `factor · self`, with `ln factor` as a parameter.
     pub fn scaled(self, factor: f64) -> Self {
-        Self::Scaled { log_factor: factor.ln(), inner: Box::new(self) }
+        Self::Scaled {
+            log_factor: factor.ln(),
+            inner: Box::new(self),
+        }
     }
 
     /// `self` acting only on the inputs `dims`.
     pub fn on(self, dims: &[usize]) -> Self {
-        Self::On { dims: dims.to_vec(), inner: Box::new(self) }
+        Self::On {
+            dims: dims.to_vec(),
+            inner: Box::new(self),
+        }
     }
 
     /// Number of parameters.
@@ -211,7 +227,11 @@ impl Kernel {
                 f(format!("{prefix}log_variance"), c.log_variance);
             }
             Self::Sum(parts) | Self::Product(parts) => {
-                let kind = if matches!(self, Self::Sum(_)) { "sum" } else { "product" };
+                let kind = if matches!(self, Self::Sum(_)) {
+                    "sum"
+                } else {
+                    "product"
+                };
                 for (i, part) in parts.iter().enumerate() {
                     part.visit(&format!("{prefix}{kind}[{i}]."), f);
                 }
@@ -264,7 +284,11 @@ impl Kernel {
 
     fn check_dims(&self, dims: usize) -> Result<()> {
         let same = |what: &str, found: usize| {
-            if found == dims { Ok(()) } else { Err(shape(what, format!("{dims} (input dimensions)"), found)) }
+            if found == dims {
+                Ok(())
+            } else {
+                Err(shape(what, format!("{dims} (input dimensions)"), found))
+            }
         };
         match self {
             Self::SquaredExponential(a) | Self::Matern32(a) | Self::Matern52(a) => {
@@ -278,14 +302,22 @@ impl Kernel {
             }
             Self::Sum(parts) | Self::Product(parts) => {
                 if parts.is_empty() {
-                    return Err(shape("parts of a sum or product of kernels", "at least 1", 0));
+                    return Err(shape(
+                        "parts of a sum or product of kernels",
+                        "at least 1",
+                        0,
+                    ));
                 }
                 parts.iter().try_for_each(|p| p.check_dims(dims))
             }
             Self::Scaled { inner, .. } => inner.check_dims(dims),
             Self::On { dims: seen, inner } => {
                 if let Some(d) = seen.iter().find(|&&d| d >= dims) {
-                    return Err(shape("kernel restriction", format!("input dimensions below {dims}"), d));
+                    return Err(shape(
+                        "kernel restriction",
+                        format!("input dimensions below {dims}"),
+                        d,
+                    ));
                 }
                 inner.check_dims(seen.len())
             }
@@ -343,34 +375,12 @@ impl Kernel {
 
     fn check_pair(&self, x: &Inputs, z: &Inputs) -> Result<()> {
         if x.dims() != z.dims() {
-            return Err(shape("input dimensions of the two sets", x.dims(), z.dims()));
+            return Err(shape(
+                "input dimensions of the two sets",
+                x.dims(),
+                z.dims(),
+            ));
         }
         self.check(x.dims())
-    }
-}
-
-impl std::ops::Add for Kernel {
-    type Output = Kernel;
-    fn add(self, other: Kernel) -> Kernel {
-        match self {
-            Kernel::Sum(mut parts) => {
-                parts.push(other);
-                Kernel::Sum(parts)
-            }
-            first => Kernel::Sum(vec![first, other]),
-        }
-    }
-}
-
-impl std::ops::Mul for Kernel {
-    type Output = Kernel;
-    fn mul(self, other: Kernel) -> Kernel {
-        match self {
-            Kernel::Product(mut parts) => {
-                parts.push(other);
-                Kernel::Product(parts)
-            }
-            first => Kernel::Product(vec![first, other]),
-        }
     }
 }

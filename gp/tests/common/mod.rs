@@ -33,9 +33,14 @@ pub fn surface(x: &[f64], p: &[f64]) -> State {
     let (q1, q2, v1, v2) = (x[0], x[1], x[3], x[4]);
     let m = 3.0;
     let (s, c) = (p[6] * q1).sin_cos();
-    let a = mat![[2.0 * p[0] * q1 + p[2] * q2 + p[3] - p[5] * p[6] * s, 2.0 * p[1] * q2 + p[2] * q1 + p[4], -1.0]];
+    let a = mat![[
+        2.0 * p[0] * q1 + p[2] * q2 + p[3] - p[5] * p[6] * s,
+        2.0 * p[1] * q2 + p[2] * q1 + p[4],
+        -1.0
+    ]];
     let b = vec![
-        -2.0 * p[0] * v1 * v1 - 2.0 * p[1] * v2 * v2 - 2.0 * p[2] * v1 * v2 + p[5] * p[6] * p[6] * v1 * v1 * c,
+        -2.0 * p[0] * v1 * v1 - 2.0 * p[1] * v2 * v2 - 2.0 * p[2] * v1 * v2
+            + p[5] * p[6] * p[6] * v1 * v1 * c,
     ];
     // (∂A1, ∂A2, ∂b) for each parameter.
     let d = [
@@ -45,19 +50,39 @@ pub fn surface(x: &[f64], p: &[f64]) -> State {
         (1.0, 0.0, 0.0),
         (0.0, 1.0, 0.0),
         (-p[6] * s, 0.0, p[6] * p[6] * v1 * v1 * c),
-        (-p[5] * s - p[5] * p[6] * q1 * c, 0.0, p[5] * v1 * v1 * (2.0 * p[6] * c - p[6] * p[6] * q1 * s)),
+        (
+            -p[5] * s - p[5] * p[6] * q1 * c,
+            0.0,
+            p[5] * v1 * v1 * (2.0 * p[6] * c - p[6] * p[6] * q1 * s),
+        ),
     ];
     let tangents = d
         .iter()
-        .map(|&(a1, a2, db)| PointTangent { a: mat![[a1, a2, 0.0]], b: vec![db], ..PointTangent::zero(3, 1) })
+        .map(|&(a1, a2, db)| PointTangent {
+            a: mat![[a1, a2, 0.0]],
+            b: vec![db],
+            ..PointTangent::zero(3, 1)
+        })
         .collect();
-    State { mass: Mat::<f64>::identity(3, 3) * faer::Scale(m), a, b, known: vec![x[6], x[7], x[8] - m * G], tangents }
+    State {
+        mass: Mat::<f64>::identity(3, 3) * faer::Scale(m),
+        a,
+        b,
+        known: vec![x[6], x[7], x[8] - m * G],
+        tangents,
+    }
 }
 
 /// Height of the surface minus `q3`.
 pub fn surface_gap(x: &[f64], p: &[f64]) -> f64 {
     let (q1, q2) = (x[0], x[1]);
-    p[0] * q1 * q1 + p[1] * q2 * q2 + p[2] * q1 * q2 + p[3] * q1 + p[4] * q2 + p[5] * (p[6] * q1).cos() - x[2]
+    p[0] * q1 * q1
+        + p[1] * q2 * q2
+        + p[2] * q1 * q2
+        + p[3] * q1
+        + p[4] * q2
+        + p[5] * (p[6] * q1).cos()
+        - x[2]
 }
 
 /// Velocity-quadratic damping `-0.2 m |v| v` of the particle (the true, unknown `Q_z`).
@@ -94,7 +119,11 @@ pub fn unicycle(x: &[f64], p: &[f64]) -> State {
 /// The unicycle with its wheel mounted 0.3 rad askew: the other constraint of the reference.
 pub fn skewed_unicycle(x: &[f64], p: &[f64]) -> State {
     let (s, c) = (x[2] + 0.3).sin_cos();
-    State { a: mat![[s, -c, 0.0]], b: vec![-x[3] * (x[0] * c + x[1] * s)], ..unicycle(x, p) }
+    State {
+        a: mat![[s, -c, 0.0]],
+        b: vec![-x[3] * (x[0] * c + x[1] * s)],
+        ..unicycle(x, p)
+    }
 }
 
 /// Controlled Duffing oscillator, masses 2 and 1, `x = [q1, q2, v1, v2, t]`,
@@ -108,17 +137,28 @@ pub fn duffing(x: &[f64], p: &[f64]) -> State {
     let db = [
         e * curve,
         p[0] * e * (-t * curve + 2.0 * p[1] * s - 2.0 * p[2] * c),
-        p[0] * e * (p[1] * p[1] * t * c - 2.0 * p[1] * c + 2.0 * p[1] * p[2] * t * s - 2.0 * p[2] * s - p[2] * p[2] * t * c),
+        p[0] * e
+            * (p[1] * p[1] * t * c - 2.0 * p[1] * c + 2.0 * p[1] * p[2] * t * s
+                - 2.0 * p[2] * s
+                - p[2] * p[2] * t * c),
     ];
-    let mut tangents: Vec<PointTangent> =
-        db.iter().map(|&v| PointTangent { b: vec![v], ..PointTangent::zero(2, 1) }).collect();
+    let mut tangents: Vec<PointTangent> = db
+        .iter()
+        .map(|&v| PointTangent {
+            b: vec![v],
+            ..PointTangent::zero(2, 1)
+        })
+        .collect();
     let known = [
         vec![-(q1 - q2), q1 - q2],
         vec![0.0, -q2],
         vec![-(v1 - v2), v1 - v2],
         vec![0.0, -v2],
     ];
-    tangents.extend(known.map(|known| PointTangent { known, ..PointTangent::zero(2, 1) }));
+    tangents.extend(known.map(|known| PointTangent {
+        known,
+        ..PointTangent::zero(2, 1)
+    }));
     State {
         mass: mat![[2.0, 0.0], [0.0, 1.0]],
         a: mat![[1.0, -1.0]],

@@ -6,6 +6,9 @@
 //! is `a = L b + P Q̄`, the multipliers `λ = Γ b - L^T Q̄`, `Q_I = +A^T λ`. No
 //! robot in here: the matrices come from generated code, a tape, or a hand.
 
+mod inverse;
+
+use self::inverse::{consistent, pseudo_inverse, singular_mass, stiffened};
 use crate::error::{GpError, Result, finite, shape};
 use crate::model::Tangent;
 use faer::linalg::solvers::Solve;
@@ -86,7 +89,12 @@ pub struct PointTangent {
 impl PointTangent {
     /// All derivatives zero.
     pub fn zero(n: usize, m: usize) -> Self {
-        Self { mass: Mat::zeros(n, n), a: Mat::zeros(m, n), b: vec![0.0; m], known: vec![0.0; n] }
+        Self {
+            mass: Mat::zeros(n, n),
+            a: Mat::zeros(m, n),
+            b: vec![0.0; m],
+            known: vec![0.0; n],
+        }
     }
 }
 
@@ -119,12 +127,21 @@ fn column(v: &[f64]) -> Mat<f64> {
 }
 
 fn entries(m: &Mat<f64>) -> Vec<f64> {
-    (0..m.nrows()).flat_map(|i| (0..m.ncols()).map(move |j| (i, j))).map(|(i, j)| m[(i, j)]).collect()
+    (0..m.nrows())
+        .flat_map(|i| (0..m.ncols()).map(move |j| (i, j)))
+        .map(|(i, j)| m[(i, j)])
+        .collect()
 }
 
 fn beside(left: Mat<f64>, right: &Mat<f64>) -> Mat<f64> {
     let n = left.ncols();
-    Mat::from_fn(left.nrows(), n + right.ncols(), |i, j| if j < n { left[(i, j)] } else { right[(i, j - n)] })
+    Mat::from_fn(left.nrows(), n + right.ncols(), |i, j| {
+        if j < n {
+            left[(i, j)]
+        } else {
+            right[(i, j - n)]
+        }
+    })
 }
 
 impl GaussPoint {
@@ -141,10 +158,21 @@ impl GaussPoint {
             return Err(shape(
                 "M and A",
                 format!("{n} × {n} and {m} × {n}"),
-                format!("{} × {} and {} × {}", mass.nrows(), mass.ncols(), a.nrows(), a.ncols()),
+                format!(
+                    "{} × {} and {} × {}",
+                    mass.nrows(),
+                    mass.ncols(),
+                    a.nrows(),
+                    a.ncols()
+                ),
             ));
         }
-        for (what, values) in [("M", entries(mass)), ("A", entries(a)), ("b", b.to_vec()), ("Q_K", known.to_vec())] {
+        for (what, values) in [
+            ("M", entries(mass)),
+            ("A", entries(a)),
+            ("b", b.to_vec()),
+            ("Q_K", known.to_vec()),
+        ] {
             finite(what, &values)?;
         }
         let eye = Mat::<f64>::identity(n, n);
@@ -160,7 +188,11 @@ impl GaussPoint {
         consistent(&g, &gamma, &b)?;
         let l = &inverse * &at * &gamma;
         let p = &inverse - &l * a * &inverse;
-        let gamma = if shift == 0.0 { gamma } else { gamma - Mat::<f64>::identity(m, m) * faer::Scale(shift) };
+        let gamma = if shift == 0.0 {
+            gamma
+        } else {
+            gamma - Mat::<f64>::identity(m, m) * faer::Scale(shift)
+        };
         Ok(Self {
             mass: mass.clone(),
             a: a.clone(),
@@ -190,7 +222,10 @@ impl GaussPoint {
         let (s, offset) = self.map(quantity)?;
         let mean = offset + &s * &self.known * faer::Scale(self.known_share(quantity));
         let h = self.over_latents(&s, quantity, layout)?;
-        Ok(Rows { h: entries(&h), mean: entries(&mean) })
+        Ok(Rows {
+            h: entries(&h),
+            mean: entries(&mean),
+        })
     }
 
     /// Derivative of [`GaussPoint::rows`] in one model parameter.
@@ -204,6 +239,16 @@ impl GaussPoint {
                 mend: "derivatives in model parameters need independent constraint rows and an invertible M; drop the redundant rows".into(),
             });
         }
+        let (n, m) = (self.mass.nrows(), self.a.nrows());
+        let sizes = |m: &Mat<f64>| (m.nrows(), m.ncols());
+        let found = (sizes(&d.mass), sizes(&d.a), d.b.len(), d.known.len());
+        if found != ((n, n), (m, n), m, n) {
+            return Err(shape(
+                "tangents of M, A, b, Q_K",
+                format!("{:?}", ((n, n), (m, n), m, n)),
+                format!("{found:?}"),
+            ));
+        }
         let (s, _) = self.map(quantity)?;
         let (ds, doffset) = self.map_tangent(d, quantity)?;
         let share = faer::Scale(self.known_share(quantity));
@@ -213,15 +258,21 @@ impl GaussPoint {
             h += &s * &d.mass;
         }
         if layout == Layout::ForceAndOutput && quantity == Quantity::Acceleration {
-            let n = self.mass.nrows();
             h = beside(ds, &Mat::zeros(n, n));
         }
-        Ok(Tangent { rows: entries(&h), mean: entries(&mean) })
+        Ok(Tangent {
+            rows: entries(&h),
+            mean: entries(&mean),
+        })
     }
 
     /// `Q_z` alone has no known part; everything else sees all of `Q_K`.
     fn known_share(&self, quantity: Quantity) -> f64 {
-        if quantity == Quantity::NonIdealForce { 0.0 } else { 1.0 }
+        if quantity == Quantity::NonIdealForce {
+            0.0
+        } else {
+            1.0
+        }
     }
 
     /// `s = S Q̄ + offset`: the map of a quantity from all forces but `Q_I`.
@@ -232,7 +283,9 @@ impl GaussPoint {
         let multiplier = || (-self.l.transpose().to_owned(), &self.gamma * &self.b);
         Ok(match quantity {
             Quantity::Acceleration => (self.p.clone(), &self.l * &self.b),
-            Quantity::UnconstrainedAcceleration => (self.mass_inv.clone().ok_or_else(singular_mass)?, none()),
+            Quantity::UnconstrainedAcceleration => {
+                (self.mass_inv.clone().ok_or_else(singular_mass)?, none())
+            }
             Quantity::Multiplier => multiplier(),
             Quantity::ConstraintForce => {
                 let (s, offset) = multiplier();
@@ -269,9 +322,14 @@ impl GaussPoint {
             Quantity::ConstraintForce => {
                 let (s, offset) = self.map(Quantity::Multiplier)?;
                 let (ds, doffset) = multiplier();
-                (dat * s + self.a.transpose() * ds, dat * offset + self.a.transpose() * doffset)
+                (
+                    dat * s + self.a.transpose() * ds,
+                    dat * offset + self.a.transpose() * doffset,
+                )
             }
-            Quantity::TotalForce | Quantity::Force | Quantity::NonIdealForce => (Mat::zeros(n, n), Mat::zeros(n, 1)),
+            Quantity::TotalForce | Quantity::Force | Quantity::NonIdealForce => {
+                (Mat::zeros(n, n), Mat::zeros(n, 1))
+            }
         })
     }
 
@@ -293,62 +351,10 @@ impl GaussPoint {
             (Layout::SplitForce, Quantity::Force) => beside(s.clone(), &zero),
             (Layout::SplitForce, Quantity::NonIdealForce) => beside(zero, s),
             (Layout::SplitForce, _) => beside(s.clone(), s),
-            (Layout::ForceAndOutput, Quantity::Acceleration) => beside(s.clone(), &Mat::identity(n, n)),
+            (Layout::ForceAndOutput, Quantity::Acceleration) => {
+                beside(s.clone(), &Mat::identity(n, n))
+            }
             (Layout::ForceAndOutput, _) => beside(s.clone(), &zero),
         })
     }
-}
-
-fn singular_mass() -> GpError {
-    GpError::Singular {
-        what: "M".into(),
-        mend: "the unconstrained acceleration does not exist; ask for another quantity".into(),
-    }
-}
-
-/// `(M + s A^T A)⁻¹` and `s`.
-fn stiffened(mass: &Mat<f64>, a: &Mat<f64>) -> Result<(Mat<f64>, f64)> {
-    let n = mass.nrows();
-    let gram = a.transpose() * a;
-    let trace = |m: &Mat<f64>| (0..n).map(|i| m[(i, i)]).sum::<f64>();
-    let s = trace(mass).abs().max(f64::MIN_POSITIVE) / trace(&gram).max(f64::MIN_POSITIVE);
-    let stiff = mass + gram * faer::Scale(s);
-    let factor = stiff.llt(Side::Lower).map_err(|_| GpError::Singular {
-        what: "M stacked on A".into(),
-        mend: "the acceleration is not determined: M must be positive definite on the null space of A".into(),
-    })?;
-    Ok((factor.solve(Mat::<f64>::identity(n, n)), s))
-}
-
-/// Moore–Penrose inverse of a symmetric positive semi-definite matrix, and its rank.
-fn pseudo_inverse(g: &Mat<f64>) -> Result<(Mat<f64>, usize)> {
-    let m = g.nrows();
-    if m == 0 {
-        return Ok((Mat::zeros(0, 0), 0));
-    }
-    let eigen = g.self_adjoint_eigen(Side::Lower).map_err(|_| GpError::Singular {
-        what: "A M⁻¹ A^T".into(),
-        mend: "its eigenvalues did not converge; check the scales of M and A".into(),
-    })?;
-    let values = eigen.S().column_vector();
-    let largest = (0..m).map(|i| values[i].abs()).fold(0.0, f64::max);
-    let keep = |i: usize| values[i] > RANK_TOLERANCE * largest;
-    let rank = (0..m).filter(|&i| keep(i)).count();
-    if rank == m
-        && let Ok(c) = g.llt(Side::Lower)
-    {
-        return Ok((c.solve(Mat::<f64>::identity(m, m)), m));
-    }
-    let u = eigen.U();
-    let scaled = Mat::from_fn(m, m, |i, j| if keep(j) { u[(i, j)] / values[j] } else { 0.0 });
-    Ok((scaled * u.transpose(), rank))
-}
-
-fn consistent(g: &Mat<f64>, gamma: &Mat<f64>, b: &Mat<f64>) -> Result<()> {
-    let residual = (b - g * (gamma * b)).norm_l2();
-    let tolerance = CONSISTENCY_TOLERANCE * (1.0 + b.norm_l2());
-    if residual > tolerance {
-        return Err(GpError::InconsistentConstraint { residual, tolerance });
-    }
-    Ok(())
 }
