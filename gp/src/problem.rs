@@ -3,6 +3,7 @@
 use crate::chart::Atlas;
 use crate::error::{Result, shape};
 use crate::evidence::{Workspace, evidence};
+use crate::functional::Functionals;
 use crate::inputs::Inputs;
 use crate::model::{Model, Structure};
 use crate::sparse_gradient::sparse_evidence;
@@ -72,9 +73,36 @@ impl<'a> Problem<'a> {
 
     /// Negative log evidence and its gradient in everything of [`Problem::names`].
     pub fn objective(&self, z: &[f64], work: &mut Workspace) -> Result<(f64, Vec<f64>)> {
+        if z.len() != self.model.n_params() + self.theta.len() {
+            return Err(shape("point to evaluate", self.names().len(), z.len()));
+        }
+        self.objective_at(z, None, work)
+    }
+
+    /// The functionals when no model parameter can change them.
+    pub(crate) fn constant(&self) -> Result<Option<Functionals>> {
+        if self.theta.is_empty() {
+            Ok(Some(self.structure.functionals(&[])?))
+        } else {
+            Ok(None)
+        }
+    }
+
+    pub(crate) fn objective_at(
+        &self,
+        z: &[f64],
+        constant: Option<&Functionals>,
+        work: &mut Workspace,
+    ) -> Result<(f64, Vec<f64>)> {
         let (model, theta) = self.split(z)?;
-        let f = self.structure.functionals(&theta)?;
-        let tangents = self.structure.tangents(&theta)?;
+        let made;
+        let (f, tangents) = match constant {
+            Some(f) => (f, Vec::new()),
+            None => {
+                made = self.structure.functionals(&theta)?;
+                (&made, self.structure.tangents(&theta)?)
+            }
+        };
         if tangents.len() != theta.len() {
             return Err(shape(
                 "tangents of the structure",
@@ -83,8 +111,8 @@ impl<'a> Problem<'a> {
             ));
         }
         let e = match &self.inducing {
-            None => evidence(&model, &f, self.y, &tangents, work)?,
-            Some(z) => sparse_evidence(&model, &f, self.y, z, &tangents)?,
+            None => evidence(&model, f, self.y, &tangents, work)?,
+            Some(z) => sparse_evidence(&model, f, self.y, z, &tangents)?,
         };
         let mut gradient = e.gradient;
         gradient.extend(self.atlas.pull_back(&z[self.model.n_params()..], &e.theta));

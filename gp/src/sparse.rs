@@ -45,7 +45,7 @@ pub struct SparsePosterior {
 }
 
 /// `K_uu` is smooth and noise-free: it always needs a little jitter.
-const JITTERS: [f64; 4] = [1e-10, 1e-9, 1e-8, 1e-6];
+const JITTERS: [f64; 3] = [1e-8, 1e-7, 1e-6];
 
 /// Sums over all blocks of data.
 struct Sums {

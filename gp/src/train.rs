@@ -253,6 +253,7 @@ impl Training {
     ) -> Result<Minimum> {
         let free: Vec<usize> = (0..start.len()).filter(|&i| !self.rules[i].fixed).collect();
         let pick = |v: &dyn Fn(usize) -> f64| -> Vec<f64> { free.iter().map(|&i| v(i)).collect() };
+        let constant = problem.constant()?;
         let work = Mutex::new(Workspace::default());
         let full = |z: &[f64]| {
             let mut out = start.to_vec();
@@ -264,7 +265,8 @@ impl Training {
             let mut work = work
                 .lock()
                 .unwrap_or_else(std::sync::PoisonError::into_inner);
-            let (mut value, mut gradient) = problem.objective(&z, &mut work)?;
+            let (mut value, mut gradient) =
+                problem.objective_at(&z, constant.as_ref(), &mut work)?;
             for (i, rule) in self.rules.iter().enumerate() {
                 if let Some(p) = &rule.penalty {
                     let (v, g) = p.value(z[i]);

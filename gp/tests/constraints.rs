@@ -3,7 +3,6 @@
 
 mod common;
 
-use faer::{Mat, mat};
 use gp::{
     Functionals, GaussPoint, GpError, Inputs, Kernel, LatentPrior, Layout, Model, Posterior,
     Quantity, sample_prior,
@@ -52,7 +51,7 @@ fn violation(x: &[Vec<f64>], a: &[f64]) -> f64 {
         .zip(a.chunks(3))
         .map(|(x, a)| {
             let s = common::unicycle(x, &[0.05, 0.02]);
-            ((0..3).map(|j| s.a[(0, j)] * a[j]).sum::<f64>() - s.b[0]).abs()
+            ((0..3).map(|j| s.a[j] * a[j]).sum::<f64>() - s.b[0]).abs()
         })
         .fold(0.0, f64::max)
 }
@@ -92,7 +91,7 @@ fn means_and_samples_obey_the_constraint() {
             for (i, x) in test.iter().enumerate() {
                 let s = common::unicycle(x, &[0.05, 0.02]);
                 for r in 0..3 {
-                    let ma: f64 = (0..3).map(|j| s.mass[(r, j)] * a[0][3 * i + j]).sum();
+                    let ma: f64 = (0..3).map(|j| s.mass[3 * r + j] * a[0][3 * i + j]).sum();
                     assert!((ma - force[0][3 * i + r] - ideal[0][3 * i + r]).abs() < 1e-10);
                 }
             }
@@ -122,8 +121,8 @@ fn forces_predict_accelerations_and_the_other_way_round() {
     for (i, x) in x.iter().enumerate() {
         let s = common::unicycle(x, &[0.05, 0.02]);
         for r in 0..3 {
-            let left: f64 = (0..3).map(|j| s.mass[(r, j)] * a[3 * i + j]).sum();
-            let right = y[3 * i + r] + s.a[(0, r)] * lambda[i];
+            let left: f64 = (0..3).map(|j| s.mass[3 * r + j] * a[3 * i + j]).sum();
+            let right = y[3 * i + r] + s.a[r] * lambda[i];
             assert!((left - right).abs() < 1e-5, "{left} {right}");
         }
     }
@@ -151,11 +150,8 @@ fn mixed_measurements_narrow_the_posterior() {
 
 #[test]
 fn redundant_rows_change_nothing() {
-    let mass = mat![[2.0, 0.3, 0.0], [0.3, 1.0, 0.1], [0.0, 0.1, 0.5]];
-    let (single, twice) = (
-        mat![[1.0, -1.0, 0.5]],
-        mat![[1.0, -1.0, 0.5], [-2.0, 2.0, -1.0]],
-    );
+    let mass = vec![2.0, 0.3, 0.0, 0.3, 1.0, 0.1, 0.0, 0.1, 0.5];
+    let (single, twice) = (vec![1.0, -1.0, 0.5], vec![1.0, -1.0, 0.5, -2.0, 2.0, -1.0]);
     let known = [0.5, -1.0, 2.0];
     let a = GaussPoint::new(&mass, &single, &[0.7], &known).unwrap();
     let b = GaussPoint::new(&mass, &twice, &[0.7, -1.4], &known).unwrap();
@@ -175,8 +171,8 @@ fn redundant_rows_change_nothing() {
 #[test]
 fn singular_inertia_and_no_constraint_at_all() {
     // A massless middle coordinate held by the constraint: rank [M; A] = 3.
-    let mass = mat![[1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 2.0]];
-    let a = mat![[1.0, -1.0, 0.0]];
+    let mass = vec![1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0];
+    let a = vec![1.0, -1.0, 0.0];
     let p = GaussPoint::new(&mass, &a, &[0.2], &[3.0, 1.0, 4.0]).unwrap();
     let r = p.rows(Quantity::Acceleration, Layout::Force).unwrap();
     // a1 + 0 = 3 + λ, 0 = 1 - λ, a1 - a2 = 0.2, 2 a3 = 4.
@@ -189,17 +185,17 @@ fn singular_inertia_and_no_constraint_at_all() {
         p.rows(Quantity::UnconstrainedAcceleration, Layout::Force),
         Err(GpError::Singular { .. })
     ));
-    let free = mat![[0.0, 1.0, 0.0]];
+    let free = vec![0.0, 1.0, 0.0];
     assert!(
         GaussPoint::new(
-            &mat![[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 2.0]],
+            &[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0],
             &free,
             &[0.0],
             &[0.0; 3]
         )
         .is_err()
     );
-    let open = GaussPoint::new(&mat![[2.0]], &Mat::zeros(0, 1), &[], &[4.0]).unwrap();
+    let open = GaussPoint::new(&[2.0], &[], &[], &[4.0]).unwrap();
     assert!(
         (open
             .rows(Quantity::Acceleration, Layout::Force)

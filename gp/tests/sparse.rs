@@ -46,7 +46,7 @@ fn measured(x: &[Vec<f64>], noise: f64) -> Vec<f64> {
         let speed = x[0].hypot(x[1]);
         let d = [-0.5 * speed * x[0], -0.5 * speed * x[1], 0.0];
         let total: Vec<f64> = (0..3)
-            .map(|i| s.known[i] + (0..3).map(|j| s.mass[(i, j)] * d[j]).sum::<f64>())
+            .map(|i| s.known[i] + (0..3).map(|j| s.mass[3 * i + j] * d[j]).sum::<f64>())
             .collect();
         let p = GaussPoint::new(&s.mass, &s.a, &s.b, &total).unwrap();
         let a = p.rows(Quantity::Acceleration, Layout::Force).unwrap().mean;
@@ -78,7 +78,7 @@ fn error_against_the_exact_model_falls_with_the_inducing_points() {
         (15, 0.2, f64::INFINITY),
         (50, 2e-2, 200.0),
         (100, 2e-3, 10.0),
-        (150, 1e-4, 0.1),
+        (150, 1e-3, 0.1),
     ] {
         let chosen = farthest_points(&inputs, count, 0).unwrap();
         let sparse = SparsePosterior::new(&model, &data, &y, &inputs.subset(&chosen)).unwrap();
@@ -107,7 +107,7 @@ fn error_against_the_exact_model_falls_with_the_inducing_points() {
         assert!((0..at.n_rows()).all(|i| (full[(i, i)] - p.variance[i]).abs() < 1e-9));
         for (x, a) in test.iter().zip(p.mean.chunks(3)) {
             let s = common::unicycle(x, &[0.05, 0.02]);
-            let residual: f64 = (0..3).map(|j| s.a[(0, j)] * a[j]).sum::<f64>() - s.b[0];
+            let residual: f64 = (0..3).map(|j| s.a[j] * a[j]).sum::<f64>() - s.b[0];
             assert!(residual.abs() < 1e-10);
         }
         // Other quantities come out of the same approximation.

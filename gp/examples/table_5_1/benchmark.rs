@@ -116,7 +116,7 @@ impl System {
                 let speed = x[0].hypot(x[1]);
                 let d = [-0.5 * speed * x[0], -0.5 * speed * x[1], 0.0];
                 (0..3)
-                    .map(|i| (0..3).map(|j| s.mass[(i, j)] * d[j]).sum())
+                    .map(|i| (0..3).map(|j| s.mass[3 * i + j] * d[j]).sum())
                     .collect()
             }
             _ => {
@@ -130,7 +130,7 @@ impl System {
     /// `|A a - b|` with the published scaling of the unicycle's row.
     pub fn constraint_error(&self, x: &[f64], a: &[f64]) -> f64 {
         let s = (self.state)(x, self.parameters);
-        let residual: f64 = (0..a.len()).map(|j| s.a[(0, j)] * a[j]).sum::<f64>() - s.b[0];
+        let residual: f64 = (0..a.len()).map(|j| s.a[j] * a[j]).sum::<f64>() - s.b[0];
         if self.name == "unicycle" {
             (residual * x[2].cos()).abs()
         } else {
@@ -169,7 +169,7 @@ impl System {
                 x[2] = 0.0;
                 x[2] = common::surface_gap(&x, p);
                 let a = (self.state)(&x, p).a;
-                x[5] = a[(0, 0)] * x[3] + a[(0, 1)] * x[4];
+                x[5] = a[0] * x[3] + a[1] * x[4];
             }
             "unicycle" => {
                 let (sin, cos) = x[2].sin_cos();

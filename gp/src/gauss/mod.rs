@@ -6,16 +6,20 @@
 //! is `a = L b + P Q̄`, the multipliers `λ = Γ b - L^T Q̄`, `Q_I = +A^T λ`. No
 //! robot in here: the matrices come from generated code, a tape, or a hand.
 
+mod dense;
 mod inverse;
 
+use self::dense::Dense;
 use self::inverse::{consistent, pseudo_inverse, singular_mass, stiffened};
 use crate::error::{GpError, Result, finite, shape};
 use crate::model::Tangent;
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
 
-/// Eigenvalues of `G` below this fraction of the largest count as zero.
+/// Eigenvalues of `G = A M⁻¹ A^T` below this fraction of the largest count as zero,
+/// and pivots below this fraction of their diagonal entry as dependent rows.
 pub const RANK_TOLERANCE: f64 = 1e-12;
+
+/// A pivot of `M` below this fraction of its diagonal entry makes `M` singular.
+pub const PIVOT_TOLERANCE: f64 = 1e-13;
 
 /// `b` may leave the range of `A` by this fraction of `1 + |b|`.
 pub const CONSISTENCY_TOLERANCE: f64 = 1e-8;
@@ -76,10 +80,10 @@ pub struct Rows {
 /// Derivatives of what defines a point in one model parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointTangent {
-    /// `∂M`, `n × n`.
-    pub mass: Mat<f64>,
-    /// `∂A`, `m × n`.
-    pub a: Mat<f64>,
+    /// `∂M`, `n × n` row-major.
+    pub mass: Vec<f64>,
+    /// `∂A`, `m × n` row-major.
+    pub a: Vec<f64>,
     /// `∂b`, length `m`.
     pub b: Vec<f64>,
     /// `∂Q_K`, length `n`.
@@ -90,8 +94,8 @@ impl PointTangent {
     /// All derivatives zero.
     pub fn zero(n: usize, m: usize) -> Self {
         Self {
-            mass: Mat::zeros(n, n),
-            a: Mat::zeros(m, n),
+            mass: vec![0.0; n * n],
+            a: vec![0.0; m * n],
             b: vec![0.0; m],
             known: vec![0.0; n],
         }
@@ -101,130 +105,90 @@ impl PointTangent {
 /// Constrained dynamics at one state: all maps of thesis 3.38–3.43.
 ///
 /// ```
-/// use faer::mat;
 /// use gp::{GaussPoint, Layout, Quantity};
 /// // A unit mass in the plane that may only move along x = y.
-/// let p = GaussPoint::new(&mat![[1.0, 0.0], [0.0, 1.0]], &mat![[1.0, -1.0]], &[0.0], &[2.0, 0.0])?;
+/// let p = GaussPoint::new(&[1.0, 0.0, 0.0, 1.0], &[1.0, -1.0], &[0.0], &[2.0, 0.0])?;
 /// let a = p.rows(Quantity::Acceleration, Layout::Force)?;
 /// assert!((a.mean[0] - 1.0).abs() < 1e-14 && (a.mean[1] - 1.0).abs() < 1e-14);
 /// # Ok::<(), gp::GpError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct GaussPoint {
-    mass: Mat<f64>,
-    a: Mat<f64>,
-    b: Mat<f64>,
-    known: Mat<f64>,
-    p: Mat<f64>,
-    l: Mat<f64>,
-    gamma: Mat<f64>,
-    mass_inv: Option<Mat<f64>>,
+    mass: Dense,
+    a: Dense,
+    b: Dense,
+    known: Dense,
+    p: Dense,
+    l: Dense,
+    gamma: Dense,
+    mass_inv: Option<Dense>,
     full_rank: bool,
 }
 
-fn column(v: &[f64]) -> Mat<f64> {
-    Mat::from_fn(v.len(), 1, |i, _| v[i])
-}
-
-fn entries(m: &Mat<f64>) -> Vec<f64> {
-    (0..m.nrows())
-        .flat_map(|i| (0..m.ncols()).map(move |j| (i, j)))
-        .map(|(i, j)| m[(i, j)])
-        .collect()
-}
-
-fn beside(left: Mat<f64>, right: &Mat<f64>) -> Mat<f64> {
-    let n = left.ncols();
-    Mat::from_fn(left.nrows(), n + right.ncols(), |i, j| {
-        if j < n {
-            left[(i, j)]
-        } else {
-            right[(i, j - n)]
-        }
-    })
-}
-
 impl GaussPoint {
-    /// From `M` (`n × n`, symmetric, positive definite or singular with
-    /// `rank [M; A] = n`), `A` (`m × n`, `m = 0` allowed, rows may repeat),
-    /// `b` (length `m`) and the known force `Q_K` (length `n`).
+    /// From `M` (`n × n` row-major, symmetric, positive definite or singular
+    /// with `rank [M; A] = n`), `A` (`m × n` row-major, `m = 0` allowed, rows may
+    /// repeat), `b` (length `m`) and the known force `Q_K` (length `n`).
     ///
     /// Rank of `A` is judged by [`RANK_TOLERANCE`]. A singular `M` is replaced
     /// by `M + s A^T A` (thesis 3.49–3.54), `s = tr M / tr A^T A`. Errors:
     /// shapes, NaN, `b` outside the range of `A`, both matrices singular.
-    pub fn new(mass: &Mat<f64>, a: &Mat<f64>, b: &[f64], known: &[f64]) -> Result<Self> {
+    pub fn new(mass: &[f64], a: &[f64], b: &[f64], known: &[f64]) -> Result<Self> {
         let (n, m) = (known.len(), b.len());
-        if (mass.nrows(), mass.ncols()) != (n, n) || (a.nrows(), a.ncols()) != (m, n) {
-            return Err(shape(
-                "M and A",
-                format!("{n} × {n} and {m} × {n}"),
-                format!(
-                    "{} × {} and {} × {}",
-                    mass.nrows(),
-                    mass.ncols(),
-                    a.nrows(),
-                    a.ncols()
-                ),
-            ));
+        check_lengths("M and A", n, m, mass, a)?;
+        for (what, values) in [("M", mass), ("A", a), ("b", b), ("Q_K", known)] {
+            finite(what, values)?;
         }
-        for (what, values) in [
-            ("M", entries(mass)),
-            ("A", entries(a)),
-            ("b", b.to_vec()),
-            ("Q_K", known.to_vec()),
-        ] {
-            finite(what, &values)?;
-        }
-        let eye = Mat::<f64>::identity(n, n);
-        let mass_inv = mass.llt(Side::Lower).ok().map(|c| c.solve(&eye));
+        let (mass, a, b) = (
+            Dense::new(n, n, mass),
+            Dense::new(m, n, a),
+            Dense::column(b),
+        );
+        let mass_inv = mass.inverse_spd(PIVOT_TOLERANCE);
         let (inverse, shift) = match &mass_inv {
             Some(inverse) => (inverse.clone(), 0.0),
-            None => stiffened(mass, a)?,
+            None => stiffened(&mass, &a)?,
         };
-        let at = a.transpose().to_owned();
-        let g = a * &inverse * &at;
+        let through = &inverse * &a.t();
+        let g = &a * &through;
         let (gamma, rank) = pseudo_inverse(&g)?;
-        let b = column(b);
         consistent(&g, &gamma, &b)?;
-        let l = &inverse * &at * &gamma;
-        let p = &inverse - &l * a * &inverse;
-        let gamma = if shift == 0.0 {
-            gamma
-        } else {
-            gamma - Mat::<f64>::identity(m, m) * faer::Scale(shift)
-        };
+        let l = &through * &gamma;
+        let p = inverse - &(&l * &through.t());
+        let gamma = gamma - &Dense::identity(m).scaled(shift);
+        let full_rank = rank == m && shift == 0.0;
         Ok(Self {
-            mass: mass.clone(),
-            a: a.clone(),
+            mass,
+            a,
             b,
-            known: column(known),
+            known: Dense::column(known),
             p,
             l,
             gamma,
             mass_inv,
-            full_rank: rank == m && shift == 0.0,
+            full_rank,
         })
     }
 
-    /// `P`, `n × n`, with `A P = 0`.
-    pub fn p(&self) -> &Mat<f64> {
-        &self.p
+    /// `P`, `n × n` row-major, with `A P = 0`.
+    pub fn p(&self) -> &[f64] {
+        &self.p.v
     }
 
-    /// `L`, `n × m`.
-    pub fn l(&self) -> &Mat<f64> {
-        &self.l
+    /// `L`, `n × m` row-major.
+    pub fn l(&self) -> &[f64] {
+        &self.l.v
     }
 
     /// `H` and `m` of a quantity. Errors: the unconstrained acceleration of a
     /// singular `M`; `Q` or `Q_z` without a split prior.
     pub fn rows(&self, quantity: Quantity, layout: Layout) -> Result<Rows> {
         let (s, offset) = self.map(quantity)?;
-        let mean = offset + &s * &self.known * faer::Scale(self.known_share(quantity));
+        let mean = offset + &(&s * &self.known).scaled(known_share(quantity));
         let h = self.over_latents(&s, quantity, layout)?;
         Ok(Rows {
-            h: entries(&h),
-            mean: entries(&mean),
+            h: h.v,
+            mean: mean.v,
         })
     }
 
@@ -239,122 +203,144 @@ impl GaussPoint {
                 mend: "derivatives in model parameters need independent constraint rows and an invertible M; drop the redundant rows".into(),
             });
         }
-        let (n, m) = (self.mass.nrows(), self.a.nrows());
-        let sizes = |m: &Mat<f64>| (m.nrows(), m.ncols());
-        let found = (sizes(&d.mass), sizes(&d.a), d.b.len(), d.known.len());
-        if found != ((n, n), (m, n), m, n) {
+        let (n, m) = (self.mass.rows, self.a.rows);
+        check_lengths("tangents of M and A", n, m, &d.mass, &d.a)?;
+        if (d.b.len(), d.known.len()) != (m, n) {
+            let found = format!("{} and {}", d.b.len(), d.known.len());
             return Err(shape(
-                "tangents of M, A, b, Q_K",
-                format!("{:?}", ((n, n), (m, n), m, n)),
-                format!("{found:?}"),
+                "tangents of b and Q_K",
+                format!("{m} and {n}"),
+                found,
             ));
         }
+        let d = Tangents {
+            mass: Dense::new(n, n, &d.mass),
+            a: Dense::new(m, n, &d.a),
+            b: Dense::column(&d.b),
+            known: Dense::column(&d.known),
+        };
         let (s, _) = self.map(quantity)?;
-        let (ds, doffset) = self.map_tangent(d, quantity)?;
-        let share = faer::Scale(self.known_share(quantity));
-        let mean = doffset + (&ds * &self.known + &s * column(&d.known)) * share;
-        let mut h = self.over_latents(&ds, quantity, layout)?;
-        if layout == Layout::Acceleration {
-            h += &s * &d.mass;
-        }
-        if layout == Layout::ForceAndOutput && quantity == Quantity::Acceleration {
-            h = beside(ds, &Mat::zeros(n, n));
-        }
+        let (ds, doffset) = self.map_tangent(&d, quantity)?;
+        let forced = &ds * &self.known + &(&s * &d.known);
+        let mean = doffset + &forced.scaled(known_share(quantity));
+        let h = match (layout, quantity) {
+            (Layout::Acceleration, _) => &ds * &self.mass + &(&s * &d.mass),
+            (Layout::ForceAndOutput, Quantity::Acceleration) => ds.beside(&Dense::zeros(n, n)),
+            _ => self.over_latents(&ds, quantity, layout)?,
+        };
         Ok(Tangent {
-            rows: entries(&h),
-            mean: entries(&mean),
+            rows: h.v,
+            mean: mean.v,
         })
     }
 
-    /// `Q_z` alone has no known part; everything else sees all of `Q_K`.
-    fn known_share(&self, quantity: Quantity) -> f64 {
-        if quantity == Quantity::NonIdealForce {
-            0.0
-        } else {
-            1.0
-        }
-    }
-
     /// `s = S Q̄ + offset`: the map of a quantity from all forces but `Q_I`.
-    fn map(&self, quantity: Quantity) -> Result<(Mat<f64>, Mat<f64>)> {
-        let n = self.mass.nrows();
-        let eye = || Mat::<f64>::identity(n, n);
-        let none = || Mat::<f64>::zeros(n, 1);
-        let multiplier = || (-self.l.transpose().to_owned(), &self.gamma * &self.b);
+    fn map(&self, quantity: Quantity) -> Result<(Dense, Dense)> {
+        let n = self.mass.rows;
+        let multiplier = || (self.l.t().scaled(-1.0), &self.gamma * &self.b);
         Ok(match quantity {
             Quantity::Acceleration => (self.p.clone(), &self.l * &self.b),
-            Quantity::UnconstrainedAcceleration => {
-                (self.mass_inv.clone().ok_or_else(singular_mass)?, none())
-            }
+            Quantity::UnconstrainedAcceleration => (
+                self.mass_inv.clone().ok_or_else(singular_mass)?,
+                Dense::zeros(n, 1),
+            ),
             Quantity::Multiplier => multiplier(),
             Quantity::ConstraintForce => {
                 let (s, offset) = multiplier();
-                (self.a.transpose() * s, self.a.transpose() * offset)
+                (&self.a.t() * &s, &self.a.t() * &offset)
             }
-            Quantity::TotalForce | Quantity::Force | Quantity::NonIdealForce => (eye(), none()),
+            Quantity::TotalForce | Quantity::Force | Quantity::NonIdealForce => {
+                (Dense::identity(n), Dense::zeros(n, 1))
+            }
         })
     }
 
     /// Derivatives of [`GaussPoint::map`], from `∂K⁻¹ = -K⁻¹ ∂K K⁻¹` with
     /// `K = [[M, A^T], [A, 0]]`, `K⁻¹ = [[P, L], [L^T, -Γ]]`.
-    fn map_tangent(&self, d: &PointTangent, quantity: Quantity) -> Result<(Mat<f64>, Mat<f64>)> {
-        let n = self.mass.nrows();
+    fn map_tangent(&self, d: &Tangents, quantity: Quantity) -> Result<(Dense, Dense)> {
+        let n = self.mass.rows;
         let (p, l, gamma) = (&self.p, &self.l, &self.gamma);
-        let db = column(&d.b);
-        let dat = d.a.transpose();
-        let dl = || p * dat * gamma - p * &d.mass * l - l * &d.a * l;
+        let dl = || {
+            let bent = &(p * &d.mass) * l + &(&(l * &d.a) * l);
+            &(p * &d.a.t()) * gamma - &bent
+        };
         let multiplier = || {
-            let turn = gamma * &d.a * l;
-            let dgamma = l.transpose() * &d.mass * l - &turn - turn.transpose();
-            (-dl().transpose().to_owned(), dgamma * &self.b + gamma * &db)
+            let dgamma = (&(&l.t() * &d.mass) * l).plus_symmetric(-1.0, &(&(gamma * &d.a) * l));
+            (dl().t().scaled(-1.0), &dgamma * &self.b + &(gamma * &d.b))
         };
         Ok(match quantity {
             Quantity::Acceleration => {
-                let turn = l * &d.a * p;
-                let dp = -(p * &d.mass * p) - &turn - turn.transpose();
-                (dp, dl() * &self.b + l * &db)
+                let dp = (&(p * &d.mass) * p).scaled(-1.0);
+                let dp = dp.plus_symmetric(-1.0, &(&(l * &d.a) * p));
+                (dp, &dl() * &self.b + &(l * &d.b))
             }
             Quantity::UnconstrainedAcceleration => {
                 let inverse = self.mass_inv.as_ref().ok_or_else(singular_mass)?;
-                (-(inverse * &d.mass * inverse), Mat::zeros(n, 1))
+                (
+                    (&(inverse * &d.mass) * inverse).scaled(-1.0),
+                    Dense::zeros(n, 1),
+                )
             }
             Quantity::Multiplier => multiplier(),
             Quantity::ConstraintForce => {
                 let (s, offset) = self.map(Quantity::Multiplier)?;
                 let (ds, doffset) = multiplier();
-                (
-                    dat * s + self.a.transpose() * ds,
-                    dat * offset + self.a.transpose() * doffset,
-                )
+                let (at, dat) = (self.a.t(), d.a.t());
+                (&dat * &s + &(&at * &ds), &dat * &offset + &(&at * &doffset))
             }
             Quantity::TotalForce | Quantity::Force | Quantity::NonIdealForce => {
-                (Mat::zeros(n, n), Mat::zeros(n, 1))
+                (Dense::zeros(n, n), Dense::zeros(n, 1))
             }
         })
     }
 
     /// `S` applied to how the latent functions enter `Q̄`.
-    fn over_latents(&self, s: &Mat<f64>, quantity: Quantity, layout: Layout) -> Result<Mat<f64>> {
-        let n = self.mass.nrows();
-        let zero = Mat::<f64>::zeros(s.nrows(), n);
+    fn over_latents(&self, s: &Dense, quantity: Quantity, layout: Layout) -> Result<Dense> {
+        let n = self.mass.rows;
+        let zero = Dense::zeros(s.rows, n);
         let split = matches!(quantity, Quantity::Force | Quantity::NonIdealForce);
         if split && layout != Layout::SplitForce {
-            return Err(GpError::Shape {
-                what: format!("{quantity:?}"),
-                expected: "a prior that tells Q and Q_z apart (Layout::SplitForce)".into(),
-                found: format!("{layout:?}; ask for TotalForce"),
-            });
+            return Err(shape(
+                format!("{quantity:?}"),
+                "a prior that tells Q and Q_z apart (Layout::SplitForce)",
+                format!("{layout:?}; ask for TotalForce"),
+            ));
         }
         Ok(match (layout, quantity) {
             (Layout::Force, _) => s.clone(),
             (Layout::Acceleration, _) => s * &self.mass,
-            (Layout::SplitForce, Quantity::Force) => beside(s.clone(), &zero),
-            (Layout::SplitForce, Quantity::NonIdealForce) => beside(zero, s),
-            (Layout::SplitForce, _) => beside(s.clone(), s),
-            (Layout::ForceAndOutput, Quantity::Acceleration) => {
-                beside(s.clone(), &Mat::identity(n, n))
-            }
-            (Layout::ForceAndOutput, _) => beside(s.clone(), &zero),
+            (Layout::SplitForce, Quantity::Force) => s.beside(&zero),
+            (Layout::SplitForce, Quantity::NonIdealForce) => zero.beside(s),
+            (Layout::SplitForce, _) => s.beside(s),
+            (Layout::ForceAndOutput, Quantity::Acceleration) => s.beside(&Dense::identity(n)),
+            (Layout::ForceAndOutput, _) => s.beside(&zero),
         })
     }
+}
+
+struct Tangents {
+    mass: Dense,
+    a: Dense,
+    b: Dense,
+    known: Dense,
+}
+
+/// `Q_z` alone has no known part; everything else sees all of `Q_K`.
+fn known_share(quantity: Quantity) -> f64 {
+    if quantity == Quantity::NonIdealForce {
+        0.0
+    } else {
+        1.0
+    }
+}
+
+fn check_lengths(what: &str, n: usize, m: usize, mass: &[f64], a: &[f64]) -> Result<()> {
+    if (mass.len(), a.len()) == (n * n, m * n) {
+        return Ok(());
+    }
+    Err(shape(
+        what,
+        format!("{n} × {n} and {m} × {n} (row-major, from the lengths of Q_K and b)"),
+        format!("{} and {} numbers", mass.len(), a.len()),
+    ))
 }

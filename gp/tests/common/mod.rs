@@ -2,13 +2,14 @@
 //! known force and their derivatives in the physical parameters.
 #![allow(dead_code)]
 
-use faer::{Mat, mat};
 use gp::PointTangent;
 
 /// One state of a system: what [`gp::GaussPoint::new`] wants.
 pub struct State {
-    pub mass: Mat<f64>,
-    pub a: Mat<f64>,
+    /// `M`, row-major.
+    pub mass: Vec<f64>,
+    /// `A`, row-major.
+    pub a: Vec<f64>,
     pub b: Vec<f64>,
     /// Known force `Q_K`.
     pub known: Vec<f64>,
@@ -33,11 +34,11 @@ pub fn surface(x: &[f64], p: &[f64]) -> State {
     let (q1, q2, v1, v2) = (x[0], x[1], x[3], x[4]);
     let m = 3.0;
     let (s, c) = (p[6] * q1).sin_cos();
-    let a = mat![[
+    let a = vec![
         2.0 * p[0] * q1 + p[2] * q2 + p[3] - p[5] * p[6] * s,
         2.0 * p[1] * q2 + p[2] * q1 + p[4],
-        -1.0
-    ]];
+        -1.0,
+    ];
     let b = vec![
         -2.0 * p[0] * v1 * v1 - 2.0 * p[1] * v2 * v2 - 2.0 * p[2] * v1 * v2
             + p[5] * p[6] * p[6] * v1 * v1 * c,
@@ -59,13 +60,13 @@ pub fn surface(x: &[f64], p: &[f64]) -> State {
     let tangents = d
         .iter()
         .map(|&(a1, a2, db)| PointTangent {
-            a: mat![[a1, a2, 0.0]],
+            a: vec![a1, a2, 0.0],
             b: vec![db],
             ..PointTangent::zero(3, 1)
         })
         .collect();
     State {
-        mass: Mat::<f64>::identity(3, 3) * faer::Scale(m),
+        mass: vec![m, 0.0, 0.0, 0.0, m, 0.0, 0.0, 0.0, m],
         a,
         b,
         known: vec![x[6], x[7], x[8] - m * G],
@@ -96,20 +97,20 @@ pub fn unicycle(x: &[f64], p: &[f64]) -> State {
     let (v1, v2, v3, u1, u2) = (x[0], x[1], x[3], x[4], x[5]);
     let (s, c) = x[2].sin_cos();
     let (r, ic) = (p[0], p[1]);
-    let mass = mat![[1.0, 0.0, -r * s], [0.0, 1.0, r * c], [-r * s, r * c, ic]];
+    let mass = vec![1.0, 0.0, -r * s, 0.0, 1.0, r * c, -r * s, r * c, ic];
     let w = v3 * v3;
     let dr = PointTangent {
-        mass: mat![[0.0, 0.0, -s], [0.0, 0.0, c], [-s, c, 0.0]],
+        mass: vec![0.0, 0.0, -s, 0.0, 0.0, c, -s, c, 0.0],
         known: vec![w * c, w * s, 0.0],
         ..PointTangent::zero(3, 1)
     };
     let dic = PointTangent {
-        mass: mat![[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
+        mass: vec![0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
         ..PointTangent::zero(3, 1)
     };
     State {
         mass,
-        a: mat![[s, -c, 0.0]],
+        a: vec![s, -c, 0.0],
         b: vec![-v1 * v3 * c - v2 * v3 * s],
         known: vec![r * w * c + c * u1, r * w * s + s * u1, u2],
         tangents: vec![dr, dic],
@@ -120,7 +121,7 @@ pub fn unicycle(x: &[f64], p: &[f64]) -> State {
 pub fn skewed_unicycle(x: &[f64], p: &[f64]) -> State {
     let (s, c) = (x[2] + 0.3).sin_cos();
     State {
-        a: mat![[s, -c, 0.0]],
+        a: vec![s, -c, 0.0],
         b: vec![-x[3] * (x[0] * c + x[1] * s)],
         ..unicycle(x, p)
     }
@@ -160,8 +161,8 @@ pub fn duffing(x: &[f64], p: &[f64]) -> State {
         ..PointTangent::zero(2, 1)
     }));
     State {
-        mass: mat![[2.0, 0.0], [0.0, 1.0]],
-        a: mat![[1.0, -1.0]],
+        mass: vec![2.0, 0.0, 0.0, 1.0],
+        a: vec![1.0, -1.0],
         b: vec![p[0] * e * curve],
         known: vec![
             -p[3] * (q1 - q2) - p[5] * (v1 - v2),
