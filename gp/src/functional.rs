@@ -277,7 +277,7 @@ impl Functionals {
             return Err(shape("latent scale", self.n_latent, scale.len()));
         }
         finite("latent scale", scale)?;
-        for row in self.rows.chunks_mut(self.n_latent) {
+        for row in self.rows.chunks_mut(self.n_latent.max(1)) {
             row.iter_mut().zip(scale).for_each(|(h, s)| *h *= s);
         }
         Ok(self)

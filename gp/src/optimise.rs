@@ -88,18 +88,28 @@ struct Best {
     z: Vec<f64>,
     objective: f64,
     evaluations: u64,
+    /// The last point whose evaluation failed.
+    failed: Option<Vec<f64>>,
+    /// Bounds of the run under way.
+    edge: Vec<(f64, f64)>,
 }
 
 struct Bounded<'a> {
     f: &'a Objective<'a>,
     lower: Vec<f64>,
     upper: Vec<f64>,
-    best: RefCell<Best>,
+    best: &'a RefCell<Best>,
 }
 
 impl Bounded<'_> {
     fn evaluate(&self, z: &[f64]) -> Result<(f64, Vec<f64>)> {
-        let (value, gradient) = (self.f)(z)?;
+        let (value, gradient) = match (self.f)(z) {
+            Ok(done) => done,
+            Err(e) => {
+                self.best.borrow_mut().failed = Some(z.to_vec());
+                return Err(e);
+            }
+        };
         let mut best = self.best.borrow_mut();
         best.evaluations += 1;
         if value < best.objective {
@@ -107,6 +117,26 @@ impl Bounded<'_> {
             best.z = z.to_vec();
         }
         Ok((value, gradient))
+    }
+}
+
+impl Bounded<'_> {
+    /// The last retreat ended on its own box, not on the bounds of the problem.
+    fn cut_short(&self, radius: f64) -> bool {
+        let best = self.best.borrow();
+        let near = 1e-6 * radius;
+        let on_edge = || {
+            let mut sides = best
+                .edge
+                .iter()
+                .zip(&best.z)
+                .zip(self.lower.iter().zip(&self.upper));
+            sides.any(|((e, z), (l, u))| {
+                (*z <= e.0 + near && e.0 > *l) || (*z >= e.1 - near && e.1 < *u)
+            })
+        };
+        // In a tiny box every projected gradient is tiny and proves nothing.
+        radius.is_finite() && (radius < 1e-3 || on_edge())
     }
 }
 
@@ -151,36 +181,28 @@ pub(crate) fn minimise(
         .zip(lower.iter().zip(upper))
         .map(|(z, (l, u))| z.clamp(*l, *u))
         .collect();
+    let best = RefCell::new(Best {
+        z: start.clone(),
+        objective: f64::INFINITY,
+        evaluations: 0,
+        failed: None,
+        edge: Vec::new(),
+    });
     let problem = Bounded {
         f,
         lower: lower.to_vec(),
         upper: upper.to_vec(),
-        best: RefCell::new(Best {
-            z: start.clone(),
-            objective: f64::INFINITY,
-            evaluations: 0,
-        }),
+        best: &best,
     };
     let (iterations, reason) = match algorithm {
-        Algorithm::Lbfgs {
-            max_iterations,
-            gradient_tolerance,
-            reduction_tolerance,
-        } => lbfgs(
-            &problem,
-            start,
-            max_iterations,
-            gradient_tolerance,
-            reduction_tolerance,
-            watch,
-        )?,
+        Algorithm::Lbfgs { .. } => retreating(&problem, start, algorithm, watch)?,
         Algorithm::Adam {
             rate,
             iterations,
             reset_every,
         } => adam(&problem, start, rate, iterations, reset_every, watch)?,
     };
-    let best = problem.best.into_inner();
+    let best = best.into_inner();
     Ok(Minimum {
         z: best.z,
         objective: best.objective,
@@ -188,6 +210,74 @@ pub(crate) fn minimise(
         evaluations: best.evaluations,
         reason,
     })
+}
+
+/// How often a run is taken up again after an evaluation failed.
+const RETREATS: usize = 12;
+
+/// L-BFGS-B that survives failing evaluations: from the best point on, steps
+/// are kept within a quarter of the distance to the point that failed.
+fn retreating(
+    problem: &Bounded<'_>,
+    start: Vec<f64>,
+    algorithm: Algorithm,
+    watch: &Watch<'_>,
+) -> Result<(u64, Reason)> {
+    let (mut iterations, mut reason) = lbfgs(problem, start, algorithm, watch)?;
+    let mut radius = f64::INFINITY;
+    let mut failure = reason.clone();
+    for _ in 0..RETREATS {
+        let failed = matches!(reason, Reason::Evaluation(_));
+        if failed {
+            failure = reason.clone();
+        }
+        let (z, point) = {
+            let best = problem.best.borrow();
+            (best.z.clone(), best.failed.clone())
+        };
+        if failed && let Some(point) = point {
+            let far = z
+                .iter()
+                .zip(&point)
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f64::max);
+            radius = 0.25 * far.min(radius);
+        }
+        let lower: Vec<f64> = z
+            .iter()
+            .zip(&problem.lower)
+            .map(|(z, l)| l.max(z - radius))
+            .collect();
+        let upper: Vec<f64> = z
+            .iter()
+            .zip(&problem.upper)
+            .map(|(z, u)| u.min(z + radius))
+            .collect();
+        let near = Bounded {
+            f: problem.f,
+            lower,
+            upper,
+            best: problem.best,
+        };
+        if !failed && !problem.cut_short(radius) {
+            break;
+        }
+        let (more, why) = lbfgs(&near, z, algorithm, watch)?;
+        iterations += more;
+        reason = why;
+        if reason == Reason::Stopped {
+            return Ok((iterations, reason));
+        }
+    }
+    // Ending on a box of our own is no convergence: say what is behind it.
+    Ok((
+        iterations,
+        if problem.cut_short(radius) {
+            failure
+        } else {
+            reason
+        },
+    ))
 }
 
 fn plain(e: ConstraintSolveError<GpError>) -> GpError {
@@ -209,11 +299,23 @@ fn plain(e: ConstraintSolveError<GpError>) -> GpError {
 fn lbfgs(
     problem: &Bounded<'_>,
     start: Vec<f64>,
-    max_iterations: u64,
-    gradient_tolerance: f64,
-    reduction_tolerance: f64,
+    algorithm: Algorithm,
     watch: &Watch<'_>,
 ) -> Result<(u64, Reason)> {
+    let Algorithm::Lbfgs {
+        max_iterations,
+        gradient_tolerance,
+        reduction_tolerance,
+    } = algorithm
+    else {
+        return Ok((0, Reason::Iterations));
+    };
+    problem.best.borrow_mut().edge = problem
+        .lower
+        .iter()
+        .copied()
+        .zip(problem.upper.iter().copied())
+        .collect();
     let solver = Lbfgsb::new()
         .with_absolute_projected_gradient_tolerance(Some(gradient_tolerance))
         .with_relative_cost_reduction_tolerance(Some(reduction_tolerance));

@@ -334,6 +334,12 @@ fn draw(
 ) -> Result<LatentSamples> {
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
+    if mean.is_empty() {
+        return Ok(LatentSamples {
+            points,
+            draws: vec![mean; count],
+        });
+    }
     let eigen = covariance
         .self_adjoint_eigen(faer::Side::Lower)
         .map_err(|_| crate::GpError::Singular {
