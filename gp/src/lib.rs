@@ -74,7 +74,7 @@
 //! - Dense factorisations go through `faer`, sequentially; restarts, blocks of
 //!   covariance and blocks of test points go in parallel through `rayon`, in an
 //!   order of summation that does not depend on the number of threads.
-//! - `basin` is used in `optimise.rs` alone.
+//! - `basin` is used in `optimise/lbfgs.rs` alone.
 //! - Nothing of size `(nN)²` exists per hyper-parameter: an evaluation holds two
 //!   such matrices in all.
 //! - Jitter is reported ([`Evidence::jitter`]), never silent.
