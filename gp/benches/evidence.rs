@@ -4,7 +4,8 @@
 //! (154 hyper-parameters: 7 × (21 length-scales + 1 variance)), the wall time of
 //! one evidence and gradient, of one `faer` Cholesky and inverse of the same
 //! size, and their ratio. Sizes can be given: `-- 100 300`.
-//! `--full` adds the route through the whole inverse and model parameters.
+//! `--full` adds the route through the whole inverse and model parameters. On a
+//! machine that does other work, read the processor times.
 
 use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, Side};
@@ -36,27 +37,61 @@ fn problem(points: usize) -> (Model, Functionals, Vec<f64>) {
     (model, f, y)
 }
 
-/// Smallest wall time of `repeats` runs.
-fn best(repeats: usize, mut run: impl FnMut()) -> f64 {
-    (0..repeats)
-        .map(|_| {
-            let start = Instant::now();
-            run();
-            start.elapsed().as_secs_f64()
-        })
-        .fold(f64::INFINITY, f64::min)
+/// User and system time of the whole process so far, seconds (Linux; 0 elsewhere).
+fn cpu() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    // The second field is the program name in brackets; utime and stime are fields 14 and 15.
+    let after = stat.rsplit(')').next().unwrap_or_default();
+    let ticks: f64 = after
+        .split_whitespace()
+        .skip(11)
+        .take(2)
+        .filter_map(|t| t.parse::<f64>().ok())
+        .sum();
+    ticks / 100.0
 }
 
-fn lower_bound(n: usize, repeats: usize) -> f64 {
-    let a = Mat::from_fn(n, n, |i, j| {
+/// Smallest wall time and mean processor time of the runs of one candidate.
+struct Clock {
+    wall: f64,
+    cpu: f64,
+    runs: f64,
+}
+
+impl Clock {
+    fn new() -> Self {
+        Self {
+            wall: f64::INFINITY,
+            cpu: 0.0,
+            runs: 0.0,
+        }
+    }
+
+    fn run(&mut self, work: impl FnOnce()) {
+        let (start, before) = (Instant::now(), cpu());
+        work();
+        self.wall = self.wall.min(start.elapsed().as_secs_f64());
+        self.cpu += cpu() - before;
+        self.runs += 1.0;
+    }
+
+    fn mean_cpu(&self) -> f64 {
+        self.cpu / self.runs
+    }
+}
+
+/// One Cholesky and one inverse of the given size.
+fn lower_bound(a: &Mat<f64>) {
+    let c = a
+        .llt(Side::Lower)
+        .expect("positive definite by its diagonal");
+    black_box(c.inverse());
+}
+
+fn definite(n: usize) -> Mat<f64> {
+    Mat::from_fn(n, n, |i, j| {
         let d = (i as f64 - j as f64) / n as f64;
         (-0.5 * d * d * 100.0).exp() + if i == j { 0.1 } else { 0.0 }
-    });
-    best(repeats, || {
-        let c = a
-            .llt(Side::Lower)
-            .expect("positive definite by its diagonal");
-        black_box(c.inverse());
     })
 }
 
@@ -83,42 +118,55 @@ fn main() {
         OUTPUTS * (INPUTS + 1)
     );
     println!(
-        "{:>6} {:>13} {:>13} {:>13} {:>7}  peak memory so far",
-        "N", "value [s]", "gradient [s]", "bound [s]", "ratio"
+        "wall: smallest of the runs; cpu: mean of the runs, all threads; one candidate after the other"
+    );
+    println!(
+        "     N | value wall | gradient wall    cpu | bound wall    cpu | ratio wall   cpu | with 4 model parameters: wall cpu"
     );
     for points in sizes {
-        let repeats = (600 / points).clamp(2, 20);
+        let repeats = (2000 / points).clamp(2, 40);
         let (model, f, y) = problem(points);
-        let mut work = Workspace::default();
-        let value = best(repeats, || {
-            black_box(gp::nll(&model, &f, &y, &mut work).expect("well posed"));
-        });
-        let ours = best(repeats, || {
-            black_box(evidence(&model, &f, &y, &[], &mut work).expect("well posed"));
-        });
-        let memory = peak_memory();
-        let theta = full.then(|| {
-            let tangents: Vec<Tangent> = (0..4)
-                .map(|_| Tangent {
-                    rows: vec![0.1; f.n_rows() * OUTPUTS],
-                    mean: vec![0.1; f.n_rows()],
-                })
-                .collect();
-            best(repeats, || {
-                black_box(evidence(&model, &f, &y, &tangents, &mut work).expect("well posed"));
+        let tangents: Vec<Tangent> = (0..4)
+            .map(|_| Tangent {
+                rows: vec![0.1; f.n_rows() * OUTPUTS],
+                mean: vec![0.1; f.n_rows()],
             })
-        });
-        drop(work);
-        let bound = lower_bound(points * OUTPUTS, repeats);
-        println!(
-            "{points:>6} {value:>13.5} {ours:>13.5} {bound:>13.5} {:>7.2}  {memory}",
-            ours / bound
-        );
-        if let Some(theta) = theta {
-            println!(
-                "{points:>6} with 4 model parameters, whole inverse: {theta:.5} s, ratio {:.2}",
-                theta / bound
-            );
+            .collect();
+        let mut work = Workspace::default();
+        let (mut value, mut ours, mut theta, mut bound) =
+            (Clock::new(), Clock::new(), Clock::new(), Clock::new());
+        for _ in 0..repeats {
+            value.run(|| {
+                black_box(gp::nll(&model, &f, &y, &mut work).expect("well posed"));
+            });
+            ours.run(|| {
+                black_box(evidence(&model, &f, &y, &[], &mut work).expect("well posed"));
+            });
+            if full {
+                theta.run(|| {
+                    black_box(evidence(&model, &f, &y, &tangents, &mut work).expect("well posed"));
+                });
+            }
         }
+        let memory = peak_memory();
+        drop(work);
+        let a = definite(points * OUTPUTS);
+        for _ in 0..repeats {
+            bound.run(|| lower_bound(&a));
+        }
+        print!(
+            "{points:>6} | {:>10.4} | {:>13.4} {:>6.3} | {:>10.4} {:>6.3} | {:>10.2} {:>5.2} |",
+            value.wall,
+            ours.wall,
+            ours.mean_cpu(),
+            bound.wall,
+            bound.mean_cpu(),
+            ours.wall / bound.wall,
+            ours.mean_cpu() / bound.mean_cpu()
+        );
+        if full {
+            print!(" {:.4} {:.3}", theta.wall, theta.mean_cpu());
+        }
+        println!("  peak memory before the bound {memory}");
     }
 }

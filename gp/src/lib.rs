@@ -12,12 +12,12 @@
 //! A bead on the slope `z = x/2` with unknown viscous friction: thirty lines.
 //!
 //! ```
-//! //! use gp::*;
+//! use gp::*;
 //!
 //! const G: f64 = 9.81;
 //! let point = |_v: f64| {
-//!     let mass = vec![1.0, 0.0, 0.0, 1.0];
-//!     let slope = vec![0.5, -1.0]; // A a = b with b = 0
+//!     let mass = [1.0, 0.0, 0.0, 1.0]; // M, row-major
+//!     let slope = [0.5, -1.0]; // A a = b with b = 0
 //!     GaussPoint::new(&mass, &slope, &[0.0], &[0.0, -G]) // Q_K: gravity alone
 //! };
 //! // Measured accelerations at some speeds; the truth brakes with -0.8 v along the slope.
