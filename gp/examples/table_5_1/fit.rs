@@ -17,7 +17,7 @@ fn algorithm() -> Algorithm {
     Algorithm::Lbfgs {
         max_iterations: 200,
         gradient_tolerance: 1e-4,
-        reduction_tolerance: 1e-6,
+        reduction_tolerance: 1e-9,
     }
 }
 
