@@ -265,3 +265,44 @@ fn points_with_wrong_shapes_are_refused() {
         .unwrap_err();
     assert!(e.to_string().contains("redundant"), "{e}");
 }
+
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(8);
+    let mut f = Functionals::new(2, 2);
+    for _ in 0..70 {
+        let mut draw =
+            |n: usize| -> Vec<f64> { (0..n).map(|_| rng.random_range(-1.0..1.0)).collect() };
+        f.push(&draw(2), &draw(4), &[0.0, 0.0]).unwrap();
+    }
+    let y: Vec<f64> = (0..140).map(|i| (i as f64).sin()).collect();
+    let kernel = || Kernel::matern52(&[0.7, 0.9], 1.0);
+    let tangents = [Tangent {
+        rows: vec![0.3; 280],
+        mean: vec![0.1; 140],
+    }];
+    let inducing = f.inputs().subset(&[0, 9, 33, 51]);
+    for prior in [
+        LatentPrior::shared(2, kernel()),
+        LatentPrior::intrinsic(kernel(), vec![vec![0.4], vec![-0.8]], &[0.2, 0.3]),
+    ] {
+        let model = Model::new(prior, &[0.1, 0.2]).unwrap();
+        let run = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| {
+                let mut work = Workspace::default();
+                let posterior = Posterior::new(&model, &f, &y).unwrap();
+                (
+                    evidence(&model, &f, &y, &[], &mut work).unwrap(),
+                    evidence(&model, &f, &y, &tangents, &mut work).unwrap(),
+                    gp::sparse_evidence(&model, &f, &y, &inducing, &tangents).unwrap(),
+                    posterior.predict(&f).unwrap(),
+                )
+            })
+        };
+        assert_eq!(run(1), run(3));
+    }
+}
