@@ -270,14 +270,13 @@ impl Kernel {
 
     /// Check dimensions and parameters against inputs of `dims` coordinates.
     pub(crate) fn check(&self, dims: usize) -> Result<()> {
-        for (name, value) in self.param_names().into_iter().zip(self.params()) {
-            if !value.is_finite() || value.abs() > 300.0 {
-                return Err(GpError::Parameter {
-                    name,
-                    value,
-                    expected: "a finite logarithm within ±300 (the value itself positive)".into(),
-                });
-            }
+        let usable = |v: &f64| v.is_finite() && v.abs() <= 300.0;
+        if let Some(at) = self.params().iter().position(|v| !usable(v)) {
+            return Err(GpError::Parameter {
+                name: self.param_names().swap_remove(at),
+                value: self.params()[at],
+                expected: "a finite logarithm within ±300 (the value itself positive)".into(),
+            });
         }
         self.check_dims(dims)
     }
