@@ -15,6 +15,7 @@ pub mod model;
 pub mod source;
 pub mod syntax;
 pub mod tape;
+pub mod tree;
 
 pub use compile::{Compiled, compile, compile_bytes};
 pub use derive::System;
