@@ -103,7 +103,11 @@ fn orient(
                 rotation: vector::product(&basis, &about_z(delta)),
                 origin: [0.0; 3],
                 turns: [gamma, alpha],
-                offset: turn::tidy_pair(compose(psi, delta)),
+                // A root's base frame turns along with it.
+                offset: match from_parent {
+                    Some(_) => turn::tidy_pair(compose(psi, delta)),
+                    None => (1.0, 0.0),
+                },
             }
         }
     }
