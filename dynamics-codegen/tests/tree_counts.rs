@@ -36,6 +36,14 @@ impl Counted {
         let g = &mut self.loaded.graph;
         let m = self.mechanism.mass_matrix(g).concat();
         let bias = self.mechanism.bias_force(g);
+        let a = self.loaded.vars(&self.loaded.a);
+        let g = &mut self.loaded.graph;
+        let d = self.mechanism.inverse_dynamics_derivatives(g, &a);
+        let dn = [d.position.concat(), d.velocity.concat()].concat();
+        println!("d id {}", g.operation_count(&dn));
+        let d = self.mechanism.forward_dynamics_derivatives(g, &u);
+        let dn = [d.position.concat(), d.velocity.concat(), d.force.concat()].concat();
+        println!("d fd {}", g.operation_count(&dn));
         let forward = self.mechanism.forward_dynamics(g, &u);
         let both = [m.clone(), bias.clone()].concat();
         [

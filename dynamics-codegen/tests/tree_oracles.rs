@@ -102,7 +102,20 @@ impl Case {
         self.check(&drift, "Jdot_qd", 1e-10);
     }
 
+    fn check_derivatives(&mut self) {
+        let (a, u) = (self.loaded.vars(&self.loaded.a), self.loaded.vars(&self.loaded.u));
+        let g = &mut self.loaded.graph;
+        let inverse = self.mechanism.inverse_dynamics_derivatives(g, &a);
+        let forward = self.mechanism.forward_dynamics_derivatives(g, &u);
+        self.check(&inverse.position.concat(), "dtau_dq", 1e-8);
+        self.check(&inverse.velocity.concat(), "dtau_dqd", 1e-8);
+        self.check(&forward.position.concat(), "dqdd_dq", 1e-8);
+        self.check(&forward.velocity.concat(), "dqdd_dqd", 1e-8);
+        self.check(&forward.force.concat(), "Minv", 1e-10);
+    }
+
     fn check_all(mut self) {
+        self.check_derivatives();
         self.check_dynamics();
         self.check_kinematics();
     }

@@ -23,6 +23,7 @@ mod mechanism;
 mod newton_euler;
 mod placement;
 mod regroup;
+mod sensitivity;
 mod solve;
 mod space;
 mod turn;
@@ -31,6 +32,7 @@ mod vector;
 pub use error::TreeError;
 pub use kinematics::{Frame, Pose};
 pub use mechanism::{Layout, Mechanism, Options, Regrouped, Report, Snapped};
+pub use sensitivity::{ForwardDerivatives, InverseDerivatives};
 pub use solve::{Constrained, Factor};
 
 use crate::graph::ExprId;

@@ -78,13 +78,6 @@ impl Wrench {
         }
     }
 
-    pub fn scale(&self, g: &mut Graph, k: f64) -> Self {
-        Self {
-            moment: self.moment.map(|x| g.scale(k, x)),
-            force: self.force.map(|x| g.scale(k, x)),
-        }
-    }
-
     /// What the wrench does along a freedom's axis.
     pub fn along(&self, g: &mut Graph, axis: Axis) -> ExprId {
         match axis {

@@ -92,6 +92,37 @@ impl Factor {
         x
     }
 
+    /// `−M⁻¹ x`. The sign enters where a difference can take it up, not as an
+    /// operation of its own.
+    pub fn solve_negative(&self, g: &mut Graph, x: &[ExprId]) -> Vec<ExprId> {
+        let mut x = x.to_vec();
+        // Whether x[i] holds the negative of what it stands for.
+        let mut flipped = vec![false; x.len()];
+        for (position, &k) in self.order.iter().enumerate().rev() {
+            for &i in &self.order[..position] {
+                let product = g.mul(self.lower[k][i], x[k]);
+                if g.is_zero(product) {
+                    continue;
+                }
+                x[i] = match (flipped[i], flipped[k]) {
+                    (false, false) => g.sub(product, x[i]),
+                    (false, true) => g.add(product, x[i]),
+                    (true, false) => g.add(x[i], product),
+                    (true, true) => g.sub(x[i], product),
+                };
+                flipped[i] |= !flipped[k];
+            }
+        }
+        self.divide(g, &mut x);
+        for &k in &self.order {
+            if !flipped[k] {
+                x[k] = g.neg(x[k]);
+            }
+        }
+        self.ascend(g, &mut x);
+        x
+    }
+
     /// `M⁻¹`, symmetric node by node.
     pub fn inverse(&self, g: &mut Graph) -> Vec<Vec<ExprId>> {
         let size = self.inverse.len();

@@ -53,6 +53,25 @@ impl Space {
         total
     }
 
+    /// `Jᵀ M J` of any matrix over freedoms, numbered link by link.
+    pub fn sandwich(&self, g: &mut Graph, matrix: &[Vec<ExprId>]) -> Vec<Vec<ExprId>> {
+        let maps: Vec<&Vec<(usize, ExprId)>> = self.maps.iter().flatten().collect();
+        let zero = g.zero();
+        let mut result = vec![vec![zero; self.size]; self.size];
+        for (row, left) in matrix.iter().zip(&maps) {
+            for (&entry, right) in row.iter().zip(&maps) {
+                for &(i, c) in *left {
+                    for &(j, d) in *right {
+                        let scaled = g.mul(entry, d);
+                        let term = g.mul(c, scaled);
+                        result[i][j] = g.add(result[i][j], term);
+                    }
+                }
+            }
+        }
+        result
+    }
+
     /// `Jᵀ M J` of a symmetric matrix over freedoms, numbered link by link.
     pub fn congruence(&self, g: &mut Graph, matrix: &[Vec<ExprId>]) -> Vec<Vec<ExprId>> {
         let maps: Vec<&Vec<(usize, ExprId)>> = self.maps.iter().flatten().collect();

@@ -17,10 +17,6 @@ pub(super) fn constant(g: &mut Graph, v: [f64; 3]) -> Vector {
     v.map(|x| g.constant(x))
 }
 
-pub(super) fn is_zero(g: &Graph, v: Vector) -> bool {
-    v.iter().all(|&x| g.is_zero(x))
-}
-
 /// The numbers, if all three are constant.
 pub(super) fn as_numbers(g: &Graph, v: Vector) -> Option<[f64; 3]> {
     Some([
