@@ -1,7 +1,6 @@
 //! Poses, Jacobians and their rates, in world axes.
 
 use super::mechanism::{Axis, Mechanism};
-use super::newton_euler::State;
 use super::turn;
 use super::vector::{self, IDENTITY, Rotation, Vector};
 use crate::graph::{ExprId, Graph};
@@ -42,6 +41,17 @@ pub struct Pose {
 pub(super) struct Place {
     pub columns: [Vector; 3],
     pub origin: Vector,
+    /// From the parent's origin to this one.
+    step: Vector,
+}
+
+/// A link's motion in world axes.
+#[derive(Debug, Clone, Copy)]
+struct Flow {
+    omega: Vector,
+    /// Angular velocity of the parent: an axis fixed there turns by it alone.
+    omega_parent: Vector,
+    velocity: Vector,
 }
 
 /// A velocity (or a part of an acceleration): of a point, and of its body.
@@ -123,13 +133,15 @@ impl Mechanism {
                     Place {
                         columns: columns.map(|column| vector::constant(g, column)),
                         origin: link.base.translation,
+                        step: vector::zero(g),
                     }
                 }
             };
-            let shift = turn::times(g, &turn::transpose(&before.columns), link.shift);
+            let step = turn::times(g, &turn::transpose(&before.columns), link.shift);
             places.push(Place {
                 columns: turn::turn_columns(g, &link.stages, &before.columns),
-                origin: vector::add(g, before.origin, shift),
+                origin: vector::add(g, before.origin, step),
+                step,
             });
         }
         places
@@ -148,37 +160,67 @@ impl Mechanism {
             return Vec::new();
         };
         let places = self.places(g);
-        let rest = vec![g.zero(); self.coordinates];
-        let states = self.states(g, &rest, false);
-        let end = self.position(g, &places, Some(carrier), point);
-        let end_velocity = if rate {
-            let spin = vector::cross(g, states[carrier].omega, point);
-            let local = vector::add(g, states[carrier].velocity, spin);
-            turn::times(g, &turn::transpose(&places[carrier].columns), local)
-        } else {
-            vector::zero(g)
-        };
+        let flows = self.flows(g, &places);
+        let lever = turn::times(g, &turn::transpose(&places[carrier].columns), point);
+        let end = vector::add(g, places[carrier].origin, lever);
+        let spin = vector::cross(g, flows[carrier].omega, lever);
+        let end_velocity = vector::add(g, flows[carrier].velocity, spin);
         let mut columns = Vec::new();
         let mut next = Some(carrier);
         while let Some(i) = next {
-            for k in 0..self.links[i].freedoms.len() {
-                let axis = self.links[i].freedoms[k].axis;
-                let arm = Arm {
-                    place: places[i],
-                    lever: if i == carrier { Some(point) } else { None },
-                    end,
-                    end_velocity,
-                };
+            let arm = Arm {
+                place: places[i],
+                flow: flows[i],
+                point: if i == carrier { Some(point) } else { None },
+                end,
+                end_velocity,
+                own_axes: self.links[i].spherical.is_some(),
+            };
+            for (k, freedom) in self.links[i].freedoms.iter().enumerate() {
                 let twist = if rate {
-                    arm.rate(g, axis, &states[i])
+                    arm.rate(g, freedom.axis)
                 } else {
-                    arm.column(g, axis)
+                    arm.column(g, freedom.axis)
                 };
                 columns.push((i, k, twist));
             }
             next = self.links[i].parent;
         }
         columns
+    }
+
+    fn flows(&self, g: &mut Graph, places: &[Place]) -> Vec<Flow> {
+        let zero = vector::zero(g);
+        let mut flows: Vec<Flow> = Vec::with_capacity(self.links.len());
+        for (i, link) in self.links.iter().enumerate() {
+            let (mut omega, mut velocity) = match link.parent {
+                Some(parent) => (flows[parent].omega, flows[parent].velocity),
+                None => (zero, zero),
+            };
+            let omega_parent = omega;
+            let lever = vector::cross(g, omega, places[i].step);
+            velocity = vector::add(g, velocity, lever);
+            for freedom in &link.freedoms {
+                match freedom.axis {
+                    Axis::Angular(k) => {
+                        let own = vector::scale(g, freedom.rate, places[i].columns[k]);
+                        omega = vector::add(g, omega, own);
+                    }
+                    Axis::Linear(a) => {
+                        let a = vector::constant(g, a);
+                        let axis = turn::times(g, &turn::transpose(&places[i].columns), a);
+                        let own = vector::scale(g, freedom.rate, axis);
+                        velocity = vector::add(g, velocity, own);
+                    }
+                }
+            }
+            flows.push(Flow {
+                omega,
+                omega_parent,
+                velocity,
+            });
+        }
+        flows
     }
 
     fn columns_to_matrix(
@@ -228,69 +270,88 @@ impl Mechanism {
 /// One link on the way to a frame whose origin is at `end`.
 struct Arm {
     place: Place,
+    flow: Flow,
     /// The frame's origin in the link's own frame, if it is fixed there.
-    lever: Option<Vector>,
+    point: Option<Vector>,
     end: Vector,
     end_velocity: Vector,
+    /// Whether the link's axes are fixed in itself but not in its parent.
+    own_axes: bool,
 }
 
 impl Arm {
     /// `(z × (x − o); z)` of an axis `z` through `o`, or `(a; 0)`.
     fn column(&self, g: &mut Graph, axis: Axis) -> Twist {
-        match axis {
-            Axis::Linear(a) => Twist {
-                linear: self.direction(g, a),
+        let direction = self.direction(g, axis);
+        let Axis::Angular(k) = axis else {
+            return Twist {
+                linear: direction,
                 angular: vector::zero(g),
-            },
-            Axis::Angular(k) => {
-                let linear = match self.lever {
-                    Some(point) => {
-                        let axis = vector::constant(g, IDENTITY[k]);
-                        let local = vector::cross(g, axis, point);
-                        turn::times(g, &turn::transpose(&self.place.columns), local)
-                    }
-                    None => {
-                        let gap = vector::sub(g, self.end, self.place.origin);
-                        vector::cross(g, self.place.columns[k], gap)
-                    }
-                };
-                Twist {
-                    linear,
-                    angular: self.place.columns[k],
-                }
+            };
+        };
+        let linear = match self.point {
+            Some(point) => self.local_lever(g, k, point),
+            None => {
+                let gap = vector::sub(g, self.end, self.place.origin);
+                vector::cross(g, direction, gap)
             }
+        };
+        Twist {
+            linear,
+            angular: direction,
         }
     }
 
     /// The rate of [`column`](Self::column): `ż = ω × z`.
-    fn rate(&self, g: &mut Graph, axis: Axis, state: &State) -> Twist {
-        let rows = turn::transpose(&self.place.columns);
-        let local = match axis {
-            Axis::Linear(a) => vector::constant(g, a),
-            Axis::Angular(k) => vector::constant(g, IDENTITY[k]),
+    fn rate(&self, g: &mut Graph, axis: Axis) -> Twist {
+        let direction = self.direction(g, axis);
+        let omega = if self.own_axes {
+            self.flow.omega
+        } else {
+            self.flow.omega_parent
         };
-        let local_change = vector::cross(g, state.omega, local);
-        let change = turn::times(g, &rows, local_change);
+        let change = vector::cross(g, omega, direction);
         let Axis::Angular(k) = axis else {
             return Twist {
                 linear: change,
                 angular: vector::zero(g),
             };
         };
-        let gap = vector::sub(g, self.end, self.place.origin);
-        let origin_velocity = turn::times(g, &rows, state.velocity);
-        let gap_change = vector::sub(g, self.end_velocity, origin_velocity);
-        let turning = vector::cross(g, change, gap);
-        let moving = vector::cross(g, self.place.columns[k], gap_change);
+        let linear = match self.point {
+            // The lever turns with the link.
+            Some(point) => {
+                let lever = self.local_lever(g, k, point);
+                vector::cross(g, self.flow.omega, lever)
+            }
+            None => {
+                let gap = vector::sub(g, self.end, self.place.origin);
+                let gap_change = vector::sub(g, self.end_velocity, self.flow.velocity);
+                let turning = vector::cross(g, change, gap);
+                let moving = vector::cross(g, direction, gap_change);
+                vector::add(g, turning, moving)
+            }
+        };
         Twist {
-            linear: vector::add(g, turning, moving),
+            linear,
             angular: change,
         }
     }
 
-    fn direction(&self, g: &mut Graph, a: [f64; 3]) -> Vector {
-        let a = vector::constant(g, a);
-        turn::times(g, &turn::transpose(&self.place.columns), a)
+    /// `R (e_k × point)`: what is zero in the link's frame stays zero.
+    fn local_lever(&self, g: &mut Graph, k: usize, point: Vector) -> Vector {
+        let axis = vector::constant(g, IDENTITY[k]);
+        let local = vector::cross(g, axis, point);
+        turn::times(g, &turn::transpose(&self.place.columns), local)
+    }
+
+    fn direction(&self, g: &mut Graph, axis: Axis) -> Vector {
+        match axis {
+            Axis::Angular(k) => self.place.columns[k],
+            Axis::Linear(a) => {
+                let a = vector::constant(g, a);
+                turn::times(g, &turn::transpose(&self.place.columns), a)
+            }
+        }
     }
 }
 
