@@ -5,24 +5,7 @@ mod support;
 use dynamics_codegen::graph::ExprId;
 use dynamics_codegen::tree::{Frame, Mechanism, Options};
 use serde_json::Value;
-use support::{Loaded, load, shared};
-
-fn numbers(value: &Value) -> Vec<f64> {
-    match value {
-        Value::Array(items) => items.iter().flat_map(numbers).collect(),
-        number => vec![number.as_f64().expect("a number")],
-    }
-}
-
-/// The largest difference, relative to the largest entry.
-fn deviation(ours: &[f64], theirs: &[f64]) -> f64 {
-    assert_eq!(ours.len(), theirs.len());
-    let scale = theirs.iter().fold(1e-12_f64, |s, x| s.max(x.abs()));
-    (ours.iter().zip(theirs)).fold(0.0_f64, |worst, (x, y)| {
-        let gap = (x - y).abs() / scale;
-        if gap.is_nan() { f64::INFINITY } else { worst.max(gap) }
-    })
-}
+use support::{Loaded, deviation, load, numbers, shared};
 
 struct Case {
     oracle: Value,

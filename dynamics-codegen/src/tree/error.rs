@@ -60,6 +60,15 @@ pub enum TreeError {
         /// The coordinate.
         index: usize,
     },
+    /// In a tree with a floating body, a coordinate that is not a variable.
+    #[error(
+        "coordinate {index} has no joint that moves by just that coordinate; \
+         a tree with a floating body needs one, to differentiate by it"
+    )]
+    NotASymbol {
+        /// The coordinate.
+        index: usize,
+    },
     /// A constant that is not finite.
     #[error("body `{body}` has a {what} that is not a finite number")]
     NotFinite {

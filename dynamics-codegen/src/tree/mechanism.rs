@@ -7,7 +7,7 @@ use super::regroup;
 use super::turn::Stage;
 use super::vector::{Rotation, Vector};
 use super::{Tree, TreeError};
-use crate::graph::{ExprId, Graph};
+use crate::graph::{ExprId, Graph, SymbolId};
 
 /// How a tree is prepared.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -130,6 +130,8 @@ pub struct Mechanism {
     pub(super) anchors: Vec<Anchor>,
     pub(super) gravity: Vector,
     pub(super) coordinates: usize,
+    /// Position and velocity of each coordinate, where they are plain symbols.
+    pub(super) symbols: Vec<Option<(SymbolId, SymbolId)>>,
     report: Report,
 }
 
@@ -174,6 +176,7 @@ impl Mechanism {
             anchors,
             gravity: tree.gravity,
             coordinates: tree.coordinates,
+            symbols: placement::symbols(graph, tree),
             report,
         }
     }
@@ -198,21 +201,5 @@ impl Mechanism {
     /// Whether a quaternion is among the coordinates.
     pub fn is_floating(&self) -> bool {
         self.links.iter().any(|link| link.spherical.is_some())
-    }
-
-    /// `Σ map · x`, per velocity variable of one link.
-    pub(super) fn rates(&self, g: &mut Graph, link: usize, x: &[ExprId]) -> Vec<ExprId> {
-        self.links[link]
-            .freedoms
-            .iter()
-            .map(|freedom| {
-                let mut total = g.zero();
-                for &(index, coefficient) in &freedom.map {
-                    let term = g.mul(coefficient, x[index]);
-                    total = g.add(total, term);
-                }
-                total
-            })
-            .collect()
     }
 }

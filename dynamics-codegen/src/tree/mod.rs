@@ -16,6 +16,7 @@
 mod composite;
 mod energy;
 mod error;
+mod floating;
 mod frames;
 mod inertia;
 mod kinematics;

@@ -114,14 +114,24 @@ impl Mechanism {
     /// The motion of all links. With `gravity` the world accelerates upwards,
     /// which acts as gravity does.
     pub(super) fn states(&self, g: &mut Graph, acceleration: &[ExprId], gravity: bool) -> Vec<State> {
+        let accelerations = Space::coordinates(self).rates(g, acceleration);
+        self.states_at(g, &accelerations, gravity)
+    }
+
+    /// As [`states`](Self::states), with an acceleration per link and freedom.
+    pub(super) fn states_at(
+        &self,
+        g: &mut Graph,
+        accelerations: &[Vec<ExprId>],
+        gravity: bool,
+    ) -> Vec<State> {
         let mut states: Vec<State> = Vec::with_capacity(self.links.len());
         for i in 0..self.links.len() {
             let before = match self.links[i].parent {
                 Some(parent) => states[parent],
                 None => self.base_state(g, i, gravity),
             };
-            let accelerations = self.rates(g, i, acceleration);
-            states.push(self.step(g, i, &before, &accelerations));
+            states.push(self.step(g, i, &before, &accelerations[i]));
         }
         states
     }

@@ -6,7 +6,7 @@ use super::mechanism::{Axis, Freedom, Snapped};
 use super::turn::Matrix;
 use super::vector::{self, IDENTITY, Rotation, Vector};
 use super::{Body, Coordinate, Floating, Joint, Tree, TreeError};
-use crate::graph::{ExprId, Graph};
+use crate::graph::{ExprId, Graph, Node, SymbolId};
 
 /// How a joint moves, in its own frame.
 #[derive(Debug, Clone, Copy)]
@@ -67,10 +67,27 @@ pub(super) fn check(g: &Graph, tree: &Tree) -> Result<(), TreeError> {
             }
         }
     }
-    match used.iter().position(|&used| !used) {
-        Some(index) => Err(TreeError::Unused { index }),
-        None => Ok(()),
+    if let Some(index) = used.iter().position(|&used| !used) {
+        return Err(TreeError::Unused { index });
     }
+    let floating = (tree.bodies.iter()).any(|body| matches!(body.joint, Joint::Floating(_)));
+    match symbols(g, tree).iter().position(Option::is_none) {
+        Some(index) if floating => Err(TreeError::NotASymbol { index }),
+        _ => Ok(()),
+    }
+}
+
+/// Position and velocity of each coordinate, where a joint moves by just that.
+pub(super) fn symbols(g: &Graph, tree: &Tree) -> Vec<Option<(SymbolId, SymbolId)>> {
+    let mut symbols = vec![None; tree.coordinates];
+    for c in tree.bodies.iter().flat_map(|body| coordinates(&body.joint)) {
+        if let (Node::Symbol(q), Node::Symbol(v)) = (g.node(c.q), g.node(c.v))
+            && c.ratio == 1.0
+        {
+            symbols[c.index] = Some((q, v));
+        }
+    }
+    symbols
 }
 
 fn check_rotation(body: &Body) -> Result<(), TreeError> {

@@ -15,13 +15,14 @@
 //! root. `D` is linear in the angular part alone: its covector needs no lever.
 
 use super::composite::momentum_along;
+use super::floating;
 use super::inertia::PseudoInertia;
 use super::mechanism::{Axis, Mechanism};
 use super::newton_euler::{State, Wrench};
 use super::space::Space;
 use super::turn::{self, Matrix};
 use super::vector::{self, Vector};
-use crate::graph::{ExprId, Graph, SymbolId};
+use crate::graph::{ExprId, Graph};
 
 /// Derivatives of the inverse dynamics `τ(q, v, a)`; rows are forces.
 #[derive(Debug, Clone)]
@@ -86,7 +87,8 @@ struct Messages {
 
 impl Mechanism {
     /// `∂(M a − Q_C)/∂(q, v)` at fixed `a`. For a floating body, whose
-    /// quaternion is redundant, by differentiating the graph.
+    /// quaternion is redundant, by differentiating the graph; they hold along
+    /// changes that keep the quaternion a unit.
     ///
     /// # Panics
     /// If `acceleration` does not have one entry per coordinate.
@@ -95,6 +97,9 @@ impl Mechanism {
         g: &mut Graph,
         acceleration: &[ExprId],
     ) -> InverseDerivatives {
+        if self.is_floating() {
+            return floating::inverse(self, g, acceleration);
+        }
         let states = self.states(g, acceleration, true);
         let motions: Vec<AxisMotion> = (0..self.links.len())
             .map(|i| axis_motion(g, self.links[i].freedoms[0].axis, &states[i]))
@@ -131,12 +136,19 @@ impl Mechanism {
     }
 
     /// `∂a/∂(q, v, Q)` through `M ∂a = ∂Q − ∂τ` at the `a` of the forward
-    /// dynamics (MATH section 4).
+    /// dynamics (MATH section 4). For a floating body they hold along changes
+    /// that keep its quaternion a unit.
+    ///
+    /// # Panics
+    /// If `force` does not have one entry per coordinate.
     pub fn forward_dynamics_derivatives(
         &self,
         g: &mut Graph,
         force: &[ExprId],
     ) -> ForwardDerivatives {
+        if self.is_floating() {
+            return floating::forward(self, g, force);
+        }
         let acceleration = self.forward_dynamics(g, force);
         let slopes = self.inverse_dynamics_derivatives(g, &acceleration);
         let factor = self.factor(g);
@@ -174,8 +186,10 @@ impl Mechanism {
     }
 }
 
-fn transposed(columns: &[Vec<ExprId>]) -> Vec<Vec<ExprId>> {
-    (0..columns.len())
+/// Rows from columns.
+pub(super) fn transposed(columns: &[Vec<ExprId>]) -> Vec<Vec<ExprId>> {
+    let size = columns.first().map_or(0, Vec::len);
+    (0..size)
         .map(|i| columns.iter().map(|column| column[i]).collect())
         .collect()
 }

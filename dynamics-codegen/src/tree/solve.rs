@@ -229,20 +229,15 @@ impl Mechanism {
         assert_eq!(force.len(), self.coordinates, "one force per coordinate");
         assert_eq!(rows.len(), bias.len(), "one right-hand side per row");
         let quasi = Space::quasi(g, self);
-        let over_freedoms = self.freedom_mass_matrix(g);
-        let matrix = quasi.congruence(g, &over_freedoms);
-        let factor = Factor::new(g, &matrix, self.elimination_order());
+        let factor = self.quasi_factor(g, &quasi);
         let rest = vec![g.zero(); self.coordinates];
-        let states = self.states(g, &rest, true);
-        let wrenches = self.wrenches(g, &states);
-        let needed = self.joint_forces(g, &wrenches);
-        let needed = quasi.force(g, &needed);
+        let needed = self.quasi_inverse_dynamics(g, &quasi, &rest);
         let applied = self.to_quasi(g, force);
         let total: Vec<ExprId> = (applied.iter().zip(&needed))
             .map(|(&applied, &needed)| g.sub(applied, needed))
             .collect();
-        let drift = self.from_quasi(g, &rest);
-        let rows_quasi: Vec<Vec<ExprId>> =
+        let drift = self.quaternion_drift(g);
+        let quasi_rows: Vec<Vec<ExprId>> =
             rows.iter().map(|row| self.to_quasi(g, row)).collect();
         let bias: Vec<ExprId> = (rows.iter().zip(bias))
             .map(|(row, &b)| {
@@ -250,9 +245,33 @@ impl Mechanism {
                 g.sub(b, moved)
             })
             .collect();
-        let mut solution = factor.constrained(g, &total, &rows_quasi, &bias);
+        let mut solution = factor.constrained(g, &total, &quasi_rows, &bias);
         solution.acceleration = self.from_quasi(g, &solution.acceleration);
+        for (a, &drift) in solution.acceleration.iter_mut().zip(&drift) {
+            *a = g.add(*a, drift);
+        }
         solution
+    }
+
+    /// The factors of the mass matrix over quasi-velocities.
+    pub(super) fn quasi_factor(&self, g: &mut Graph, quasi: &Space) -> Factor {
+        let over_freedoms = self.freedom_mass_matrix(g);
+        let matrix = quasi.congruence(g, &over_freedoms);
+        Factor::new(g, &matrix, self.elimination_order())
+    }
+
+    /// Inverse dynamics over quasi-velocities.
+    pub(super) fn quasi_inverse_dynamics(
+        &self,
+        g: &mut Graph,
+        quasi: &Space,
+        acceleration: &[ExprId],
+    ) -> Vec<ExprId> {
+        let accelerations = quasi.rates(g, acceleration);
+        let states = self.states_at(g, &accelerations, true);
+        let wrenches = self.wrenches(g, &states);
+        let needed = self.joint_forces(g, &wrenches);
+        quasi.force(g, &needed)
     }
 
     /// The factors of the mass matrix as [`mass_matrix`](Self::mass_matrix) gives it.
@@ -287,7 +306,7 @@ impl Mechanism {
 
     /// A covector on `v` (a force, a row of `A`) as one on quasi-velocities:
     /// with `η̇ = ½ Eᵀω` its quaternion part is `½ E Q_η`.
-    fn to_quasi(&self, g: &mut Graph, force: &[ExprId]) -> Vec<ExprId> {
+    pub(super) fn to_quasi(&self, g: &mut Graph, force: &[ExprId]) -> Vec<ExprId> {
         let mut quasi = force.to_vec();
         for link in &self.links {
             let Some(places) = link.spherical else { continue };
@@ -306,19 +325,13 @@ impl Mechanism {
         quasi
     }
 
-    /// Accelerations of quasi-velocities as `a`: `η̈ = ½ Eᵀ ω̇ − (η̇ᵀη̇) η`.
-    fn from_quasi(&self, g: &mut Graph, quasi: &[ExprId]) -> Vec<ExprId> {
+    /// Accelerations of quasi-velocities as `a` up to the drift: `η̈ = ½ Eᵀ ω̇`.
+    pub(super) fn from_quasi(&self, g: &mut Graph, quasi: &[ExprId]) -> Vec<ExprId> {
         let mut acceleration = quasi.to_vec();
         for link in &self.links {
-            let Some((places, quaternion)) = link.spherical.zip(link.quaternion) else {
-                continue;
-            };
-            // η̇ᵀη̇ = ¼ ωᵀω
-            let rates: Vec<ExprId> = link.freedoms.iter().map(|f| f.rate).collect();
-            let square = g.inner_product(&rates, &rates);
-            let inward = g.scale(-0.25, square);
-            for (a, &place) in places.iter().enumerate() {
-                acceleration[place] = g.mul(inward, quaternion[a]);
+            let Some(places) = link.spherical else { continue };
+            for place in places {
+                acceleration[place] = g.zero();
             }
             for (freedom, &omega_dot) in link.freedoms.iter().zip(&places) {
                 for &(index, coefficient) in &freedom.map {
@@ -329,5 +342,22 @@ impl Mechanism {
             }
         }
         acceleration
+    }
+
+    /// What keeps a quaternion a unit: `−(η̇ᵀη̇) η = −¼ (ωᵀω) η`, zero elsewhere.
+    pub(super) fn quaternion_drift(&self, g: &mut Graph) -> Vec<ExprId> {
+        let mut drift = vec![g.zero(); self.coordinates];
+        for link in &self.links {
+            let Some((places, quaternion)) = link.spherical.zip(link.quaternion) else {
+                continue;
+            };
+            let rates: Vec<ExprId> = link.freedoms.iter().map(|f| f.rate).collect();
+            let square = g.inner_product(&rates, &rates);
+            let inward = g.scale(-0.25, square);
+            for (place, value) in places.into_iter().zip(quaternion) {
+                drift[place] = g.mul(inward, value);
+            }
+        }
+        drift
     }
 }

@@ -39,6 +39,20 @@ impl Space {
         space
     }
 
+    /// `J x`, per link and freedom.
+    pub fn rates(&self, g: &mut Graph, x: &[ExprId]) -> Vec<Vec<ExprId>> {
+        let mut rate = |map: &Vec<(usize, ExprId)>| {
+            let mut total = g.zero();
+            for &(index, coefficient) in map {
+                let term = g.mul(coefficient, x[index]);
+                total = g.add(total, term);
+            }
+            total
+        };
+        let links = self.maps.iter();
+        links.map(|maps| maps.iter().map(&mut rate).collect()).collect()
+    }
+
     /// `Jᵀ τ`
     pub fn force(&self, g: &mut Graph, forces: &[Vec<ExprId>]) -> Vec<ExprId> {
         let mut total = vec![g.zero(); self.size];

@@ -93,7 +93,7 @@ def to_pinocchio(root, q, v):
     return q, np.eye(len(v)), np.zeros(len(v))
 
 
-def state(root, model, size, tip, offset):
+def state(root, model, size):
     data = model.createData()
     q, v, a, u = (rng.uniform(-1.5, 1.5, size) for _ in range(4))
     if root == "floating":
@@ -138,16 +138,19 @@ def state(root, model, size, tip, offset):
     return {k: np.asarray(x).tolist() for k, x in result.items()}
 
 
+# Depth first: Pinocchio expects the joints of a subtree side by side.
 trees = []
 for root, parents, kinds in [
-    ("revolute", [0, 1, 1, 2, 3, 3, 6], ["revolute", "revolute", "prismatic", "revolute", "revolute", "fixed", "revolute"]),
+    ("revolute", [0, 1, 2, 1, 4, 4, 6], ["revolute", "revolute", "prismatic", "revolute", "revolute", "fixed", "revolute"]),
     ("prismatic", [0, 1, 0, 3], ["revolute", "revolute", "prismatic", "revolute"]),
     ("floating", [0, 1, 0, 3, 4], ["revolute", "revolute", "prismatic", "fixed", "revolute"]),
     ("planar", [0, 1, 0], ["revolute", "revolute", "revolute"]),
 ]:
     bodies, model, tip, offset = make(root, parents, kinds)
-    model.addFrame(pin.Frame("tip", tip, offset, pin.FrameType.OP_FRAME))
+    tool = pin.SE3(rotation(), rng.normal(size=3) * 0.2)
+    model.addFrame(pin.Frame("tip", tip, offset * tool, pin.FrameType.OP_FRAME))
     size = model.nv + (1 if root == "floating" else 0)
     trees.append(dict(root=root, gravity=model.gravity.linear.tolist(), bodies=bodies,
-                      states=[state(root, model, size, tip, offset) for _ in range(5)]))
+                      tool=dict(rotation=tool.rotation.tolist(), translation=tool.translation.tolist()),
+                      states=[state(root, model, size) for _ in range(5)]))
 print(json.dumps(dict(source=f"pinocchio {pin.__version__}", trees=trees)))

@@ -4,6 +4,7 @@
 
 use dynamics_codegen::graph::{ExprId, Graph, SymbolId};
 use dynamics_codegen::tree::{Body, Coordinate, Inertia, Joint, Placement, Tree};
+use serde_json::Value;
 use std::path::PathBuf;
 use urdf_rs::{JointType, Robot};
 
@@ -173,4 +174,22 @@ pub fn multiply(a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
 
 pub fn transpose(a: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| a[j][i]))
+}
+
+/// All numbers of nested lists, in order.
+pub fn numbers(value: &Value) -> Vec<f64> {
+    match value {
+        Value::Array(items) => items.iter().flat_map(numbers).collect(),
+        number => vec![number.as_f64().expect("a number")],
+    }
+}
+
+/// The largest difference, relative to the largest entry.
+pub fn deviation(ours: &[f64], theirs: &[f64]) -> f64 {
+    assert_eq!(ours.len(), theirs.len());
+    let scale = theirs.iter().fold(1e-12_f64, |s, x| s.max(x.abs()));
+    (ours.iter().zip(theirs)).fold(0.0_f64, |worst, (x, y)| {
+        let gap = (x - y).abs() / scale;
+        if gap.is_nan() { f64::INFINITY } else { worst.max(gap) }
+    })
 }
