@@ -19,9 +19,12 @@ fn case(name: &str, urdf: &str, snap: Option<f64>) -> Option<Case> {
     let text = std::fs::read_to_string(oracle).expect("readable");
     let oracle: Value = serde_json::from_str(&text).expect("valid");
     let robot = urdf_rs::read_file(urdf).expect("a robot");
-    let order: Vec<String> = (oracle["meta"]["joint_order"].as_array().expect("a list").iter())
-        .map(|n| n.as_str().expect("a name").to_owned())
-        .collect();
+    let order: Vec<String> = (oracle["meta"]["joint_order"]
+        .as_array()
+        .expect("a list")
+        .iter())
+    .map(|n| n.as_str().expect("a name").to_owned())
+    .collect();
     let mut loaded = load(&robot, Some(&order));
     let options = Options {
         snap,
@@ -41,8 +44,7 @@ impl Case {
         let states = self.oracle["states"].as_array().expect("states");
         assert_eq!(states.len(), 50);
         states.iter().fold(0.0, |worst: f64, state| {
-            let [q, v, a, u] =
-                ["q", "qd", a_or_u[0], a_or_u[1]].map(|name| numbers(&state[name]));
+            let [q, v, a, u] = ["q", "qd", a_or_u[0], a_or_u[1]].map(|name| numbers(&state[name]));
             let ours = self.loaded.evaluate(outputs, [&q, &v, &a, &u]);
             worst.max(deviation(&ours, &numbers(&state[key])))
         })
@@ -55,7 +57,10 @@ impl Case {
     }
 
     fn check_dynamics(&mut self) {
-        let (a, u) = (self.loaded.vars(&self.loaded.a), self.loaded.vars(&self.loaded.u));
+        let (a, u) = (
+            self.loaded.vars(&self.loaded.a),
+            self.loaded.vars(&self.loaded.u),
+        );
         let g = &mut self.loaded.graph;
         let m = self.mechanism.mass_matrix(g).concat();
         let bias: Vec<ExprId> = self.mechanism.bias_force(g);
@@ -71,7 +76,9 @@ impl Case {
     }
 
     fn check_kinematics(&mut self) {
-        let body = self.loaded.body(self.oracle["meta"]["ee_frame"].as_str().expect("a name"));
+        let body = self
+            .loaded
+            .body(self.oracle["meta"]["ee_frame"].as_str().expect("a name"));
         let g = &mut self.loaded.graph;
         let frame = Frame::of_body(g, body);
         let pose = self.mechanism.pose(g, &frame);
@@ -86,7 +93,10 @@ impl Case {
     }
 
     fn check_derivatives(&mut self) {
-        let (a, u) = (self.loaded.vars(&self.loaded.a), self.loaded.vars(&self.loaded.u));
+        let (a, u) = (
+            self.loaded.vars(&self.loaded.a),
+            self.loaded.vars(&self.loaded.u),
+        );
         let g = &mut self.loaded.graph;
         let inverse = self.mechanism.inverse_dynamics_derivatives(g, &a);
         let forward = self.mechanism.forward_dynamics_derivatives(g, &u);

@@ -28,7 +28,12 @@ fn load(tree: &Value) -> Loaded {
         next += 1;
         let index = next - 1;
         let (q, v) = (graph.var(q[index]), graph.var(v[index]));
-        Coordinate { q, v, index, ratio: 1.0 }
+        Coordinate {
+            q,
+            v,
+            index,
+            ratio: 1.0,
+        }
     };
     let bodies = tree["bodies"].as_array().expect("bodies");
     let mut joints = Vec::new();
@@ -36,8 +41,14 @@ fn load(tree: &Value) -> Loaded {
         let axis = triple(&body["axis"]);
         joints.push(match body["kind"].as_str().expect("a kind") {
             "fixed" => Joint::Fixed,
-            "revolute" => Joint::Revolute { axis, coordinate: coordinate() },
-            "prismatic" => Joint::Prismatic { axis, coordinate: coordinate() },
+            "revolute" => Joint::Revolute {
+                axis,
+                coordinate: coordinate(),
+            },
+            "prismatic" => Joint::Prismatic {
+                axis,
+                coordinate: coordinate(),
+            },
             "planar" => Joint::Planar {
                 normal: [0.0, 0.0, 1.0],
                 coordinates: std::array::from_fn(|_| coordinate()),
@@ -71,7 +82,15 @@ fn load(tree: &Value) -> Loaded {
         bodies,
     };
     let names = tree.bodies.iter().map(|b| b.name.clone()).collect();
-    Loaded { graph, tree, q, v, a, u, names }
+    Loaded {
+        graph,
+        tree,
+        q,
+        v,
+        a,
+        u,
+        names,
+    }
 }
 
 struct Case<'a> {
@@ -81,7 +100,13 @@ struct Case<'a> {
 }
 
 impl Case<'_> {
-    fn compare(&self, outputs: &[ExprId], key: &str, tolerance: f64, adjust: impl Fn(&Value, &mut [f64])) {
+    fn compare(
+        &self,
+        outputs: &[ExprId],
+        key: &str,
+        tolerance: f64,
+        adjust: impl Fn(&Value, &mut [f64]),
+    ) {
         for state in self.tree["states"].as_array().expect("states") {
             let [q, v, a, u] = ["q", "v", "a", "u"].map(|name| numbers(&state[name]));
             let mut ours = self.loaded.evaluate(outputs, [&q, &v, &a, &u]);
@@ -111,7 +136,11 @@ fn check(tree: &Value, options: Options) {
     let mechanism = Mechanism::new(g, &loaded.tree, options).expect("a tree");
     let floating = mechanism.is_floating();
     let m = mechanism.mass_matrix(g).concat();
-    let bias: Vec<ExprId> = mechanism.bias_force(g).into_iter().map(|x| g.neg(x)).collect();
+    let bias: Vec<ExprId> = mechanism
+        .bias_force(g)
+        .into_iter()
+        .map(|x| g.neg(x))
+        .collect();
     let inverse = mechanism.inverse_dynamics(g, &a);
     let forward = mechanism.forward_dynamics(g, &u);
     let frame = Frame {
@@ -146,7 +175,11 @@ fn check(tree: &Value, options: Options) {
             let kappa: f64 = (3..7).map(|i| q[i] * moved[i]).sum();
             assert!(kappa > 0.0);
             for row in 0..size {
-                let expected = if (3..7).contains(&row) { kappa * q[row] } else { 0.0 };
+                let expected = if (3..7).contains(&row) {
+                    kappa * q[row]
+                } else {
+                    0.0
+                };
                 assert!((moved[row] - expected).abs() < 1e-12 * kappa.max(1.0));
             }
         }
@@ -177,7 +210,11 @@ fn derivatives_match_graph(
     slopes: dynamics_codegen::tree::InverseDerivatives,
     forward_slopes: dynamics_codegen::tree::ForwardDerivatives,
 ) {
-    let (q, v, u) = (case.loaded.q.clone(), case.loaded.v.clone(), case.loaded.u.clone());
+    let (q, v, u) = (
+        case.loaded.q.clone(),
+        case.loaded.v.clone(),
+        case.loaded.u.clone(),
+    );
     let u_symbols = u.clone();
     let pairs = [
         (slopes.position, &inverse, &q),
@@ -212,7 +249,14 @@ fn random_trees_agree_with_pinocchio() {
     for tree in file["trees"].as_array().expect("trees") {
         for layout in [Layout::AsGiven, Layout::Distal, Layout::Proximal] {
             for regroup in [false, true] {
-                check(tree, Options { snap: None, regroup, layout });
+                check(
+                    tree,
+                    Options {
+                        snap: None,
+                        regroup,
+                        layout,
+                    },
+                );
             }
         }
     }

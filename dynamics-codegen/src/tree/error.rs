@@ -8,7 +8,9 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum TreeError {
     /// A parent that is not listed before its child.
-    #[error("body `{body}` names parent {parent}, which is not listed before it; list parents first")]
+    #[error(
+        "body `{body}` names parent {parent}, which is not listed before it; list parents first"
+    )]
     Order {
         /// The child.
         body: String,
@@ -47,7 +49,9 @@ pub enum TreeError {
         coordinates: usize,
     },
     /// A ratio that is no number, or zero.
-    #[error("body `{body}` moves {ratio} times as far as its coordinate; it must be finite and not zero")]
+    #[error(
+        "body `{body}` moves {ratio} times as far as its coordinate; it must be finite and not zero"
+    )]
     Ratio {
         /// The body.
         body: String,
@@ -68,6 +72,14 @@ pub enum TreeError {
     NotASymbol {
         /// The coordinate.
         index: usize,
+    },
+    /// More than straight-line code can be useful for.
+    #[error("the tree has {coordinates} coordinates; at most {most} are supported")]
+    TooLarge {
+        /// How many there are.
+        coordinates: usize,
+        /// How many there may be.
+        most: usize,
     },
     /// A constant that is not finite.
     #[error("body `{body}` has a {what} that is not a finite number")]

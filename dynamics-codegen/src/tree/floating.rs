@@ -34,14 +34,19 @@ pub(super) fn inverse(
 
 /// `∂a/∂(q, v, Q)`: with quasi-accelerations `α`, inverse dynamics `τ(q, v, α)`
 /// and `a = T α + d`, `∂a = ∂T α + ∂d + T M⁻¹ (∂Q − ∂τ)`.
-pub(super) fn forward(mechanism: &Mechanism, g: &mut Graph, force: &[ExprId]) -> ForwardDerivatives {
+pub(super) fn forward(
+    mechanism: &Mechanism,
+    g: &mut Graph,
+    force: &[ExprId],
+) -> ForwardDerivatives {
     let quasi = Space::quasi(g, mechanism);
     let factor = mechanism.quasi_factor(g, &quasi);
     let rest = vec![g.zero(); mechanism.coordinates];
     let bias = mechanism.quasi_inverse_dynamics(g, &quasi, &rest);
     let applied = mechanism.to_quasi(g, force);
-    let load: Vec<ExprId> =
-        (applied.iter().zip(&bias)).map(|(&applied, &bias)| g.sub(applied, bias)).collect();
+    let load: Vec<ExprId> = (applied.iter().zip(&bias))
+        .map(|(&applied, &bias)| g.sub(applied, bias))
+        .collect();
     let alpha = factor.solve(g, &load);
 
     let placeholder = Placeholder::new(g, &alpha);
@@ -51,10 +56,11 @@ pub(super) fn forward(mechanism: &Mechanism, g: &mut Graph, force: &[ExprId]) ->
     let residual: Vec<ExprId> = (needed.iter().zip(&applied))
         .map(|(&needed, &applied)| g.sub(needed, applied))
         .collect();
-    let turned = mechanism.from_quasi(g, &placeholder.variables);
+    let turned = mechanism.of_quasi(g, &placeholder.variables);
     let drift = mechanism.quaternion_drift(g);
-    let outer: Vec<ExprId> =
-        (turned.iter().zip(&drift)).map(|(&turned, &drift)| g.add(turned, drift)).collect();
+    let outer: Vec<ExprId> = (turned.iter().zip(&drift))
+        .map(|(&turned, &drift)| g.add(turned, drift))
+        .collect();
 
     let mut by = |symbols: Vec<SymbolId>| {
         let mut columns = Vec::with_capacity(symbols.len());
@@ -62,7 +68,7 @@ pub(super) fn forward(mechanism: &Mechanism, g: &mut Graph, force: &[ExprId]) ->
             let slopes = placeholder.derivative(g, &residual, symbol);
             let slopes = given.fill(g, &slopes);
             let inner = factor.solve_negative(g, &slopes);
-            let inner = mechanism.from_quasi(g, &inner);
+            let inner = mechanism.of_quasi(g, &inner);
             let direct = placeholder.derivative(g, &outer, symbol);
             let column = (inner.iter().zip(&direct)).map(|(&x, &y)| g.add(x, y));
             columns.push(column.collect());
@@ -76,7 +82,7 @@ pub(super) fn forward(mechanism: &Mechanism, g: &mut Graph, force: &[ExprId]) ->
             unit[j] = g.one();
             let unit = mechanism.to_quasi(g, &unit);
             let column = factor.solve(g, &unit);
-            mechanism.from_quasi(g, &column)
+            mechanism.of_quasi(g, &column)
         })
         .collect();
     ForwardDerivatives {
@@ -114,9 +120,19 @@ impl Placeholder {
 }
 
 fn positions(mechanism: &Mechanism) -> Vec<SymbolId> {
-    mechanism.symbols.iter().flatten().map(|symbols| symbols.0).collect()
+    mechanism
+        .symbols
+        .iter()
+        .flatten()
+        .map(|symbols| symbols.0)
+        .collect()
 }
 
 fn velocities(mechanism: &Mechanism) -> Vec<SymbolId> {
-    mechanism.symbols.iter().flatten().map(|symbols| symbols.1).collect()
+    mechanism
+        .symbols
+        .iter()
+        .flatten()
+        .map(|symbols| symbols.1)
+        .collect()
 }

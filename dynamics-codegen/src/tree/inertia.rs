@@ -59,8 +59,7 @@ impl PseudoInertia {
 
     pub fn is_constant(&self, g: &Graph) -> bool {
         let moments = self.second.iter().chain([&self.first]);
-        g.as_constant(self.mass).is_some()
-            && moments.flatten().all(|&x| g.as_constant(x).is_some())
+        g.as_constant(self.mass).is_some() && moments.flatten().all(|&x| g.as_constant(x).is_some())
     }
 
     pub fn add(&self, g: &mut Graph, other: &Self) -> Self {

@@ -120,7 +120,11 @@ impl Mechanism {
         let anchor = self.anchors[frame.body];
         let offset = vector::rotate(g, &anchor.rotation, frame.translation);
         let point = vector::add(g, anchor.translation, offset);
-        (anchor.link, vector::product(&anchor.rotation, &frame.rotation), point)
+        (
+            anchor.link,
+            vector::product(&anchor.rotation, &frame.rotation),
+            point,
+        )
     }
 
     pub(super) fn places(&self, g: &mut Graph) -> Vec<Place> {
@@ -147,7 +151,13 @@ impl Mechanism {
         places
     }
 
-    fn position(&self, g: &mut Graph, places: &[Place], link: Option<usize>, point: Vector) -> Vector {
+    fn position(
+        &self,
+        g: &mut Graph,
+        places: &[Place],
+        link: Option<usize>,
+        point: Vector,
+    ) -> Vector {
         let Some(link) = link else { return point };
         let turned = turn::times(g, &turn::transpose(&places[link].columns), point);
         vector::add(g, places[link].origin, turned)
@@ -155,7 +165,12 @@ impl Mechanism {
 
     /// Per freedom between the world and the frame: link, freedom, and its
     /// column of the Jacobian, or that column's rate.
-    fn freedom_columns(&self, g: &mut Graph, frame: &Frame, rate: bool) -> Vec<(usize, usize, Twist)> {
+    fn freedom_columns(
+        &self,
+        g: &mut Graph,
+        frame: &Frame,
+        rate: bool,
+    ) -> Vec<(usize, usize, Twist)> {
         let (Some(carrier), _, point) = self.attachment(g, frame) else {
             return Vec::new();
         };

@@ -1,13 +1,18 @@
 //! A tree in the form in which the recursions use it.
 
+use super::check;
 use super::frames;
 use super::inertia::PseudoInertia;
+use super::link;
 use super::placement::{self, Anchor};
 use super::regroup;
 use super::turn::Stage;
 use super::vector::{Rotation, Vector};
 use super::{Tree, TreeError};
 use crate::graph::{ExprId, Graph, SymbolId};
+
+/// More coordinates than this: no trials.
+const MANY: usize = 64;
 
 /// How a tree is prepared.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,7 +48,7 @@ pub enum Layout {
     /// distances lie along the link's own axis.
     Proximal,
     /// The one of these three for which mass matrix and bias force together
-    /// cost the fewest operations.
+    /// cost the fewest operations; above 64 coordinates `Distal`, untried.
     Cheapest,
 }
 
@@ -141,8 +146,10 @@ impl Mechanism {
     /// # Errors
     /// If the tree is not one: see [`TreeError`].
     pub fn new(graph: &mut Graph, tree: &Tree, options: Options) -> Result<Self, TreeError> {
-        placement::check(graph, tree)?;
+        check::tree(graph, tree)?;
         let layouts = match options.layout {
+            // A trial derives everything: not for what is large anyway.
+            Layout::Cheapest if tree.coordinates > MANY => vec![Layout::Distal],
             Layout::Cheapest => vec![Layout::Distal, Layout::Proximal, Layout::AsGiven],
             layout => vec![layout],
         };
@@ -166,17 +173,17 @@ impl Mechanism {
         };
         let skeleton = placement::merge_fixed(graph, tree, options.snap, &mut report.snapped);
         let frames = frames::choose(graph, &skeleton.joints, layout);
-        let mut links = frames::links(graph, &skeleton.joints, &frames);
+        let mut links = link::links(graph, &skeleton.joints, &frames);
         if options.regroup {
             report.regrouped = regroup::regroup(graph, &mut links, &skeleton.joints);
         }
-        let anchors = frames::anchors(graph, &skeleton.anchors, &frames);
+        let anchors = link::anchors(graph, &skeleton.anchors, &frames);
         Self {
             links,
             anchors,
             gravity: tree.gravity,
             coordinates: tree.coordinates,
-            symbols: placement::symbols(graph, tree),
+            symbols: check::symbols(graph, tree),
             report,
         }
     }

@@ -13,6 +13,7 @@
 //! seven coordinates, position then unit quaternion `x, y, z, w`; all
 //! velocities are time derivatives of coordinates ([`Floating`]).
 
+mod check;
 mod composite;
 mod energy;
 mod error;
@@ -20,7 +21,9 @@ mod floating;
 mod frames;
 mod inertia;
 mod kinematics;
+mod link;
 mod mechanism;
+mod message;
 mod newton_euler;
 mod placement;
 mod regroup;

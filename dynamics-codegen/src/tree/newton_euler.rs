@@ -104,7 +104,11 @@ impl Mechanism {
     /// # Panics
     /// If `acceleration` does not have one entry per coordinate.
     pub fn inverse_dynamics(&self, g: &mut Graph, acceleration: &[ExprId]) -> Vec<ExprId> {
-        assert_eq!(acceleration.len(), self.coordinates, "one acceleration per coordinate");
+        assert_eq!(
+            acceleration.len(),
+            self.coordinates,
+            "one acceleration per coordinate"
+        );
         let states = self.states(g, acceleration, true);
         let wrenches = self.wrenches(g, &states);
         let forces = self.joint_forces(g, &wrenches);
@@ -113,7 +117,12 @@ impl Mechanism {
 
     /// The motion of all links. With `gravity` the world accelerates upwards,
     /// which acts as gravity does.
-    pub(super) fn states(&self, g: &mut Graph, acceleration: &[ExprId], gravity: bool) -> Vec<State> {
+    pub(super) fn states(
+        &self,
+        g: &mut Graph,
+        acceleration: &[ExprId],
+        gravity: bool,
+    ) -> Vec<State> {
         let accelerations = Space::coordinates(self).rates(g, acceleration);
         self.states_at(g, &accelerations, gravity)
     }
@@ -182,7 +191,10 @@ impl Mechanism {
                 omega[k] = g.add(omega[k], freedom.rate);
                 // ω_parent × (axis · v), then the joint's own acceleration.
                 let (i, j) = ((k + 1) % 3, (k + 2) % 3);
-                let (along_i, along_j) = (g.mul(carried[j], freedom.rate), g.mul(carried[i], freedom.rate));
+                let (along_i, along_j) = (
+                    g.mul(carried[j], freedom.rate),
+                    g.mul(carried[i], freedom.rate),
+                );
                 omega_dot[i] = g.add(omega_dot[i], along_i);
                 omega_dot[j] = g.sub(omega_dot[j], along_j);
                 omega_dot[k] = g.add(omega_dot[k], rate_change);
@@ -216,7 +228,9 @@ impl Mechanism {
         (self.links.iter().zip(wrenches))
             .map(|(link, wrench)| {
                 let freedoms = link.freedoms.iter();
-                freedoms.map(|freedom| wrench.along(g, freedom.axis)).collect()
+                freedoms
+                    .map(|freedom| wrench.along(g, freedom.axis))
+                    .collect()
             })
             .collect()
     }
@@ -256,7 +270,11 @@ fn inertial_wrench(g: &mut Graph, inertia: &PseudoInertia, state: &State) -> Wre
         let mut total = g.zero();
         for (x, y, plus) in terms {
             let term = g.mul(x, y);
-            total = if plus { g.add(total, term) } else { g.sub(total, term) };
+            total = if plus {
+                g.add(total, term)
+            } else {
+                g.sub(total, term)
+            };
         }
         total
     });

@@ -1,19 +1,28 @@
-//! From a tree as described to moving joints only: checks, snapping, and fixed
-//! joints merged into what carries them.
+//! From a tree as described to moving joints only: snapping, and fixed joints
+//! merged into what carries them.
 
 use super::inertia::PseudoInertia;
 use super::mechanism::{Axis, Freedom, Snapped};
 use super::turn::Matrix;
 use super::vector::{self, IDENTITY, Rotation, Vector};
-use super::{Body, Coordinate, Floating, Joint, Tree, TreeError};
-use crate::graph::{ExprId, Graph, Node, SymbolId};
+use super::{Body, Coordinate, Floating, Joint, Tree};
+use crate::graph::{ExprId, Graph};
 
 /// How a joint moves, in its own frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Motion {
-    Revolute { axis: [f64; 3], angle: ExprId },
-    Prismatic { axis: [f64; 3], distance: ExprId },
-    Spherical { rotation: Matrix, quaternion: [Coordinate; 4] },
+    Revolute {
+        axis: [f64; 3],
+        angle: ExprId,
+    },
+    Prismatic {
+        axis: [f64; 3],
+        distance: ExprId,
+    },
+    Spherical {
+        rotation: Matrix,
+        quaternion: [Coordinate; 4],
+    },
 }
 
 /// A moving joint with all that is rigidly attached behind it.
@@ -41,125 +50,6 @@ pub(super) struct Anchor {
 pub(super) struct Skeleton {
     pub joints: Vec<MovingJoint>,
     pub anchors: Vec<Anchor>,
-}
-
-/// Everything that would make a later step meaningless.
-pub(super) fn check(g: &Graph, tree: &Tree) -> Result<(), TreeError> {
-    let mut used = vec![false; tree.coordinates];
-    for (position, body) in tree.bodies.iter().enumerate() {
-        if let Some(parent) = body.parent.filter(|&parent| parent >= position) {
-            let body = body.name.clone();
-            return Err(TreeError::Order { body, parent });
-        }
-        check_rotation(body)?;
-        check_constants(g, body)?;
-        for coordinate in coordinates(&body.joint) {
-            check_coordinate(body, coordinate, &mut used)?;
-        }
-        if let Joint::Revolute { axis, .. }
-        | Joint::Prismatic { axis, .. }
-        | Joint::Planar { normal: axis, .. } = body.joint
-        {
-            let length = vector::inner(axis, axis).sqrt();
-            if !length.is_finite() || length < 1e-12 {
-                let body = body.name.clone();
-                return Err(TreeError::Axis { body, axis });
-            }
-        }
-    }
-    if let Some(index) = used.iter().position(|&used| !used) {
-        return Err(TreeError::Unused { index });
-    }
-    let floating = (tree.bodies.iter()).any(|body| matches!(body.joint, Joint::Floating(_)));
-    match symbols(g, tree).iter().position(Option::is_none) {
-        Some(index) if floating => Err(TreeError::NotASymbol { index }),
-        _ => Ok(()),
-    }
-}
-
-/// Position and velocity of each coordinate, where a joint moves by just that.
-pub(super) fn symbols(g: &Graph, tree: &Tree) -> Vec<Option<(SymbolId, SymbolId)>> {
-    let mut symbols = vec![None; tree.coordinates];
-    for c in tree.bodies.iter().flat_map(|body| coordinates(&body.joint)) {
-        if let (Node::Symbol(q), Node::Symbol(v)) = (g.node(c.q), g.node(c.v))
-            && c.ratio == 1.0
-        {
-            symbols[c.index] = Some((q, v));
-        }
-    }
-    symbols
-}
-
-fn check_rotation(body: &Body) -> Result<(), TreeError> {
-    let r = &body.placement.rotation;
-    let gram = vector::product(&vector::transpose(r), r);
-    let mut error = 0.0_f64;
-    for i in 0..3 {
-        for j in 0..3 {
-            let difference = (gram[i][j] - IDENTITY[i][j]).abs();
-            error = if difference.is_nan() { f64::NAN } else { error.max(difference) };
-        }
-    }
-    let determinant = vector::inner(r[0], crossed(r[1], r[2]));
-    if error <= 1e-6 && determinant > 0.0 {
-        return Ok(());
-    }
-    Err(TreeError::Rotation {
-        body: body.name.clone(),
-        error,
-        determinant,
-    })
-}
-
-fn check_constants(g: &Graph, body: &Body) -> Result<(), TreeError> {
-    let finite = |x: &ExprId| g.as_constant(*x).is_none_or(f64::is_finite);
-    let inertia = &body.inertia;
-    let what = if !body.placement.translation.iter().all(finite) {
-        "translation"
-    } else if !finite(&inertia.mass) {
-        "mass"
-    } else if !inertia.center.iter().all(finite) {
-        "centre of mass"
-    } else if !inertia.tensor.iter().flatten().all(finite) {
-        "inertia tensor"
-    } else {
-        return Ok(());
-    };
-    let body = body.name.clone();
-    Err(TreeError::NotFinite { body, what })
-}
-
-fn check_coordinate(body: &Body, c: Coordinate, used: &mut [bool]) -> Result<(), TreeError> {
-    let Some(used) = used.get_mut(c.index) else {
-        return Err(TreeError::Coordinate {
-            body: body.name.clone(),
-            index: c.index,
-            coordinates: used.len(),
-        });
-    };
-    *used = true;
-    if c.ratio.is_finite() && c.ratio != 0.0 {
-        return Ok(());
-    }
-    Err(TreeError::Ratio {
-        body: body.name.clone(),
-        ratio: c.ratio,
-    })
-}
-
-fn coordinates(joint: &Joint) -> Vec<Coordinate> {
-    match joint {
-        Joint::Fixed => Vec::new(),
-        Joint::Revolute { coordinate, .. } | Joint::Prismatic { coordinate, .. } => {
-            vec![*coordinate]
-        }
-        Joint::Planar { coordinates, .. } => coordinates.to_vec(),
-        Joint::Floating(floating) => {
-            let mut all = floating.position.to_vec();
-            all.extend(floating.quaternion);
-            all
-        }
-    }
 }
 
 /// Merges fixed joints into what carries them; splits planar and floating
@@ -281,7 +171,13 @@ impl Chain<'_> {
         let axis = self.unit(axis);
         // The axis is turned into the link's frame once that is chosen.
         let freedom = self.freedom(Axis::Linear(axis), c);
-        self.push(Motion::Prismatic { axis, distance: c.q }, vec![freedom]);
+        self.push(
+            Motion::Prismatic {
+                axis,
+                distance: c.q,
+            },
+            vec![freedom],
+        );
     }
 
     fn freedom(&mut self, axis: Axis, c: Coordinate) -> Freedom {
@@ -312,7 +208,13 @@ impl Chain<'_> {
         });
         let freedoms = freedoms.collect();
         let quaternion = floating.quaternion;
-        self.push(Motion::Spherical { rotation, quaternion }, freedoms);
+        self.push(
+            Motion::Spherical {
+                rotation,
+                quaternion,
+            },
+            freedoms,
+        );
     }
 }
 
@@ -370,7 +272,10 @@ fn snap_rotation(body: &Body, snap: Option<f64>, snapped: &mut Vec<Snapped>) -> 
 /// a cyclic exchange of coordinates where that is enough.
 pub(super) fn basis_with_z(z: [f64; 3]) -> Rotation {
     // The largest entry of z is where the cyclic exchange puts the axis.
-    let largest = (0..3).fold(2, |best, i| if z[i].abs() > z[best].abs() { i } else { best });
+    let largest = (0..3).fold(
+        2,
+        |best, i| if z[i].abs() > z[best].abs() { i } else { best },
+    );
     let mut x = [0.0; 3];
     x[(largest + 1) % 3] = 1.0;
     let along = vector::inner(x, z);
@@ -379,20 +284,8 @@ pub(super) fn basis_with_z(z: [f64; 3]) -> Rotation {
     }
     let length = vector::inner(x, x).sqrt();
     let x = x.map(|x| x / length);
-    let y = crossed(z, x);
-    [
-        [x[0], y[0], z[0]],
-        [x[1], y[1], z[1]],
-        [x[2], y[2], z[2]],
-    ]
-}
-
-fn crossed(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
+    let y = vector::crossed(z, x);
+    [[x[0], y[0], z[0]], [x[1], y[1], z[1]], [x[2], y[2], z[2]]]
 }
 
 pub(super) fn column(r: &Rotation, j: usize) -> [f64; 3] {

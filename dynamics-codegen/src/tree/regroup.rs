@@ -14,11 +14,7 @@ use crate::graph::Graph;
 
 /// Moves what can be moved exactly, at no cost at run time: constant inertia
 /// onto constant inertia.
-pub(super) fn regroup(
-    g: &mut Graph,
-    links: &mut [Link],
-    joints: &[MovingJoint],
-) -> Vec<Regrouped> {
+pub(super) fn regroup(g: &mut Graph, links: &mut [Link], joints: &[MovingJoint]) -> Vec<Regrouped> {
     let mut report = Vec::new();
     for i in (0..links.len()).rev() {
         let own = links[i].inertia;
@@ -83,7 +79,9 @@ fn invisible(g: &mut Graph, link: &Link) -> PseudoInertia {
 
 fn nonzero(g: &Graph, inertia: &PseudoInertia) -> usize {
     let upper = (0..3).flat_map(|i| (i..3).map(move |j| (i, j)));
-    upper.filter(|&(i, j)| !g.is_zero(inertia.second[i][j])).count()
+    upper
+        .filter(|&(i, j)| !g.is_zero(inertia.second[i][j]))
+        .count()
         + inertia.first.iter().filter(|&&x| !g.is_zero(x)).count()
         + usize::from(!g.is_zero(inertia.mass))
 }

@@ -177,7 +177,9 @@ impl Factor {
         let gram: Vec<Vec<ExprId>> = (0..rows.len())
             .map(|r| {
                 let entries = 0..rows.len();
-                entries.map(|s| g.inner_product(&halves[r.min(s)], &scaled[r.max(s)])).collect()
+                entries
+                    .map(|s| g.inner_product(&halves[r.min(s)], &scaled[r.max(s)]))
+                    .collect()
             })
             .collect();
         let demand: Vec<ExprId> = (scaled.iter().zip(bias))
@@ -209,7 +211,8 @@ impl Mechanism {
     /// # Panics
     /// If `force` does not have one entry per coordinate.
     pub fn forward_dynamics(&self, g: &mut Graph, force: &[ExprId]) -> Vec<ExprId> {
-        self.constrained_forward_dynamics(g, force, &[], &[]).acceleration
+        self.constrained_forward_dynamics(g, force, &[], &[])
+            .acceleration
     }
 
     /// `M a = Q_C + Q + Aᵀλ`, `A a = b`, for rows `A` that are independent: with
@@ -237,8 +240,7 @@ impl Mechanism {
             .map(|(&applied, &needed)| g.sub(applied, needed))
             .collect();
         let drift = self.quaternion_drift(g);
-        let quasi_rows: Vec<Vec<ExprId>> =
-            rows.iter().map(|row| self.to_quasi(g, row)).collect();
+        let quasi_rows: Vec<Vec<ExprId>> = rows.iter().map(|row| self.to_quasi(g, row)).collect();
         let bias: Vec<ExprId> = (rows.iter().zip(bias))
             .map(|(row, &b)| {
                 let moved = g.inner_product(row, &drift);
@@ -246,7 +248,7 @@ impl Mechanism {
             })
             .collect();
         let mut solution = factor.constrained(g, &total, &quasi_rows, &bias);
-        solution.acceleration = self.from_quasi(g, &solution.acceleration);
+        solution.acceleration = self.of_quasi(g, &solution.acceleration);
         for (a, &drift) in solution.acceleration.iter_mut().zip(&drift) {
             *a = g.add(*a, drift);
         }
@@ -293,7 +295,12 @@ impl Mechanism {
         for link in &self.links {
             let used: Vec<usize> = match link.spherical {
                 Some([x, y, z, _]) => vec![x, y, z],
-                None => link.freedoms.iter().flat_map(|f| &f.map).map(|m| m.0).collect(),
+                None => link
+                    .freedoms
+                    .iter()
+                    .flat_map(|f| &f.map)
+                    .map(|m| m.0)
+                    .collect(),
             };
             for index in used {
                 if !order.contains(&index) {
@@ -309,7 +316,9 @@ impl Mechanism {
     pub(super) fn to_quasi(&self, g: &mut Graph, force: &[ExprId]) -> Vec<ExprId> {
         let mut quasi = force.to_vec();
         for link in &self.links {
-            let Some(places) = link.spherical else { continue };
+            let Some(places) = link.spherical else {
+                continue;
+            };
             for (freedom, &place) in link.freedoms.iter().zip(&places) {
                 let mut total = g.zero();
                 for &(index, coefficient) in &freedom.map {
@@ -326,10 +335,12 @@ impl Mechanism {
     }
 
     /// Accelerations of quasi-velocities as `a` up to the drift: `η̈ = ½ Eᵀ ω̇`.
-    pub(super) fn from_quasi(&self, g: &mut Graph, quasi: &[ExprId]) -> Vec<ExprId> {
+    pub(super) fn of_quasi(&self, g: &mut Graph, quasi: &[ExprId]) -> Vec<ExprId> {
         let mut acceleration = quasi.to_vec();
         for link in &self.links {
-            let Some(places) = link.spherical else { continue };
+            let Some(places) = link.spherical else {
+                continue;
+            };
             for place in places {
                 acceleration[place] = g.zero();
             }

@@ -50,7 +50,9 @@ impl Space {
             total
         };
         let links = self.maps.iter();
-        links.map(|maps| maps.iter().map(&mut rate).collect()).collect()
+        links
+            .map(|maps| maps.iter().map(&mut rate).collect())
+            .collect()
     }
 
     /// `Jᵀ τ`

@@ -118,10 +118,7 @@ pub(super) fn euler_zxz(c: &Rotation) -> [(f64, f64); 3] {
     // Rx(α)ᵀ Rz(γ)ᵀ C = Rz(ψ): its first column.
     let (x, y, z) = (c[0][0], c[1][0], c[2][0]);
     let across = gamma.0 * y - gamma.1 * x;
-    let psi = (
-        gamma.0 * x + gamma.1 * y,
-        alpha.0 * across + alpha.1 * z,
-    );
+    let psi = (gamma.0 * x + gamma.1 * y, alpha.0 * across + alpha.1 * z);
     [gamma, alpha, psi].map(tidy_pair)
 }
 

@@ -88,3 +88,12 @@ pub(super) fn apply(a: &Rotation, x: [f64; 3]) -> [f64; 3] {
 pub(super) fn inner(x: [f64; 3], y: [f64; 3]) -> f64 {
     x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
 }
+
+/// `a × b` of numbers.
+pub(super) fn crossed(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}

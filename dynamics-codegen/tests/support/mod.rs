@@ -50,14 +50,21 @@ pub fn shared(path: &str) -> Option<PathBuf> {
     if full.exists() {
         return Some(full);
     }
-    assert!(std::env::var_os("CI").is_none(), "{path} is missing beside the repository");
+    assert!(
+        std::env::var_os("CI").is_none(),
+        "{path} is missing beside the repository"
+    );
     println!("skipped: {path} is not here");
     None
 }
 
 /// Four symbols per coordinate: `q, v, a, u`.
 pub fn symbols(graph: &mut Graph, count: usize) -> [Vec<SymbolId>; 4] {
-    ["q", "v", "a", "u"].map(|kind| (0..count).map(|i| graph.symbol(format!("{kind}{i}"))).collect())
+    ["q", "v", "a", "u"].map(|kind| {
+        (0..count)
+            .map(|i| graph.symbol(format!("{kind}{i}")))
+            .collect()
+    })
 }
 
 /// Coordinates in the order of `order`, or of the file.
@@ -93,7 +100,14 @@ pub fn load(robot: &Robot, order: Option<&[String]>) -> Loaded {
         let name = loaded.names[next].clone();
         for joint in robot.joints.iter().filter(|j| j.parent.link == name) {
             let motion = motion(&loaded, joint, &order);
-            push(&mut loaded, robot, &joint.child.link, Some(next), &joint.origin, motion);
+            push(
+                &mut loaded,
+                robot,
+                &joint.child.link,
+                Some(next),
+                &joint.origin,
+                motion,
+            );
         }
         next += 1;
     }
@@ -103,7 +117,10 @@ pub fn load(robot: &Robot, order: Option<&[String]>) -> Loaded {
 fn motion(loaded: &Loaded, joint: &urdf_rs::Joint, order: &[String]) -> Joint {
     let axis = joint.axis.xyz.0;
     let coordinate = || {
-        let index = order.iter().position(|n| *n == joint.name).expect("a listed joint");
+        let index = order
+            .iter()
+            .position(|n| *n == joint.name)
+            .expect("a listed joint");
         Coordinate {
             q: loaded.graph.var(loaded.q[index]),
             v: loaded.graph.var(loaded.v[index]),
@@ -137,7 +154,11 @@ fn push(
     let g = &mut loaded.graph;
     let inertial = &link.inertial;
     let i = &inertial.inertia;
-    let tensor = [[i.ixx, i.ixy, i.ixz], [i.ixy, i.iyy, i.iyz], [i.ixz, i.iyz, i.izz]];
+    let tensor = [
+        [i.ixx, i.ixy, i.ixz],
+        [i.ixy, i.iyy, i.iyz],
+        [i.ixz, i.iyz, i.izz],
+    ];
     let r = rotation(inertial.origin.rpy.0);
     let turned = multiply(&multiply(&r, &tensor), &transpose(&r));
     let inertia = Inertia {
@@ -190,6 +211,10 @@ pub fn deviation(ours: &[f64], theirs: &[f64]) -> f64 {
     let scale = theirs.iter().fold(1e-12_f64, |s, x| s.max(x.abs()));
     (ours.iter().zip(theirs)).fold(0.0_f64, |worst, (x, y)| {
         let gap = (x - y).abs() / scale;
-        if gap.is_nan() { f64::INFINITY } else { worst.max(gap) }
+        if gap.is_nan() {
+            f64::INFINITY
+        } else {
+            worst.max(gap)
+        }
     })
 }
