@@ -2,7 +2,7 @@
 
 use super::vector::{self, IDENTITY};
 use super::{Body, Coordinate, Joint, Tree, TreeError};
-use crate::graph::{ExprId, Graph, Node, SymbolId};
+use crate::graph::{ExprId, Graph};
 
 /// The mass matrix of a chain is full: above this, straight-line code of it is
 /// of no use to anyone.
@@ -41,24 +41,7 @@ pub(super) fn tree(g: &Graph, tree: &Tree) -> Result<(), TreeError> {
     if let Some(index) = used.iter().position(|&used| !used) {
         return Err(TreeError::Unused { index });
     }
-    let floating = (tree.bodies.iter()).any(|body| matches!(body.joint, Joint::Floating(_)));
-    match symbols(g, tree).iter().position(Option::is_none) {
-        Some(index) if floating => Err(TreeError::NotASymbol { index }),
-        _ => Ok(()),
-    }
-}
-
-/// Position and velocity of each coordinate, where a joint moves by just that.
-pub(super) fn symbols(g: &Graph, tree: &Tree) -> Vec<Option<(SymbolId, SymbolId)>> {
-    let mut symbols = vec![None; tree.coordinates];
-    for c in tree.bodies.iter().flat_map(|body| coordinates(&body.joint)) {
-        if let (Node::Symbol(q), Node::Symbol(v)) = (g.node(c.q), g.node(c.v))
-            && c.ratio == 1.0
-        {
-            symbols[c.index] = Some((q, v));
-        }
-    }
-    symbols
+    Ok(())
 }
 
 fn check_rotation(body: &Body) -> Result<(), TreeError> {

@@ -64,15 +64,6 @@ pub enum TreeError {
         /// The coordinate.
         index: usize,
     },
-    /// In a tree with a floating body, a coordinate that is not a variable.
-    #[error(
-        "coordinate {index} has no joint that moves by just that coordinate; \
-         a tree with a floating body needs one, to differentiate by it"
-    )]
-    NotASymbol {
-        /// The coordinate.
-        index: usize,
-    },
     /// More than straight-line code can be useful for.
     #[error("the tree has {coordinates} coordinates; at most {most} are supported")]
     TooLarge {

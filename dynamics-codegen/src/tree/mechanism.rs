@@ -9,7 +9,7 @@ use super::regroup;
 use super::turn::Stage;
 use super::vector::{Rotation, Vector};
 use super::{Tree, TreeError};
-use crate::graph::{ExprId, Graph, SymbolId};
+use crate::graph::{ExprId, Graph};
 
 /// More coordinates than this: no trials.
 const MANY: usize = 64;
@@ -135,8 +135,6 @@ pub struct Mechanism {
     pub(super) anchors: Vec<Anchor>,
     pub(super) gravity: Vector,
     pub(super) coordinates: usize,
-    /// Position and velocity of each coordinate, where they are plain symbols.
-    pub(super) symbols: Vec<Option<(SymbolId, SymbolId)>>,
     report: Report,
 }
 
@@ -183,7 +181,6 @@ impl Mechanism {
             anchors,
             gravity: tree.gravity,
             coordinates: tree.coordinates,
-            symbols: check::symbols(graph, tree),
             report,
         }
     }

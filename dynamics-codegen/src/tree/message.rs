@@ -6,7 +6,7 @@ use super::inertia::PseudoInertia;
 use super::mechanism::{Axis, Mechanism};
 use super::newton_euler::{State, Wrench};
 use super::turn::{self, Matrix};
-use super::vector::{self, IDENTITY, Vector};
+use super::vector::{self, Vector};
 use crate::graph::{ExprId, Graph};
 
 /// A twist: angular velocity, and velocity of the origin.
@@ -36,67 +36,71 @@ pub(super) struct MixedMoment {
     pub column: Vector,
 }
 
-/// What joint `i` sends towards the root.
-pub(super) struct Messages {
+/// A force of joint `i` as a function of what moves below it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Functional {
     /// `P s_i`
-    pub momentum: Wrench,
+    momentum: Wrench,
     /// `s_i · 2 D` as a function of an angular part.
-    pub mixed: Vector,
+    mixed: Vector,
+}
+
+/// How the wrench of joint `i` changes with a coordinate of that joint.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Change {
     /// `∂F/∂q_i`
     pub by_position: Wrench,
     /// `∂F/∂v_i`
     pub by_velocity: Wrench,
 }
 
-/// `Ė = V × E` and `Ë = A × E + V × Ė` with the parent's velocity and
-/// acceleration, seen at the joint. The link's own differ from the parent's by
-/// multiples of `E`, which drop out for a revolute joint; a prismatic joint's
-/// axis changes by rotation alone.
-pub(super) fn axis_motion(g: &mut Graph, axis: Axis, state: &State) -> AxisMotion {
-    let zero = vector::zero(g);
-    match axis {
-        Axis::Linear(a) => {
-            let a = vector::constant(g, a);
-            let rate = vector::cross(g, state.omega, a);
-            AxisMotion {
-                twist: Twist {
-                    angular: zero,
-                    linear: a,
-                },
-                doubled_rate: Twist {
-                    angular: zero,
-                    linear: rate.map(|x| g.scale(2.0, x)),
-                },
-                angular_rate: zero,
-                second: Twist {
-                    angular: zero,
-                    linear: state.second.times(g, a),
-                },
-            }
+impl AxisMotion {
+    /// Of a translation along `a`, which turns with the link: `Ė = (0; ω × a)`.
+    pub fn linear(g: &mut Graph, a: [f64; 3], state: &State) -> Self {
+        let zero = vector::zero(g);
+        let a = vector::constant(g, a);
+        let rate = vector::cross(g, state.omega, a);
+        let along = |linear| Twist {
+            angular: zero,
+            linear,
+        };
+        Self {
+            twist: along(a),
+            doubled_rate: along(rate.map(|x| g.scale(2.0, x))),
+            angular_rate: zero,
+            second: along(state.second.times(g, a)),
         }
-        Axis::Angular(k) => {
-            let z = vector::constant(g, IDENTITY[k]);
-            let angular_rate = vector::cross(g, state.omega, z);
-            let linear_rate = vector::cross(g, state.velocity, z);
-            // Ë's linear part: a × z + 2 v × (ω × z).
-            let doubled_angular = angular_rate.map(|x| g.scale(2.0, x));
-            let turning = vector::cross(g, state.velocity, doubled_angular);
-            let pushed = vector::cross(g, state.acceleration, z);
-            AxisMotion {
-                twist: Twist {
-                    angular: z,
-                    linear: zero,
-                },
-                doubled_rate: Twist {
-                    angular: doubled_angular,
-                    linear: linear_rate.map(|x| g.scale(2.0, x)),
-                },
-                angular_rate,
-                second: Twist {
-                    angular: state.second.times(g, z),
-                    linear: vector::add(g, pushed, turning),
-                },
-            }
+    }
+
+    /// Of a rotation `ε` about the origin, with `ε̇` and `ε̈` as seen from the
+    /// link. In the world, `d = ε̇ + ω × ε` and `ε̈ + 2 ω × ε̇ + U ε` are its
+    /// rates, and with the origin's velocity `v` and acceleration `a`
+    /// `Ė = (d; v × ε)`, `Ë = (…; a × ε + 2 v × d)`.
+    pub fn angular(g: &mut Graph, [axis, rate, second]: [Vector; 3], state: &State) -> Self {
+        let spin = vector::cross(g, state.omega, axis);
+        let angular_rate = vector::add(g, spin, rate);
+        let doubled_rate = angular_rate.map(|x| g.scale(2.0, x));
+        let turned = state.second.times(g, axis);
+        let coriolis = vector::cross(g, state.omega, rate);
+        let coriolis = coriolis.map(|x| g.scale(2.0, x));
+        let relative = vector::add(g, second, coriolis);
+        let sweep = vector::cross(g, state.velocity, axis);
+        let turning = vector::cross(g, state.velocity, doubled_rate);
+        let pushed = vector::cross(g, state.acceleration, axis);
+        Self {
+            twist: Twist {
+                angular: axis,
+                linear: vector::zero(g),
+            },
+            doubled_rate: Twist {
+                angular: doubled_rate,
+                linear: sweep.map(|x| g.scale(2.0, x)),
+            },
+            angular_rate,
+            second: Twist {
+                angular: vector::add(g, turned, relative),
+                linear: vector::add(g, pushed, turning),
+            },
         }
     }
 }
@@ -162,10 +166,43 @@ impl MixedMoment {
     }
 }
 
-impl Messages {
+impl Functional {
+    pub fn new(g: &mut Graph, axis: Axis, inertia: &PseudoInertia, mixed: &MixedMoment) -> Self {
+        Self {
+            momentum: momentum_along(g, inertia, axis),
+            mixed: match axis {
+                Axis::Angular(k) => mixed.covector(g, k),
+                Axis::Linear(a) => {
+                    let a = vector::constant(g, a);
+                    vector::cross(g, mixed.column, a)
+                }
+            },
+        }
+    }
+
+    pub fn to_parent(self, g: &mut Graph, mechanism: &Mechanism, link: usize) -> Self {
+        Self {
+            momentum: mechanism.to_parent(g, link, &self.momentum),
+            mixed: turn::up(g, &mechanism.links[link].stages, self.mixed),
+        }
+    }
+
+    pub fn by_position(&self, g: &mut Graph, motion: &AxisMotion) -> ExprId {
+        let second = power(g, &self.momentum, &motion.second);
+        let rate = vector::dot(g, self.mixed, motion.angular_rate);
+        g.add(second, rate)
+    }
+
+    pub fn by_velocity(&self, g: &mut Graph, motion: &AxisMotion) -> ExprId {
+        let rate = power(g, &self.momentum, &motion.doubled_rate);
+        let own = vector::dot(g, self.mixed, motion.twist.angular);
+        g.add(rate, own)
+    }
+}
+
+impl Change {
     pub fn new(
         g: &mut Graph,
-        axis: Axis,
         motion: &AxisMotion,
         inertia: &PseudoInertia,
         mixed: &MixedMoment,
@@ -173,61 +210,31 @@ impl Messages {
     ) -> Self {
         let by_second = momentum(g, inertia, &motion.second);
         let by_rate = mixed.wrench(g, motion.angular_rate);
-        let carried = carried(g, axis, wrench);
+        let carried = carried(g, &motion.twist, wrench);
         let by_position = by_second.add(g, &by_rate);
-        let by_position = by_position.add(g, &carried);
         let rate = momentum(g, inertia, &motion.doubled_rate);
         let own = mixed.wrench(g, motion.twist.angular);
         Self {
-            momentum: momentum_along(g, inertia, axis),
-            mixed: match axis {
-                Axis::Angular(k) => mixed.covector(g, k),
-                Axis::Linear(_) => vector::cross(g, mixed.column, motion.twist.linear),
-            },
-            by_position,
+            by_position: by_position.add(g, &carried),
             by_velocity: rate.add(g, &own),
         }
     }
 
-    pub fn to_parent(&self, g: &mut Graph, mechanism: &Mechanism, link: usize) -> Self {
+    pub fn to_parent(self, g: &mut Graph, mechanism: &Mechanism, link: usize) -> Self {
         Self {
-            momentum: mechanism.to_parent(g, link, &self.momentum),
-            mixed: turn::up(g, &mechanism.links[link].stages, self.mixed),
             by_position: mechanism.to_parent(g, link, &self.by_position),
             by_velocity: mechanism.to_parent(g, link, &self.by_velocity),
         }
     }
-
-    pub fn row_by_position(&self, g: &mut Graph, motion: &AxisMotion) -> ExprId {
-        let second = power(g, &self.momentum, &motion.second);
-        let rate = vector::dot(g, self.mixed, motion.angular_rate);
-        g.add(second, rate)
-    }
-
-    pub fn row_by_velocity(&self, g: &mut Graph, motion: &AxisMotion) -> ExprId {
-        let rate = power(g, &self.momentum, &motion.doubled_rate);
-        let own = vector::dot(g, self.mixed, motion.twist.angular);
-        g.add(rate, own)
-    }
 }
 
 /// `E F`: how a wrench that moves along with a joint changes with it.
-fn carried(g: &mut Graph, axis: Axis, wrench: &Wrench) -> Wrench {
-    match axis {
-        Axis::Angular(k) => {
-            let z = vector::constant(g, IDENTITY[k]);
-            Wrench {
-                moment: vector::cross(g, z, wrench.moment),
-                force: vector::cross(g, z, wrench.force),
-            }
-        }
-        Axis::Linear(a) => {
-            let a = vector::constant(g, a);
-            Wrench {
-                moment: vector::cross(g, a, wrench.force),
-                force: vector::zero(g),
-            }
-        }
+fn carried(g: &mut Graph, twist: &Twist, wrench: &Wrench) -> Wrench {
+    let turned = vector::cross(g, twist.angular, wrench.moment);
+    let lever = vector::cross(g, twist.linear, wrench.force);
+    Wrench {
+        moment: vector::add(g, turned, lever),
+        force: vector::cross(g, twist.angular, wrench.force),
     }
 }
 

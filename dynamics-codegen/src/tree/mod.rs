@@ -17,7 +17,6 @@ mod check;
 mod composite;
 mod energy;
 mod error;
-mod floating;
 mod frames;
 mod inertia;
 mod kinematics;

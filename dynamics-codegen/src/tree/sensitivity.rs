@@ -14,12 +14,13 @@
 //! joint sends two wrenches, one covector wrench and one covector towards the
 //! root. `D` is linear in the angular part alone: its covector needs no lever.
 
-use super::floating;
-use super::mechanism::Mechanism;
-use super::message::{AxisMotion, Messages, MixedMoment, axis_motion};
-use super::newton_euler::State;
+use super::mechanism::{Axis, Mechanism};
+use super::message::{AxisMotion, Change, Functional, MixedMoment};
+use super::newton_euler::{State, Wrench};
+use super::placement::quaternion_map;
 use super::space::Space;
 use super::turn;
+use super::vector::{self, IDENTITY};
 use crate::graph::{ExprId, Graph};
 
 /// Derivatives of the inverse dynamics `τ(q, v, a)`; rows are forces.
@@ -44,10 +45,25 @@ pub struct ForwardDerivatives {
     pub force: Vec<Vec<ExprId>>,
 }
 
+/// A coordinate as seen by the link that it moves.
+struct Direction {
+    coordinate: usize,
+    /// Displacement per unit of the coordinate.
+    ratio: ExprId,
+    motion: AxisMotion,
+}
+
+/// What the derivatives are assembled from: a row per freedom, a column per
+/// coordinate.
+struct Slopes {
+    position: Vec<Vec<ExprId>>,
+    velocity: Vec<Vec<ExprId>>,
+}
+
 impl Mechanism {
-    /// `∂(M a − Q_C)/∂(q, v)` at fixed `a`. For a floating body, whose
-    /// quaternion is redundant, by differentiating the graph; they hold along
-    /// changes that keep the quaternion a unit.
+    /// `∂(M a − Q_C)/∂(q, v)` at fixed `a`. For a floating body they hold along
+    /// changes that keep its quaternion a unit (`ηᵀδη = 0`, and `ηᵀδη̇ = 0`):
+    /// how a formula continues off the unit sphere is an accident of the formula.
     ///
     /// # Panics
     /// If `acceleration` does not have one entry per coordinate.
@@ -56,47 +72,156 @@ impl Mechanism {
         g: &mut Graph,
         acceleration: &[ExprId],
     ) -> InverseDerivatives {
-        if self.is_floating() {
-            return floating::inverse(self, g, acceleration);
-        }
         let states = self.states(g, acceleration, true);
-        let motions: Vec<AxisMotion> = (0..self.links.len())
-            .map(|i| axis_motion(g, self.links[i].freedoms[0].axis, &states[i]))
+        let wrenches = self.wrenches(g, &states);
+        let slopes = self.freedom_slopes(g, acceleration, &states, &wrenches);
+        let space = Space::coordinates(self);
+        let mut position = space.rows(g, &slopes.position);
+        self.add_quaternion_slopes(g, &wrenches, &mut position);
+        InverseDerivatives {
+            position,
+            velocity: space.rows(g, &slopes.velocity),
+        }
+    }
+
+    fn freedom_slopes(
+        &self,
+        g: &mut Graph,
+        acceleration: &[ExprId],
+        states: &[State],
+        wrenches: &[Wrench],
+    ) -> Slopes {
+        let directions: Vec<Vec<Direction>> = (0..self.links.len())
+            .map(|i| self.directions(g, i, acceleration, &states[i]))
             .collect();
         let composites = self.composites(g);
-        let mixed = self.mixed_moments(g, &states);
-        let wrenches = self.wrenches(g, &states);
-        let size = self.links.len();
-        let zero = g.zero();
-        let mut position = vec![vec![zero; size]; size];
-        let mut velocity = position.clone();
-        for i in 0..size {
-            let axis = self.links[i].freedoms[0].axis;
-            let mut messages = Messages::new(
-                g,
-                axis,
-                &motions[i],
-                &composites[i],
-                &mixed[i],
-                &wrenches[i],
-            );
-            position[i][i] = messages.by_position.along(g, axis);
-            velocity[i][i] = messages.by_velocity.along(g, axis);
-            let mut j = i;
-            while let Some(parent) = self.links[j].parent {
-                messages = messages.to_parent(g, self, j);
-                j = parent;
-                let axis = self.links[j].freedoms[0].axis;
-                position[i][j] = messages.row_by_position(g, &motions[j]);
-                velocity[i][j] = messages.row_by_velocity(g, &motions[j]);
-                position[j][i] = messages.by_position.along(g, axis);
-                velocity[j][i] = messages.by_velocity.along(g, axis);
+        let mixed = self.mixed_moments(g, states);
+        let starts = self.freedom_starts();
+        let mut slopes = Slopes {
+            position: vec![vec![g.zero(); self.coordinates]; starts[self.links.len()]],
+            velocity: vec![vec![g.zero(); self.coordinates]; starts[self.links.len()]],
+        };
+        for i in 0..self.links.len() {
+            let single = directions[i].len() == 1;
+            for (k, freedom) in self.links[i].freedoms.iter().enumerate() {
+                let row = starts[i] + k;
+                let mut force = Functional::new(g, freedom.axis, &composites[i], &mixed[i]);
+                let mut j = i;
+                loop {
+                    // A joint with one axis reads its own entry off the change below.
+                    if j != i || !single {
+                        for direction in &directions[j] {
+                            let position = force.by_position(g, &direction.motion);
+                            let velocity = force.by_velocity(g, &direction.motion);
+                            slopes.add(g, row, direction, position, velocity);
+                        }
+                    }
+                    let Some(parent) = self.links[j].parent else {
+                        break;
+                    };
+                    force = force.to_parent(g, self, j);
+                    j = parent;
+                }
+            }
+            for direction in &directions[i] {
+                let mut change = Change::new(
+                    g,
+                    &direction.motion,
+                    &composites[i],
+                    &mixed[i],
+                    &wrenches[i],
+                );
+                let mut j = i;
+                loop {
+                    if j != i || single {
+                        for (k, freedom) in self.links[j].freedoms.iter().enumerate() {
+                            let position = change.by_position.along(g, freedom.axis);
+                            let velocity = change.by_velocity.along(g, freedom.axis);
+                            slopes.add(g, starts[j] + k, direction, position, velocity);
+                        }
+                    }
+                    let Some(parent) = self.links[j].parent else {
+                        break;
+                    };
+                    change = change.to_parent(g, self, j);
+                    j = parent;
+                }
             }
         }
-        let space = Space::coordinates(self);
-        InverseDerivatives {
-            position: space.sandwich(g, &position),
-            velocity: space.sandwich(g, &velocity),
+        slopes
+    }
+
+    fn directions(
+        &self,
+        g: &mut Graph,
+        i: usize,
+        acceleration: &[ExprId],
+        state: &State,
+    ) -> Vec<Direction> {
+        let link = &self.links[i];
+        let zero = vector::zero(g);
+        if let Some(((places, values), rates)) = link
+            .spherical
+            .zip(link.quaternion)
+            .zip(link.quaternion_rates)
+        {
+            // ε = 2 E(η) δη with the same δη at all times: ε̇ = 2 E(η̇) δη, and
+            // ε̈ = 2 E(η̈) δη + 2 ω η̇ᵀδη: while η̇ᵀδη ≠ 0 the path η + δη leaves
+            // the unit sphere, and ω̇ = 2 E η̈ is not divided by its length.
+            let seconds = places.map(|place| acceleration[place]);
+            let maps = [values, rates, seconds].map(|x| quaternion_map(g, x));
+            let ratio = g.one();
+            return (places.into_iter().enumerate())
+                .map(|(c, coordinate)| {
+                    let [axis, rate, second] = maps.map(|map| [map[0][c], map[1][c], map[2][c]]);
+                    let doubled = g.scale(2.0, rates[c]);
+                    let stretch = vector::scale(g, doubled, state.omega);
+                    let columns = [axis, rate, vector::add(g, second, stretch)];
+                    let motion = AxisMotion::angular(g, columns, state);
+                    Direction {
+                        coordinate,
+                        ratio,
+                        motion,
+                    }
+                })
+                .collect();
+        }
+        let freedom = &link.freedoms[0];
+        let motion = match freedom.axis {
+            Axis::Linear(a) => AxisMotion::linear(g, a, state),
+            Axis::Angular(k) => {
+                let axis = vector::constant(g, IDENTITY[k]);
+                AxisMotion::angular(g, [axis, zero, zero], state)
+            }
+        };
+        let (coordinate, ratio) = freedom.map[0];
+        vec![Direction {
+            coordinate,
+            ratio,
+            motion,
+        }]
+    }
+
+    /// A quaternion's forces are `(2 E)ᵀ n`, and `E` changes with it too.
+    fn add_quaternion_slopes(
+        &self,
+        g: &mut Graph,
+        wrenches: &[Wrench],
+        position: &mut [Vec<ExprId>],
+    ) {
+        for (link, wrench) in self.links.iter().zip(wrenches) {
+            let Some(places) = link.spherical else {
+                continue;
+            };
+            for (d, &column) in places.iter().enumerate() {
+                let unit = std::array::from_fn(|c| g.constant(f64::from(u8::from(c == d))));
+                let map = quaternion_map(g, unit);
+                for (c, &row) in places.iter().enumerate() {
+                    let entries = [map[0][c], map[1][c], map[2][c]];
+                    let change = vector::dot(g, entries, wrench.moment);
+                    position[row][column] = g.add(position[row][column], change);
+                }
+            }
         }
     }
 
@@ -111,26 +236,39 @@ impl Mechanism {
         g: &mut Graph,
         force: &[ExprId],
     ) -> ForwardDerivatives {
-        if self.is_floating() {
-            return floating::forward(self, g, force);
-        }
         let acceleration = self.forward_dynamics(g, force);
         let slopes = self.inverse_dynamics_derivatives(g, &acceleration);
-        let factor = self.factor(g);
-        let mut solve = |slopes: &[Vec<ExprId>]| {
+        let quasi = Space::quasi(g, self);
+        let factor = self.quasi_factor(g, &quasi);
+        let (along, nothing) = self.quaternion_loads(g, force);
+        let mut solve = |slopes: &[Vec<ExprId>], along: &[ExprId]| {
             let columns: Vec<Vec<ExprId>> = (0..slopes.len())
                 .map(|j| {
-                    let column: Vec<ExprId> = slopes.iter().map(|row| row[j]).collect();
-                    factor.solve_negative(g, &column)
+                    let mut column: Vec<ExprId> = slopes.iter().map(|row| row[j]).collect();
+                    column[j] = g.sub(column[j], along[j]);
+                    let column = self.to_quasi(g, &column);
+                    let column = factor.solve_negative(g, &column);
+                    self.of_quasi(g, &column)
                 })
                 .collect();
             transposed(&columns)
         };
+        let (mut position, mut velocity) = (
+            solve(&slopes.position, &along),
+            solve(&slopes.velocity, &nothing),
+        );
+        self.add_unit_constraint(g, &acceleration, &mut position, &mut velocity);
+        let inverse = factor.inverse(g);
+        let half: Vec<Vec<ExprId>> = inverse.iter().map(|row| self.of_quasi(g, row)).collect();
+        let columns: Vec<Vec<ExprId>> = transposed(&half)
+            .iter()
+            .map(|row| self.of_quasi(g, row))
+            .collect();
         ForwardDerivatives {
-            position: solve(&slopes.position),
-            velocity: solve(&slopes.velocity),
-            force: factor.inverse(g),
             acceleration,
+            position,
+            velocity,
+            force: columns,
         }
     }
 
@@ -149,10 +287,74 @@ impl Mechanism {
         }
         moments
     }
+
+    /// `λ = −ηᵀQ_η` at a quaternion's places: what its unit constraint takes
+    /// off the applied force, and turns with it. Zero elsewhere; and all zeros.
+    fn quaternion_loads(&self, g: &mut Graph, force: &[ExprId]) -> (Vec<ExprId>, Vec<ExprId>) {
+        let nothing = vec![g.zero(); self.coordinates];
+        let mut loads = nothing.clone();
+        for link in &self.links {
+            let Some((places, quaternion)) = link.spherical.zip(link.quaternion) else {
+                continue;
+            };
+            let applied = places.map(|place| force[place]);
+            let along = g.inner_product(&quaternion, &applied);
+            let load = g.neg(along);
+            for place in places {
+                loads[place] = load;
+            }
+        }
+        (loads, nothing)
+    }
+
+    /// The part along `η`: `ηᵀη̈ = −η̇ᵀη̇` gives `ηᵀ∂η̈ = −∂ηᵀη̈ − 2 η̇ᵀ∂η̇`.
+    fn add_unit_constraint(
+        &self,
+        g: &mut Graph,
+        acceleration: &[ExprId],
+        position: &mut [Vec<ExprId>],
+        velocity: &mut [Vec<ExprId>],
+    ) {
+        for link in &self.links {
+            let Some(((places, values), rates)) = link
+                .spherical
+                .zip(link.quaternion)
+                .zip(link.quaternion_rates)
+            else {
+                continue;
+            };
+            for (&row, &value) in places.iter().zip(&values) {
+                for (&column, &rate) in places.iter().zip(&rates) {
+                    let pull = g.mul(value, acceleration[column]);
+                    position[row][column] = g.sub(position[row][column], pull);
+                    let doubled = g.scale(2.0, rate);
+                    let pull = g.mul(value, doubled);
+                    velocity[row][column] = g.sub(velocity[row][column], pull);
+                }
+            }
+        }
+    }
+}
+
+impl Slopes {
+    fn add(
+        &mut self,
+        g: &mut Graph,
+        row: usize,
+        direction: &Direction,
+        position: ExprId,
+        velocity: ExprId,
+    ) {
+        let column = direction.coordinate;
+        let position = g.mul(direction.ratio, position);
+        self.position[row][column] = g.add(self.position[row][column], position);
+        let velocity = g.mul(direction.ratio, velocity);
+        self.velocity[row][column] = g.add(self.velocity[row][column], velocity);
+    }
 }
 
 /// Rows from columns.
-pub(super) fn transposed(columns: &[Vec<ExprId>]) -> Vec<Vec<ExprId>> {
+fn transposed(columns: &[Vec<ExprId>]) -> Vec<Vec<ExprId>> {
     let size = columns.first().map_or(0, Vec::len);
     (0..size)
         .map(|i| columns.iter().map(|column| column[i]).collect())

@@ -69,19 +69,15 @@ impl Space {
         total
     }
 
-    /// `Jᵀ M J` of any matrix over freedoms, numbered link by link.
-    pub fn sandwich(&self, g: &mut Graph, matrix: &[Vec<ExprId>]) -> Vec<Vec<ExprId>> {
-        let maps: Vec<&Vec<(usize, ExprId)>> = self.maps.iter().flatten().collect();
-        let zero = g.zero();
-        let mut result = vec![vec![zero; self.size]; self.size];
-        for (row, left) in matrix.iter().zip(&maps) {
-            for (&entry, right) in row.iter().zip(&maps) {
-                for &(i, c) in *left {
-                    for &(j, d) in *right {
-                        let scaled = g.mul(entry, d);
-                        let term = g.mul(c, scaled);
-                        result[i][j] = g.add(result[i][j], term);
-                    }
+    /// `Jᵀ X` of a matrix with a row per freedom, numbered link by link.
+    pub fn rows(&self, g: &mut Graph, matrix: &[Vec<ExprId>]) -> Vec<Vec<ExprId>> {
+        let width = matrix.first().map_or(0, Vec::len);
+        let mut result = vec![vec![g.zero(); width]; self.size];
+        for (row, map) in matrix.iter().zip(self.maps.iter().flatten()) {
+            for &(index, coefficient) in map {
+                for (target, &entry) in result[index].iter_mut().zip(row) {
+                    let term = g.mul(coefficient, entry);
+                    *target = g.add(*target, term);
                 }
             }
         }
