@@ -116,7 +116,9 @@ impl Mechanism {
     }
 
     /// The motion of all links. With `gravity` the world accelerates upwards,
-    /// which acts as gravity does.
+    /// which acts as gravity does, and velocities are those against an inertial
+    /// frame that moves along with what slides before anything turns: forces
+    /// and their derivatives are the same (Galilei), and cheaper.
     pub(super) fn states(
         &self,
         g: &mut Graph,
@@ -140,7 +142,7 @@ impl Mechanism {
                 Some(parent) => states[parent],
                 None => self.base_state(g, i, gravity),
             };
-            states.push(self.step(g, i, &before, &accelerations[i]));
+            states.push(self.step(g, i, &before, &accelerations[i], gravity));
         }
         states
     }
@@ -164,7 +166,14 @@ impl Mechanism {
     }
 
     /// From a link to its child: shift, turn, add the joint's own motion.
-    fn step(&self, g: &mut Graph, i: usize, before: &State, accelerations: &[ExprId]) -> State {
+    fn step(
+        &self,
+        g: &mut Graph,
+        i: usize,
+        before: &State,
+        accelerations: &[ExprId],
+        relative: bool,
+    ) -> State {
         let link = &self.links[i];
         let lever = vector::cross(g, before.omega, link.shift);
         let mut velocity = vector::add(g, before.velocity, lever);
@@ -175,7 +184,11 @@ impl Mechanism {
                 // The axis is fixed in the parent: a v, and 2 ω × a v + a v̇.
                 let axis = vector::constant(g, axis);
                 let sliding = vector::scale(g, freedom.rate, axis);
-                velocity = vector::add(g, velocity, sliding);
+                // A frame that does not turn may as well move along.
+                let rides = relative && before.omega.iter().all(|&x| g.is_zero(x));
+                if !rides {
+                    velocity = vector::add(g, velocity, sliding);
+                }
                 let doubled = sliding.map(|x| g.scale(2.0, x));
                 let coriolis = vector::cross(g, before.omega, doubled);
                 acceleration = vector::add(g, acceleration, coriolis);
