@@ -1,6 +1,7 @@
 //! Links: the joints' transforms and inertias seen from the chosen frames.
 
 use super::frames::LinkFrame;
+use super::inertia::PseudoInertia;
 use super::mechanism::{Axis, Base, Link};
 use super::placement::{Anchor, Motion, MovingJoint};
 use super::turn::{self, Stage, Turn};
@@ -15,41 +16,7 @@ pub(super) fn links(g: &mut Graph, joints: &[MovingJoint], frames: &[LinkFrame])
 }
 
 fn link(g: &mut Graph, joint: &MovingJoint, frame: &LinkFrame, parent: Option<&LinkFrame>) -> Link {
-    let turned = vector::product(&joint.rotation, &frame.rotation);
-    let origin = vector::constant(g, vector::apply(&joint.rotation, frame.origin));
-    let origin = vector::add(g, joint.translation, origin);
-    let (base, mut shift) = match parent {
-        // The base frame takes in the whole constant transform.
-        None => {
-            let rotation = match joint.motion {
-                Motion::Spherical { .. } => joint.rotation,
-                _ => turned,
-            };
-            let translation = origin;
-            (
-                Base {
-                    rotation,
-                    translation,
-                },
-                vector::zero(g),
-            )
-        }
-        Some(parent) => {
-            let there = vector::constant(g, parent.origin);
-            let gap = vector::sub(g, origin, there);
-            let gap = tidy(g, gap, &[parent.origin, frame.origin]);
-            let gap = vector::rotate(g, &vector::transpose(&parent.rotation), gap);
-            let rotation = IDENTITY;
-            let translation = vector::zero(g);
-            (
-                Base {
-                    rotation,
-                    translation,
-                },
-                tidy(g, gap, &[parent.origin, frame.origin]),
-            )
-        }
-    };
+    let (base, mut shift) = placed(g, joint, frame, parent);
     let mut stages: Vec<Stage> = Vec::new();
     if parent.is_some() {
         stages.extend(turn::constant_turn(g, 2, frame.turns[0]));
@@ -75,23 +42,60 @@ fn link(g: &mut Graph, joint: &MovingJoint, frame: &LinkFrame, parent: Option<&L
             shift = vector::add(g, shift, displacement);
         }
     }
-    let back = frame.origin.map(|x| -x);
-    let back = vector::constant(g, back);
-    let centred = joint.inertia.shift(g, back);
-    let magnitude = joint.inertia.magnitude(g);
-    let inertia = centred.rotate(g, &vector::transpose(&frame.rotation));
     Link {
         parent: joint.parent,
         stages,
         constant_stages,
         shift,
         freedoms,
-        inertia: inertia.tidy(g, magnitude),
+        inertia: seen_from(g, frame, &joint.inertia),
         base,
         spherical: quaternion.map(|q| q.map(|c| c.index)),
         quaternion: quaternion.map(|q| q.map(|c| c.q)),
         quaternion_rates: quaternion.map(|q| q.map(|c| c.v)),
     }
+}
+
+/// The frame that carries a root, and a link's constant shift in its parent's
+/// frame. A root has none: its base frame takes in the constant transform.
+fn placed(
+    g: &mut Graph,
+    joint: &MovingJoint,
+    frame: &LinkFrame,
+    parent: Option<&LinkFrame>,
+) -> (Base, Vector) {
+    let zero = vector::zero(g);
+    let origin = vector::constant(g, vector::apply(&joint.rotation, frame.origin));
+    let origin = vector::add(g, joint.translation, origin);
+    let Some(parent) = parent else {
+        let rotation = match joint.motion {
+            Motion::Spherical { .. } => joint.rotation,
+            _ => vector::product(&joint.rotation, &frame.rotation),
+        };
+        let base = Base {
+            rotation,
+            translation: origin,
+        };
+        return (base, zero);
+    };
+    let lengths = [parent.origin, frame.origin];
+    let there = vector::constant(g, parent.origin);
+    let gap = vector::sub(g, origin, there);
+    let gap = tidy(g, gap, &lengths);
+    let gap = vector::rotate(g, &vector::transpose(&parent.rotation), gap);
+    let base = Base {
+        rotation: IDENTITY,
+        translation: zero,
+    };
+    (base, tidy(g, gap, &lengths))
+}
+
+fn seen_from(g: &mut Graph, frame: &LinkFrame, inertia: &PseudoInertia) -> PseudoInertia {
+    let back = vector::constant(g, frame.origin.map(|x| -x));
+    let centred = inertia.shift(g, back);
+    let turned = centred.rotate(g, &vector::transpose(&frame.rotation));
+    let magnitude = inertia.magnitude(g);
+    turned.tidy(g, magnitude)
 }
 
 /// The turn by `angle + offset`; offsets by quarter turns only exchange sine

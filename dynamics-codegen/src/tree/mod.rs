@@ -12,6 +12,44 @@
 //! Conventions: `M a = Q_C + Q` with `Q_C = −(C v + g)`. A floating body has
 //! seven coordinates, position then unit quaternion `x, y, z, w`; all
 //! velocities are time derivatives of coordinates ([`Floating`]).
+//!
+//! A pendulum: one body on a revolute joint about y, hanging along −z.
+//!
+//! ```
+//! use dynamics_codegen::graph::Graph;
+//! use dynamics_codegen::tree::{
+//!     Body, Coordinate, Inertia, Joint, Mechanism, Options, Placement, Tree,
+//! };
+//!
+//! let mut g = Graph::new();
+//! let (q, v) = (g.symbol("q"), g.symbol("v"));
+//! let coordinate = Coordinate { q: g.var(q), v: g.var(v), index: 0, ratio: 1.0 };
+//! let zero = g.zero();
+//! let bob = Body {
+//!     name: "bob".to_owned(),
+//!     parent: None,
+//!     placement: Placement {
+//!         rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+//!         translation: [zero; 3],
+//!     },
+//!     joint: Joint::Revolute { axis: [0.0, 1.0, 0.0], coordinate },
+//!     inertia: Inertia {
+//!         mass: g.constant(2.0),
+//!         center: [zero, zero, g.constant(-0.5)],
+//!         tensor: [[zero; 3]; 3],
+//!     },
+//! };
+//! let gravity = [zero, zero, g.constant(-9.81)];
+//! let tree = Tree { bodies: vec![bob], gravity, coordinates: 1 };
+//! let pendulum = Mechanism::new(&mut g, &tree, Options::default())?;
+//!
+//! let inertia = pendulum.mass_matrix(&mut g)[0][0]; // m l² = 0.5 kg·m²
+//! assert_eq!(g.as_constant(inertia), Some(0.5));
+//! let force = pendulum.bias_force(&mut g)[0]; // −m g l sin q
+//! let value = g.evaluate(&[force], &[0.3, 1.0])[0];
+//! assert!((value + 9.81 * 0.3_f64.sin()).abs() < 1e-12);
+//! # Ok::<(), dynamics_codegen::tree::TreeError>(())
+//! ```
 
 mod check;
 mod composite;

@@ -14,7 +14,7 @@
 //! joint sends two wrenches, one covector wrench and one covector towards the
 //! root. `D` is linear in the angular part alone: its covector needs no lever.
 
-use super::mechanism::{Axis, Mechanism};
+use super::mechanism::{Axis, Link, Mechanism};
 use super::message::{AxisMotion, Change, Functional, MixedMoment};
 use super::newton_euler::{State, Wrench};
 use super::placement::quaternion_map;
@@ -58,6 +58,8 @@ struct Direction {
 struct Slopes {
     position: Vec<Vec<ExprId>>,
     velocity: Vec<Vec<ExprId>>,
+    /// The first row of each link.
+    starts: Vec<usize>,
 }
 
 impl Mechanism {
@@ -100,55 +102,77 @@ impl Mechanism {
         let mut slopes = Slopes {
             position: vec![vec![g.zero(); self.coordinates]; starts[self.links.len()]],
             velocity: vec![vec![g.zero(); self.coordinates]; starts[self.links.len()]],
+            starts,
         };
         for i in 0..self.links.len() {
-            let single = directions[i].len() == 1;
             for (k, freedom) in self.links[i].freedoms.iter().enumerate() {
-                let row = starts[i] + k;
-                let mut force = Functional::new(g, freedom.axis, &composites[i], &mixed[i]);
-                let mut j = i;
-                loop {
-                    // A joint with one axis reads its own entry off the change below.
-                    if j != i || !single {
-                        for direction in &directions[j] {
-                            let position = force.by_position(g, &direction.motion);
-                            let velocity = force.by_velocity(g, &direction.motion);
-                            slopes.add(g, row, direction, position, velocity);
-                        }
-                    }
-                    let Some(parent) = self.links[j].parent else {
-                        break;
-                    };
-                    force = force.to_parent(g, self, j);
-                    j = parent;
-                }
+                let force = Functional::new(g, freedom.axis, &composites[i], &mixed[i]);
+                self.send_force(g, (i, k), force, &directions, &mut slopes);
             }
+            let own_entry = directions[i].len() == 1;
             for direction in &directions[i] {
-                let mut change = Change::new(
-                    g,
-                    &direction.motion,
-                    &composites[i],
-                    &mixed[i],
-                    &wrenches[i],
-                );
-                let mut j = i;
-                loop {
-                    if j != i || single {
-                        for (k, freedom) in self.links[j].freedoms.iter().enumerate() {
-                            let position = change.by_position.along(g, freedom.axis);
-                            let velocity = change.by_velocity.along(g, freedom.axis);
-                            slopes.add(g, starts[j] + k, direction, position, velocity);
-                        }
-                    }
-                    let Some(parent) = self.links[j].parent else {
-                        break;
-                    };
-                    change = change.to_parent(g, self, j);
-                    j = parent;
-                }
+                let (motion, inertia) = (&direction.motion, &composites[i]);
+                let change = Change::new(g, motion, inertia, &mixed[i], &wrenches[i]);
+                self.send_change(g, (i, own_entry), change, direction, &mut slopes);
             }
         }
         slopes
+    }
+
+    /// The row of a freedom, up to its own link: what moves below changes its force.
+    fn send_force(
+        &self,
+        g: &mut Graph,
+        (i, k): (usize, usize),
+        mut force: Functional,
+        directions: &[Vec<Direction>],
+        slopes: &mut Slopes,
+    ) {
+        let row = slopes.starts[i] + k;
+        let mut j = i;
+        loop {
+            // A joint with one axis reads its own entry off the change it sends.
+            if j != i || directions[i].len() > 1 {
+                for direction in &directions[j] {
+                    let position = force.by_position(g, &direction.motion);
+                    let velocity = force.by_velocity(g, &direction.motion);
+                    slopes.add(g, row, direction, position, velocity);
+                }
+            }
+            let Some(parent) = self.links[j].parent else {
+                break;
+            };
+            force = force.to_parent(g, self, j);
+            j = parent;
+        }
+    }
+
+    /// The column of a coordinate, from its own link on or from the parent on:
+    /// it changes the forces below.
+    fn send_change(
+        &self,
+        g: &mut Graph,
+        (i, own_entry): (usize, bool),
+        mut change: Change,
+        direction: &Direction,
+        slopes: &mut Slopes,
+    ) {
+        let mut j = i;
+        loop {
+            if j != i || own_entry {
+                for (k, freedom) in self.links[j].freedoms.iter().enumerate() {
+                    let position = change.by_position.along(g, freedom.axis);
+                    let velocity = change.by_velocity.along(g, freedom.axis);
+                    let row = slopes.starts[j] + k;
+                    slopes.add(g, row, direction, position, velocity);
+                }
+            }
+            let Some(parent) = self.links[j].parent else {
+                break;
+            };
+            change = change.to_parent(g, self, j);
+            j = parent;
+        }
     }
 
     fn directions(
@@ -159,33 +183,10 @@ impl Mechanism {
         state: &State,
     ) -> Vec<Direction> {
         let link = &self.links[i];
-        let zero = vector::zero(g);
-        if let Some(((places, values), rates)) = link
-            .spherical
-            .zip(link.quaternion)
-            .zip(link.quaternion_rates)
-        {
-            // ε = 2 E(η) δη with the same δη at all times: ε̇ = 2 E(η̇) δη, and
-            // ε̈ = 2 E(η̈) δη + 2 ω η̇ᵀδη: while η̇ᵀδη ≠ 0 the path η + δη leaves
-            // the unit sphere, and ω̇ = 2 E η̈ is not divided by its length.
-            let seconds = places.map(|place| acceleration[place]);
-            let maps = [values, rates, seconds].map(|x| quaternion_map(g, x));
-            let ratio = g.one();
-            return (places.into_iter().enumerate())
-                .map(|(c, coordinate)| {
-                    let [axis, rate, second] = maps.map(|map| [map[0][c], map[1][c], map[2][c]]);
-                    let doubled = g.scale(2.0, rates[c]);
-                    let stretch = vector::scale(g, doubled, state.omega);
-                    let columns = [axis, rate, vector::add(g, second, stretch)];
-                    let motion = AxisMotion::angular(g, columns, state);
-                    Direction {
-                        coordinate,
-                        ratio,
-                        motion,
-                    }
-                })
-                .collect();
+        if link.spherical.is_some() {
+            return quaternion_directions(g, link, acceleration, state);
         }
+        let zero = vector::zero(g);
         let freedom = &link.freedoms[0];
         let motion = match freedom.axis {
             Axis::Linear(a) => AxisMotion::linear(g, a, state),
@@ -351,6 +352,42 @@ impl Slopes {
         let velocity = g.mul(direction.ratio, velocity);
         self.velocity[row][column] = g.add(self.velocity[row][column], velocity);
     }
+}
+
+/// Along each of a quaternion's four coordinates.
+fn quaternion_directions(
+    g: &mut Graph,
+    link: &Link,
+    acceleration: &[ExprId],
+    state: &State,
+) -> Vec<Direction> {
+    let Some(((places, values), rates)) = link
+        .spherical
+        .zip(link.quaternion)
+        .zip(link.quaternion_rates)
+    else {
+        return Vec::new();
+    };
+    // ε = 2 E(η) δη with the same δη at all times: ε̇ = 2 E(η̇) δη, and
+    // ε̈ = 2 E(η̈) δη + 2 ω η̇ᵀδη: while η̇ᵀδη ≠ 0 the path η + δη leaves
+    // the unit sphere, and ω̇ = 2 E η̈ is not divided by its length.
+    let seconds = places.map(|place| acceleration[place]);
+    let maps = [values, rates, seconds].map(|x| quaternion_map(g, x));
+    let ratio = g.one();
+    (places.into_iter().enumerate())
+        .map(|(c, coordinate)| {
+            let [axis, rate, second] = maps.map(|map| [map[0][c], map[1][c], map[2][c]]);
+            let doubled = g.scale(2.0, rates[c]);
+            let stretch = vector::scale(g, doubled, state.omega);
+            let columns = [axis, rate, vector::add(g, second, stretch)];
+            let motion = AxisMotion::angular(g, columns, state);
+            Direction {
+                coordinate,
+                ratio,
+                motion,
+            }
+        })
+        .collect()
 }
 
 /// Rows from columns.
