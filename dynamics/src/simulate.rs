@@ -30,13 +30,7 @@ where
         constraint,
     } = system.equation(x);
     let b = right_hand_side(&constraint, baumgarte);
-    solve(
-        &mass_matrix,
-        &force,
-        &constraint.a,
-        &b,
-        tolerance,
-    )
+    solve(&mass_matrix, &force, &constraint.a, &b, tolerance)
 }
 
 /// Acceleration and multipliers for any scalar (dual numbers, SIMD lanes), unchecked:

@@ -1,3 +1,7 @@
 //! From a measured log to the effect a model lacks.
 
+pub mod log;
 pub mod machine;
+pub mod regression;
+pub mod smooth;
+pub mod trace;

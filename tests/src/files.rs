@@ -89,8 +89,8 @@ fn strays(folder: &Path, files: &[(String, String)], ending: &str) -> Vec<PathBu
 }
 
 fn first_difference(found: &str, expected: &str) -> String {
-    let lines = found.lines().zip(expected.lines()).enumerate();
-    match lines.filter(|(_, (a, b))| a != b).next() {
+    let mut lines = found.lines().zip(expected.lines()).enumerate();
+    match lines.find(|(_, (a, b))| a != b) {
         Some((index, (a, b))) => {
             format!(
                 "line {}\n    checked in: {a}\n    fresh:      {b}",

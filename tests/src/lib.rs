@@ -1,5 +1,6 @@
 //! What tests that cross crates share: the models, and files under control.
 
+pub mod compiler;
 pub mod files;
 pub mod models;
 pub mod random;

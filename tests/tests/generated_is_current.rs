@@ -15,6 +15,26 @@ fn rust_modules_are_current() {
     report(&wrong);
 }
 
+#[test]
+fn c_files_are_current() {
+    let files = models::all()
+        .into_iter()
+        .flat_map(|(path, compiled)| emit::c(&compiled, &path));
+    let files: Vec<(String, String)> = files.map(|f| (f.name, f.text)).collect();
+    let folder = files::root().join("generated/c");
+    let mut wrong = files::ensure_folder(&folder, &ending(&files, ".h"), "h");
+    wrong.extend(files::ensure_folder(&folder, &ending(&files, ".c"), "c"));
+    report(&wrong);
+}
+
+fn ending(files: &[(String, String)], ending: &str) -> Vec<(String, String)> {
+    files
+        .iter()
+        .filter(|(name, _)| name.ends_with(ending))
+        .cloned()
+        .collect()
+}
+
 /// The module that `back_ends_agree` tries everything on.
 #[test]
 fn the_fixture_is_current() {

@@ -1,6 +1,7 @@
 //! Nothing in a model can become code, a path, or a comment that ends early.
 
 use dynamics_codegen::{Compiled, Library, compile, emit};
+use integration_tests::compiler::{self, Precision};
 use integration_tests::models;
 use proptest::prelude::*;
 
@@ -74,11 +75,33 @@ fn check(names: &[String; 6], doc: &str, path: &str) {
         "{file}"
     );
 
+    for file in emit::c(&renamed, path) {
+        check_comments(&file.text);
+    }
+
     let sheet = emit::review(&renamed, path);
     assert!(!sheet.contains(invisible), "{sheet}");
 }
 
-const HOSTILE: [&str; 22] = [
+/// Outside of its comments a C file is plain ASCII, and every comment ends.
+fn check_comments(text: &str) {
+    let mut rest = text;
+    while let Some((code, comment)) = rest.split_once("/*") {
+        assert!(code.is_ascii() && !code.contains("*/"), "{code}");
+        let (inside, behind) = comment.split_once("*/").expect("the comment ends");
+        assert!(!inside.contains("/*"), "{inside}");
+        rest = behind;
+    }
+    assert!(rest.is_ascii() && !rest.contains("*/"), "{rest}");
+}
+
+const HOSTILE: [&str; 28] = [
+    "NAN",
+    "linux",
+    "sign_of",
+    "real",
+    "double",
+    "REAL",
     "x; unsafe { }",
     "*/",
     "/*",
@@ -108,6 +131,14 @@ fn one_hostile_name_everywhere() {
     for text in HOSTILE {
         let names = std::array::from_fn(|_| text.to_string());
         check(&names, text, text);
+        let folder = tempfile::tempdir().unwrap();
+        let files = emit::c(&renamed(&names, text), text);
+        for file in &files {
+            std::fs::write(folder.path().join(&file.name), &file.text).unwrap();
+        }
+        for precision in [Precision::Single, Precision::Double] {
+            compiler::check(&folder.path().join(&files[1].name), precision);
+        }
     }
 }
 

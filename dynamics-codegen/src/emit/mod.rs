@@ -1,13 +1,14 @@
-//! Text from a compiled model: Rust source and the review sheet.
+//! Text from a compiled model: Rust and C source, and the review sheet.
 //!
 //! ```text
-//! system ──plan──▶ quantities, functions ──body──▶ straight lines ──▶ Rust
+//! system ──plan──▶ quantities, functions ──body──▶ straight lines ──▶ Rust | C
 //! ```
 //!
 //! [`quantities`] says what is emitted; the body of a function is built once, in no
 //! particular language; each language has a folder of its own.
 
 mod body;
+mod c;
 mod counts;
 mod digest;
 mod header;
@@ -18,8 +19,10 @@ mod rust;
 mod symbols;
 mod telling;
 mod text;
+mod words;
 mod written;
 
+pub use c::c;
 pub use counts::{OperationCount, operation_counts};
 pub use digest::digest;
 pub use naming::identifier;

@@ -16,224 +16,8 @@
 //! Temporaries need not say exactly which name they come from: [`Locals`] turns a
 //! wish into a free identifier in snake case.
 
+use super::words::{greek, hides_a_function, is_reserved};
 use std::collections::BTreeSet;
-
-/// Words that an identifier must not be, in any language that is emitted.
-const RESERVED: &[&str] = &[
-    // Rust 2024, strict, weak and reserved.
-    "abstract",
-    "as",
-    "async",
-    "await",
-    "become",
-    "box",
-    "break",
-    "const",
-    "continue",
-    "crate",
-    "do",
-    "dyn",
-    "else",
-    "enum",
-    "extern",
-    "false",
-    "final",
-    "fn",
-    "for",
-    "gen",
-    "if",
-    "impl",
-    "in",
-    "let",
-    "loop",
-    "macro",
-    "macro_rules",
-    "match",
-    "mod",
-    "move",
-    "mut",
-    "override",
-    "priv",
-    "pub",
-    "raw",
-    "ref",
-    "return",
-    "safe",
-    "self",
-    "Self",
-    "static",
-    "struct",
-    "super",
-    "trait",
-    "true",
-    "try",
-    "type",
-    "typeof",
-    "union",
-    "unsafe",
-    "unsized",
-    "use",
-    "virtual",
-    "where",
-    "while",
-    "yield",
-    // C99 and C++.
-    "alignas",
-    "alignof",
-    "and",
-    "and_eq",
-    "asm",
-    "auto",
-    "bitand",
-    "bitor",
-    "bool",
-    "case",
-    "catch",
-    "char",
-    "class",
-    "compl",
-    "concept",
-    "consteval",
-    "constexpr",
-    "constinit",
-    "const_cast",
-    "co_await",
-    "co_return",
-    "co_yield",
-    "decltype",
-    "default",
-    "delete",
-    "double",
-    "dynamic_cast",
-    "explicit",
-    "export",
-    "float",
-    "friend",
-    "goto",
-    "inline",
-    "int",
-    "long",
-    "mutable",
-    "namespace",
-    "new",
-    "noexcept",
-    "not",
-    "not_eq",
-    "nullptr",
-    "operator",
-    "or",
-    "or_eq",
-    "private",
-    "protected",
-    "public",
-    "register",
-    "reinterpret_cast",
-    "requires",
-    "restrict",
-    "short",
-    "signed",
-    "sizeof",
-    "static_assert",
-    "static_cast",
-    "switch",
-    "template",
-    "this",
-    "thread_local",
-    "throw",
-    "typedef",
-    "typeid",
-    "typename",
-    "unsigned",
-    "using",
-    "void",
-    "volatile",
-    "wchar_t",
-    "xor",
-    "xor_eq",
-    "_",
-];
-
-/// Macros and functions of C's headers that a temporary would hide.
-const HEADER_NAMES: &[&str] = &[
-    "i",
-    "complex",
-    "imaginary",
-    "errno",
-    "near",
-    "far",
-    "sin",
-    "cos",
-    "tan",
-    "asin",
-    "acos",
-    "atan",
-    "atan2",
-    "sinh",
-    "cosh",
-    "tanh",
-    "exp",
-    "log",
-    "sqrt",
-    "pow",
-    "fabs",
-    "floor",
-    "ceil",
-    "gamma",
-    "lgamma",
-    "tgamma",
-    "erf",
-    "j0",
-    "j1",
-    "jn",
-    "y0",
-    "y1",
-    "yn",
-    "signgam",
-    "abs",
-    "div",
-    "index",
-    "time",
-    "real",
-];
-
-/// Letters that physics is written in, for the names of temporaries.
-const GREEK: [(char, &str); 35] = [
-    ('α', "alpha"),
-    ('β', "beta"),
-    ('γ', "gamma"),
-    ('δ', "delta"),
-    ('ε', "epsilon"),
-    ('ζ', "zeta"),
-    ('η', "eta"),
-    ('θ', "theta"),
-    ('ι', "iota"),
-    ('κ', "kappa"),
-    ('λ', "lambda"),
-    ('μ', "mu"),
-    ('ν', "nu"),
-    ('ξ', "xi"),
-    ('ο', "omicron"),
-    ('π', "pi"),
-    ('ρ', "rho"),
-    ('σ', "sigma"),
-    ('ς', "sigma"),
-    ('τ', "tau"),
-    ('υ', "upsilon"),
-    ('φ', "phi"),
-    ('χ', "chi"),
-    ('ψ', "psi"),
-    ('ω', "omega"),
-    ('Γ', "gamma"),
-    ('Δ', "delta"),
-    ('Θ', "theta"),
-    ('Λ', "lambda"),
-    ('Ξ', "xi"),
-    ('Π', "pi"),
-    ('Σ', "sigma"),
-    ('Φ', "phi"),
-    ('Ψ', "psi"),
-    ('Ω', "omega"),
-];
 
 /// The identifier of a name; see the table above.
 ///
@@ -245,7 +29,7 @@ const GREEK: [(char, &str); 35] = [
 /// assert_eq!(identifier("*/"), "__2a___2f_");
 /// ```
 pub fn identifier(name: &str) -> String {
-    if name.is_empty() || RESERVED.contains(&name) {
+    if name.is_empty() || is_reserved(name) {
         return format!("{name}__");
     }
     let mut out = String::with_capacity(name.len());
@@ -292,7 +76,7 @@ pub(super) fn type_name(name: &str, taken: &[&str]) -> String {
     if out.is_empty() || out.starts_with(|c: char| c.is_ascii_digit()) {
         out.insert_str(0, "Model");
     }
-    if taken.contains(&out.as_str()) || RESERVED.contains(&out.as_str()) {
+    if taken.contains(&out.as_str()) || is_reserved(&out) {
         out.push_str("Model");
     }
     out
@@ -304,7 +88,7 @@ pub(super) fn snake(wish: &str) -> String {
     for c in wish.chars() {
         if c.is_ascii_alphanumeric() {
             out.push(c.to_ascii_lowercase());
-        } else if let Some((_, word)) = GREEK.iter().find(|(letter, _)| *letter == c) {
+        } else if let Some(word) = greek(c) {
             out.push_str(word);
         } else if !out.is_empty() && !out.ends_with('_') {
             out.push('_');
@@ -340,7 +124,7 @@ impl Locals {
         if unfit {
             return self.number();
         }
-        let base = if RESERVED.contains(&base.as_str()) || HEADER_NAMES.contains(&base.as_str()) {
+        let base = if is_reserved(&base) || hides_a_function(&base) {
             format!("{base}_value")
         } else {
             base
@@ -374,7 +158,7 @@ mod tests {
     /// The inverse of [`identifier`]: that there is one proves it injective.
     fn name_of(identifier: &str) -> Option<String> {
         if let Some(word) = identifier.strip_suffix("__")
-            && (word.is_empty() || RESERVED.contains(&word))
+            && (word.is_empty() || is_reserved(word))
         {
             return Some(word.to_string());
         }
@@ -400,7 +184,7 @@ mod tests {
     fn check(name: &str) {
         let word = identifier(name);
         assert!(is_identifier(&word), "{name:?} -> {word:?}");
-        assert!(!RESERVED.contains(&word.as_str()), "{name:?} -> {word:?}");
+        assert!(!is_reserved(&word), "{name:?} -> {word:?}");
         assert_eq!(name_of(&word).as_deref(), Some(name), "{word:?}");
         assert!(is_identifier(&type_name(name, &[])), "{name:?}");
         assert!(is_identifier(&Locals::default().claim(name)), "{name:?}");

@@ -1,5 +1,6 @@
 //! The review sheet: what a model is, on a page that is read when it changes.
 
+use super::c::c;
 use super::counts;
 use super::plan::coordinate_unit;
 use super::rust::rust;
@@ -247,13 +248,16 @@ impl<'a> Sheet<'a> {
         }
         let code = rust(self.compiled, source_name);
         writeln!(out, "\ncode size")?;
-        writeln!(
-            out,
-            "  Rust: {} lines, {} bytes",
-            code.lines().count(),
-            code.len()
-        )
+        writeln!(out, "  Rust: {}", size_of(&code))?;
+        for file in c(self.compiled, source_name) {
+            writeln!(out, "  {}: {}", file.name, size_of(&file.text))?;
+        }
+        Ok(())
     }
+}
+
+fn size_of(text: &str) -> String {
+    format!("{} lines, {} bytes", text.lines().count(), text.len())
 }
 
 fn paragraph(out: &mut String, text: &str) -> std::fmt::Result {

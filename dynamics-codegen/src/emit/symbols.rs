@@ -30,14 +30,22 @@ pub(super) struct Symbol {
 #[derive(Debug, Clone)]
 pub(super) struct Symbols {
     symbols: BTreeMap<SymbolId, Symbol>,
+    /// Names that no local variable may have.
+    taken: Vec<String>,
 }
 
 /// Names of a function's arguments.
 const ARGUMENTS: [&str; 3] = ["p", "x", "out"];
 
 impl Symbols {
-    pub fn new(model: &Model) -> Self {
-        let mut locals = Locals::new(ARGUMENTS);
+    /// Names them; `taken` lists what the language at hand needs for itself.
+    pub fn new(model: &Model, taken: &[&str]) -> Self {
+        let taken: Vec<String> = ARGUMENTS
+            .iter()
+            .chain(taken)
+            .map(|s| s.to_string())
+            .collect();
+        let mut locals = Locals::new(taken.iter().map(String::as_str));
         let mut symbols = BTreeMap::new();
         let mut add = |id: SymbolId, role: Role, code: String, telling: String| {
             symbols.insert(
@@ -76,7 +84,7 @@ impl Symbols {
                 snake(&p.name),
             );
         }
-        Self { symbols }
+        Self { symbols, taken }
     }
 
     /// The symbol behind an identifier.
@@ -89,7 +97,8 @@ impl Symbols {
     pub fn locals(&self) -> Locals {
         let own = self.symbols.values();
         let variables = own.filter(|s| !matches!(s.role, Role::Parameter(_)));
-        Locals::new(variables.map(|s| s.code.as_str()).chain(ARGUMENTS))
+        let taken = self.taken.iter().map(String::as_str);
+        Locals::new(variables.map(|s| s.code.as_str()).chain(taken))
     }
 
     /// The local variables that `body` reads, with what they are.

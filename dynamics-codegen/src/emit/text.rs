@@ -32,6 +32,18 @@ pub(super) fn decimal(value: f64) -> String {
     }
 }
 
+/// As [`plain_lines`], for a block comment in C: nothing in it opens or ends one, and
+/// no two question marks meet (trigraphs).
+pub(super) fn c_comment_lines(text: &str) -> Vec<String> {
+    let mut lines = plain_lines(text);
+    for line in &mut lines {
+        for (pair, apart) in [("*/", "* /"), ("/*", "/ *"), ("??", "? ?"), ("??", "? ?")] {
+            *line = line.replace(pair, apart);
+        }
+    }
+    lines
+}
+
 fn visible(line: &str) -> String {
     let mut out = String::with_capacity(line.len());
     for c in line.chars() {
@@ -52,7 +64,7 @@ fn visible(line: &str) -> String {
 /// a link, a tag or a fence is escaped.
 fn escape(line: &str) -> String {
     let fence = line.starts_with("```") || line.starts_with("~~~");
-    let paired = !fence && line.matches('`').count() % 2 == 0 && !line.contains("``");
+    let paired = !fence && line.matches('`').count().is_multiple_of(2) && !line.contains("``");
     let mut out = String::with_capacity(line.len());
     let mut in_code = false;
     for (index, c) in line.chars().enumerate() {
@@ -84,6 +96,16 @@ mod tests {
             ["a", "", "b", "c\\u{0}\\u{202e}"]
         );
         assert_eq!(one_line("\n a\nb \n"), "a b");
+    }
+
+    #[test]
+    fn no_block_comment_ends_early() {
+        for text in ["*/", "/*/", "**//", "*\u{0}/", "???/", "*\\\n/"] {
+            for line in c_comment_lines(text) {
+                let bad = ["*/", "/*", "??"].iter().any(|pair| line.contains(pair));
+                assert!(!bad, "{text:?} gives {line:?}");
+            }
+        }
     }
 
     #[test]

@@ -245,7 +245,8 @@ mod tests {
 
     #[test]
     fn brackets_only_where_needed() {
-        let cases: [(fn(&mut Graph, ExprId, ExprId) -> ExprId, &str); 9] = [
+        type Build = fn(&mut Graph, ExprId, ExprId) -> ExprId;
+        let cases: [(Build, &str); 9] = [
             (
                 |g, x, y| {
                     let s = g.add(x, y);
@@ -296,7 +297,7 @@ mod tests {
                     let p = g.scale(-2.5, p);
                     g.mul(p, y)
                 },
-                "-2.5*x^5*y",
+                "-2.5*y*x^5",
             ),
             (
                 |g, x, y| {

@@ -9,7 +9,7 @@
 //!
 //! | path | numbers | demands | checks |
 //! |---|---|---|---|
-//! | [`FullRank`] | any [`Scalar`](crate::Scalar): dual, SIMD | `M` positive definite, `A` of full row rank | none: else infinite or NaN |
+//! | [`FullRank`] | any [`Scalar`]: dual, SIMD | `M` positive definite, `A` of full row rank | none: else infinite or NaN |
 //! | [`RankRevealing`] | `f32`, `f64` | `M ≥ 0`, `rank [M; A] = n`, `b ∈ R(A)` | all, each an error |
 //! | [`solve`] | `f32`, `f64` | as `RankRevealing` | takes the first where it is safe, else the second |
 //!
@@ -65,8 +65,8 @@ impl<T: Scalar, const N: usize, const M: usize> Solution<T, N, M> {
 /// Solves for acceleration and multipliers, real numbers, all cases.
 ///
 /// The fast factorisation is used when its pivots show that it is accurate (every
-/// pivot of `M` and of `G = A M⁻¹ Aᵀ` above ε^(1/3) of its diagonal element, 6e-6 for
-/// `f64`); otherwise the rank-revealing one with `tolerance`.
+/// pivot of `M` and of `G = A M⁻¹ Aᵀ` above ε^(3/8) of its diagonal element, 1.3e-6
+/// for `f64`); otherwise the rank-revealing one with `tolerance`.
 ///
 /// # Errors
 ///

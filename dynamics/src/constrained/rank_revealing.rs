@@ -248,10 +248,11 @@ pub(super) fn check_symmetric<T: Real, const N: usize>(
 ) -> Result<(), SolveError> {
     finite(Quantity::Mass, mass)?;
     let largest = mass.iter().fold(T::zero(), |m, e| m.max(e.abs()));
+    let limit = tolerance.mass.sqrt() * largest;
     for column in 0..N {
         for row in column + 1..N {
             let difference = (mass[(row, column)] - mass[(column, row)]).abs();
-            if difference > tolerance.mass.sqrt() * largest {
+            if difference > limit {
                 let difference = difference.to_f64();
                 return Err(SolveError::UnsymmetricMass {
                     row,

@@ -15,6 +15,8 @@ fn both(f: impl Fn(D1) -> D1, x: f64) -> (f64, f64) {
 }
 
 proptest! {
+    #![proptest_config(crate::property_tests())]
+
     #[test]
     fn derivatives_agree_with_finite_differences(x in 0.1..0.9_f64) {
         let c = D1::from_f64;

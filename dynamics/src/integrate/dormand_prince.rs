@@ -179,7 +179,8 @@ impl<T: Real> DormandPrince<T> {
             }
             let (stages, next, error) = try_step(&mut rate, t, next_t, &y, &first, step)?;
             let e = error_norm(&error, &y, &next, self.absolute, self.relative);
-            if e <= T::one() && finite(&next) && finite(&stages[6]) {
+            trial_was_finite = finite(&next) && finite(&stages[6]);
+            if e <= T::one() && trial_was_finite {
                 accepted += 1;
                 let segment = Segment::new((t, &y), (next_t, &next), &stages);
                 (t, y, first) = (next_t, next, stages[6]);
@@ -190,7 +191,6 @@ impl<T: Real> DormandPrince<T> {
             } else {
                 rejected += 1;
                 h = step.abs() * control.reject(e);
-                trial_was_finite = e.is_finite();
             }
         }
         (count.accepted, count.rejected) = (accepted, rejected);

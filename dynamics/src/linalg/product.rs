@@ -64,10 +64,16 @@ pub fn gram<T: Scalar, const K: usize, const C: usize>(
     a: &SMatrix<T, K, C>,
     d: &[T; K],
 ) -> SMatrix<T, C, C> {
-    SMatrix::from_fn(|i, j| {
-        let (low, high) = if i < j { (i, j) } else { (j, i) };
-        sum(K, |k| (a[(k, low)] * d[k], a[(k, high)]))
-    })
+    let mut result = SMatrix::from_fn(|_, _| T::zero());
+    for j in 0..C {
+        let scaled: [T; K] = core::array::from_fn(|k| a[(k, j)] * d[k]);
+        for i in j..C {
+            let element = sum(K, |k| (scaled[k], a[(k, i)]));
+            result[(i, j)] = element;
+            result[(j, i)] = element;
+        }
+    }
+    result
 }
 
 /// `xᵀ y`.

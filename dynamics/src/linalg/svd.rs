@@ -44,7 +44,7 @@ impl<T: Real, const N: usize, const M: usize> Svd<T, N, M> {
         }
         let mut sigma = [T::zero(); M];
         for k in 0..M {
-            let column: SVector<T, N> = u.column(k).into_owned();
+            let column = column(&u, k);
             let length = length(&column);
             if length > T::zero() {
                 for i in 0..N {
@@ -95,8 +95,8 @@ fn sweep<T: Real, const N: usize, const M: usize>(
     let mut rotated = false;
     for p in 0..M {
         for q in p + 1..M {
-            let x: SVector<T, N> = u.column(p).into_owned();
-            let y: SVector<T, N> = u.column(q).into_owned();
+            let x = column(u, p);
+            let y = column(u, q);
             let (alpha, beta, gamma) = (dot(&x, &x), dot(&y, &y), dot(&x, &y));
             // Orthogonal to the round-off of the product: |γ| ≤ n ε √(αβ). Underflown
             // columns and NaN fail the comparison and are left alone.
@@ -110,6 +110,15 @@ fn sweep<T: Real, const N: usize, const M: usize>(
         }
     }
     rotated
+}
+
+/// Column k. (nalgebra's `into_owned` goes through an iterator whose length it asserts.)
+#[inline]
+fn column<T: Real, const N: usize, const M: usize>(
+    u: &SMatrix<T, N, M>,
+    k: usize,
+) -> SVector<T, N> {
+    SVector::from_fn(|i, _| u[(i, k)])
 }
 
 /// Cosine and sine of the rotation that makes columns with squared lengths α, β and

@@ -17,6 +17,8 @@ fn close<const R: usize, const C: usize>(
 }
 
 proptest! {
+    #![proptest_config(crate::property_tests())]
+
     #[test]
     fn products_agree_with_nalgebra(a in tall(), b in tall()) {
         prop_assert!(close(&mul_transpose(&a, &b), &(a * b.transpose()), 1e-14));

@@ -2,26 +2,38 @@
 //!
 //! Without `-C target-cpu` only the baseline of the target (SSE2 on x86-64) is
 //! used; results differ between instruction sets by round-off where fused
-//! multiply-add exists. `atan2`, `powf` and `tanh` follow the scalar functions lane
-//! by lane: they are rare in dynamics, and accuracy matters more there.
+//! multiply-add exists. Accuracy for `f64`, measured against the standard library:
+//! `sin_cos`, `exp`, `ln`, `atan`, `atan2`, `asin`, `acos` within 2 units in the last
+//! place, `tanh` within 4; `exp` flushes subnormal results to 0. `powf` is the scalar
+//! function lane by lane.
 
 use wide::{f32x8, f32x16, f64x4, f64x8};
 
 use super::{Scalar, simd_trig};
 
-/// Applies the scalar function to every lane.
-macro_rules! lanewise {
-    ($lanes:ident, $element:ident: $($name:ident($($arg:ident),*);)*) => {$(
+/// The function of `wide`.
+macro_rules! wide_functions {
+    ($lanes:ident: $($name:ident($($arg:ident)?)),*) => {$(
         #[inline]
-        fn $name(self $(, $arg: Self)*) -> Self {
+        fn $name(self $(, $arg: Self)?) -> Self {
+            $lanes::$name(self $(, $arg)?)
+        }
+    )*};
+}
+
+/// The scalar function, lane by lane.
+macro_rules! lanewise {
+    ($lanes:ident, $element:ident: $name:ident($arg:ident)) => {
+        #[inline]
+        fn $name(self, $arg: Self) -> Self {
             let mut x = self.to_array();
-            $(let $arg = $arg.to_array();)*
+            let $arg = $arg.to_array();
             for i in 0..x.len() {
-                x[i] = <$element as Scalar>::$name(x[i] $(, $arg[i])*);
+                x[i] = <$element as Scalar>::$name(x[i], $arg[i]);
             }
             $lanes::from(x)
         }
-    )*};
+    };
 }
 
 /// [`Scalar`] for one type of lanes.
@@ -43,16 +55,8 @@ macro_rules! implement {
                 $sin_cos(self)
             }
 
-            lanewise!($lanes, $element:
-                asin();
-                acos();
-                atan();
-                atan2(x);
-                powf(y);
-                tanh();
-                exp();
-                ln();
-            );
+            wide_functions!($lanes: asin(), acos(), atan(), atan2(x), exp(), ln(), tanh());
+            lanewise!($lanes, $element: powf(y));
 
             #[inline]
             fn abs(self) -> Self {

@@ -33,6 +33,21 @@ pub enum SolveError {
     },
 }
 
+impl SolveError {
+    /// The same, counted from further back.
+    #[must_use]
+    pub(crate) fn offset(mut self, by: usize) -> Self {
+        match &mut self {
+            Self::Singular { sample }
+            | Self::Inconsistent { sample, .. }
+            | Self::NotFinite { sample } => {
+                *sample += by;
+            }
+        }
+        self
+    }
+}
+
 /// Eigenvalues of `G = A M⁻¹ Aᵀ` below this share of the largest count as zero.
 const RANK_TOLERANCE: f64 = 1e-11;
 

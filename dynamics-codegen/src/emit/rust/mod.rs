@@ -84,7 +84,7 @@ impl<'a> Unit<'a> {
     fn new(compiled: &'a Compiled) -> Self {
         Self {
             compiled,
-            symbols: Symbols::new(&compiled.model),
+            symbols: Symbols::new(&compiled.model, &[]),
             type_name: type_name(&compiled.model.name, &TAKEN),
         }
     }

@@ -1,0 +1,187 @@
+//! The `.h` file: types and declarations.
+
+use super::{Lines, Unit, comment};
+use crate::emit::naming::identifier;
+use crate::emit::plan::{Entry, Function, Quantity, coordinate_unit};
+use crate::emit::text::{decimal, one_line};
+use crate::model::Parameter;
+
+/// `out[2][3]` or `out[2]`.
+pub(super) fn dimensions(quantity: &Quantity) -> String {
+    let rows = quantity.rows.len();
+    match &quantity.columns {
+        None => format!("[{rows}]"),
+        Some(columns) => format!("[{rows}][{}]", columns.len()),
+    }
+}
+
+fn list(entries: impl IntoIterator<Item = (String, String)>) -> String {
+    let items = entries.into_iter().map(|(name, unit)| match unit.as_str() {
+        "" => one_line(&name),
+        unit => format!("{} ({unit})", one_line(&name)),
+    });
+    items.collect::<Vec<_>>().join(", ")
+}
+
+fn entries(entries: &[Entry]) -> String {
+    list(entries.iter().map(|e| (e.name.clone(), e.unit.clone())))
+}
+
+fn describe(quantity: &Quantity) -> String {
+    let meaning = quantity.meaning.replace('`', "");
+    match &quantity.columns {
+        None => format!("{meaning}.\nEntries: {}.", entries(&quantity.rows)),
+        Some(columns) => format!(
+            "{meaning}.\nRows: {}.\nColumns: {}.\nThe unit of an entry is its row's over its column's.",
+            entries(&quantity.rows),
+            entries(columns)
+        ),
+    }
+}
+
+impl Unit<'_> {
+    /// The whole file.
+    pub(super) fn header_file(&self, functions: &[Function<'_>]) -> String {
+        let mut w = Lines::default();
+        self.title(&mut w);
+        let guard = format!("DYNAMICS_{}_H", self.prefix);
+        w.line(&format!("#ifndef {guard}"));
+        w.line(&format!("#define {guard}"));
+        w.blank();
+        w.line("#ifdef __cplusplus");
+        w.line("extern \"C\" {");
+        w.line("#endif");
+        w.blank();
+        self.types(&mut w);
+        for function in functions {
+            if function.is_fused() {
+                self.equation_type(&mut w, function);
+            }
+            self.declaration(&mut w, function);
+        }
+        w.line("#ifdef __cplusplus");
+        w.line("}");
+        w.line("#endif");
+        w.blank();
+        w.line(&format!("#endif /* {guard} */"));
+        w.text
+    }
+
+    fn types(&self, w: &mut Lines) {
+        let prefix = &self.prefix;
+        comment(
+            w,
+            0,
+            "The real number type: double, or float if DYNAMICS_FLOAT is defined, for this\nfile and the other alike.",
+        );
+        w.line("#ifdef DYNAMICS_FLOAT");
+        w.line(&format!("typedef float {prefix}_real;"));
+        w.line("#else");
+        w.line(&format!("typedef double {prefix}_real;"));
+        w.line("#endif");
+        w.blank();
+        self.parameters_type(w);
+        self.point_type(w);
+    }
+
+    fn parameters_type(&self, w: &mut Lines) {
+        let prefix = &self.prefix;
+        let parameters = &self.compiled.model.parameters;
+        comment(w, 0, "The model's parameters.");
+        w.line(&format!("typedef struct {prefix}_parameters {{"));
+        if parameters.is_empty() {
+            w.line("    char none; /* a struct must not be empty */");
+        }
+        for p in parameters {
+            comment(w, 1, &describe_parameter(p));
+            w.line(&format!("    {prefix}_real {};", identifier(&p.name)));
+        }
+        w.line(&format!("}} {prefix}_parameters;"));
+        w.blank();
+        comment(w, 0, "The nominal values.");
+        w.line(&format!(
+            "extern const {prefix}_parameters {prefix}_nominal;"
+        ));
+        w.blank();
+    }
+
+    fn point_type(&self, w: &mut Lines) {
+        let (prefix, model) = (&self.prefix, &self.compiled.model);
+        let coordinates = |order| {
+            list(
+                model
+                    .coordinates
+                    .iter()
+                    .map(|c| (c.name.clone(), coordinate_unit(c, order))),
+            )
+        };
+        let n = model.coordinates.len();
+        comment(w, 0, "Where the model is evaluated.");
+        w.line(&format!("typedef struct {prefix}_point {{"));
+        comment(w, 1, "Time (s).");
+        w.line(&format!("    {prefix}_real t;"));
+        comment(w, 1, &format!("Coordinates: {}.", coordinates(0)));
+        w.line(&format!("    {prefix}_real q[{n}];"));
+        comment(w, 1, &format!("Velocities: {}.", coordinates(1)));
+        w.line(&format!("    {prefix}_real v[{n}];"));
+        if !model.inputs.is_empty() {
+            let inputs = list(
+                model
+                    .inputs
+                    .iter()
+                    .map(|u| (u.name.clone(), u.unit.clone())),
+            );
+            comment(w, 1, &format!("Inputs: {inputs}."));
+            w.line(&format!("    {prefix}_real u[{}];", model.inputs.len()));
+        }
+        w.line(&format!("}} {prefix}_point;"));
+        w.blank();
+    }
+
+    /// The struct that the fused function fills.
+    fn equation_type(&self, w: &mut Lines, function: &Function<'_>) {
+        let prefix = &self.prefix;
+        comment(w, 0, "Everything that the equation of motion needs.");
+        w.line(&format!("typedef struct {prefix}_equation {{"));
+        for quantity in &function.quantities {
+            comment(w, 1, &describe(quantity));
+            let dimensions = dimensions(quantity);
+            w.line(&format!("    {prefix}_real {}{dimensions};", quantity.name));
+        }
+        w.line(&format!("}} {prefix}_equation;"));
+        w.blank();
+    }
+
+    fn declaration(&self, w: &mut Lines, function: &Function<'_>) {
+        if function.is_fused() {
+            comment(
+                w,
+                0,
+                "Everything that the equation of motion needs; shared terms are computed once.",
+            );
+        } else {
+            comment(w, 0, &describe(function.quantities[0]));
+        }
+        self.signature(w, function, ";");
+        w.blank();
+    }
+}
+
+fn describe_parameter(p: &Parameter) -> String {
+    let mut facts = one_line(&p.name);
+    if !p.unit.is_empty() {
+        facts.push_str(&format!(" ({})", p.unit));
+    }
+    facts.push_str(&format!("; nominal {}", decimal(p.nominal)));
+    if p.lower.is_finite() {
+        facts.push_str(&format!(", at least {}", decimal(p.lower)));
+    }
+    if p.upper.is_finite() {
+        facts.push_str(&format!(", at most {}", decimal(p.upper)));
+    }
+    if p.doc.is_empty() {
+        format!("{facts}.")
+    } else {
+        format!("{}\n{facts}.", p.doc)
+    }
+}

@@ -1,0 +1,254 @@
+//! Whether a body with these masses and inertias can exist, and can be moved.
+
+use super::merge::merge_fixed;
+use super::records::{LinkRecord, child};
+use super::robot::{JointKind, Robot};
+use super::spatial::{Inertia, Matrix3, apply, dot, principal_values};
+use super::text::shown;
+use super::tree::Place;
+use super::xml::Places;
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
+
+/// Below this share of the largest moment, a violation is the computer's
+/// round-off and not worth a word.
+const ROUND_OFF: f64 = 1e-9;
+
+/// What no part of a robot comes near, in kg·m²: smaller excesses are the dust
+/// of somebody's change of coordinates.
+const DUST: f64 = 1e-15;
+
+/// Up to this share it is the rounding of a published figure: a warning.
+const ROUNDED_FIGURES: f64 = 1e-2;
+
+/// How far `I` is from the inertia of any body, as a share of its largest
+/// principal moment: `(I₃ − I₁ − I₂)/I₃` with `I₁ ≤ I₂ ≤ I₃`. Principal moments
+/// are sums of squared distances to the planes of the other two axes, hence
+/// `I₁ + I₂ ≥ I₃`, which implies `I₁ ≥ 0` (Traversaro et al. 2016,
+/// *Identification of fully physical consistent inertial parameters*).
+fn violation([smallest, middle, largest]: [f64; 3]) -> f64 {
+    let excess = largest - middle - smallest;
+    let scale = largest.abs().max(smallest.abs());
+    if excess <= DUST { 0.0 } else { excess / scale }
+}
+
+/// The tree, as far as this check needs it.
+pub(super) struct Tree {
+    /// Index of the root link in the file.
+    pub root: usize,
+    /// For each link of the file the whole body that fixed joints make of it.
+    pub wholes: Vec<Inertia>,
+}
+
+/// Checks the inertia of every link. A link that no body can have is an error,
+/// unless fixed joints weld it to others and the whole is a possible body: only
+/// the whole enters the equations. The root may be a mere frame, or have the mass
+/// 0 that says in Bullet that it stands still: neither is worth a word.
+pub(super) fn check_links(
+    places: Places,
+    links: &[LinkRecord],
+    inertias: &[Inertia],
+    tree: Option<&Tree>,
+    findings: &mut Vec<Diagnostic>,
+) {
+    let root = tree.map(|tree| tree.root);
+    if let Some(root) = root {
+        report_massless(links, root, findings);
+    }
+    for (index, (link, inertia)) in links.iter().zip(inertias).enumerate() {
+        let Some(element) = link
+            .inertial
+            .and_then(|inertial| child(inertial, "inertia"))
+        else {
+            continue;
+        };
+        let at = places.tag(element);
+        let name = shown(link.name);
+        if inertia.mass == 0.0 && !inertia.is_zero() && root != Some(index) {
+            findings.push(
+                Diagnostic::warning(
+                    at,
+                    format!("link `{name}` has rotational inertia but no mass"),
+                )
+                .label("no body is like that; the figures are used as they stand"),
+            );
+        }
+        let moments = principal_values(&inertia.tensor);
+        let share = violation(moments);
+        if share <= ROUND_OFF {
+            continue;
+        }
+        let whole = tree
+            .map(|tree| &tree.wholes[index])
+            .filter(|whole| *whole != inertia)
+            .filter(|whole| violation(principal_values(&whole.tensor)) <= ROUNDED_FIGURES);
+        findings.push(impossible(at, &name, moments, share, whole.is_some()));
+    }
+}
+
+/// The finding about an inertia that no body has.
+fn impossible(at: Span, name: &str, moments: [f64; 3], share: f64, welded: bool) -> Diagnostic {
+    let zero = ROUND_OFF * moments[2].abs().max(moments[0].abs());
+    let cleaned = moments.map(|x| if x.abs() < zero { 0.0 } else { x });
+    let [a, b, c] = cleaned.map(digits);
+    let (what, why) = if cleaned[0] < 0.0 {
+        (
+            format!("link `{name}`: a principal moment of inertia is negative: {a}"),
+            "moments of inertia are sums of squares",
+        )
+    } else {
+        (
+            format!("link `{name}`: no body has this inertia: {a} + {b} < {c}"),
+            "no principal moment may exceed the sum of the other two",
+        )
+    };
+    if share <= ROUNDED_FIGURES {
+        let percent = digits(100.0 * share);
+        return Diagnostic::warning(at, what)
+            .label(why)
+            .help(format!("{percent} % of the largest is missing, which may be rounding: the figures are used as they stand"));
+    }
+    if welded {
+        return Diagnostic::warning(at, what).label(why).help(
+            "fixed joints weld this link to others, and the whole is a possible body: the figures are used as they stand",
+        );
+    }
+    Diagnostic::error(at, what)
+        .label(why)
+        .help("check the units (kg·m²), the signs, and that the tensor is about the centre of mass")
+}
+
+/// Four significant digits.
+fn digits(x: f64) -> String {
+    let magnitude = x.abs();
+    if magnitude == 0.0 || (1e-3..1e4).contains(&magnitude) {
+        let rounded: f64 = format!("{x:.3e}").parse().unwrap_or(x);
+        return format!("{rounded}");
+    }
+    format!("{x:.3e}")
+}
+
+/// One warning about all links without `<inertial>` but the root.
+fn report_massless(links: &[LinkRecord], root: usize, findings: &mut Vec<Diagnostic>) {
+    let massless: Vec<&LinkRecord> = links
+        .iter()
+        .enumerate()
+        .filter(|(index, link)| link.inertial.is_none() && root != *index)
+        .map(|(_, link)| link)
+        .collect();
+    let [first, rest @ ..] = &massless[..] else {
+        return;
+    };
+    let message = match rest.len() {
+        0 => format!(
+            "link `{}` has no <inertial>: it counts as massless",
+            shown(first.name)
+        ),
+        more => format!(
+            "{} links have no <inertial>: they count as massless",
+            more + 1
+        ),
+    };
+    let mut warning = Diagnostic::warning(first.span, message);
+    for link in rest.iter().take(4) {
+        warning = warning.also(link.span, "");
+    }
+    if rest.len() > 4 {
+        warning = warning.help(format!("{} more are not shown", rest.len() - 4));
+    }
+    findings.push(warning);
+}
+
+/// What [`check_links`] needs of the tree. `order` gives the links of the file in
+/// the order of the robot's bodies.
+pub(super) fn tree(robot: &Robot, order: &[Place]) -> Option<Tree> {
+    let merged = merge_fixed(robot);
+    let mut wholes = vec![Inertia::ZERO; order.len()];
+    for (place, frame) in order.iter().zip(&merged.frames) {
+        wholes[place.link] = merged.bodies[frame.body].inertia;
+    }
+    let root = order.first()?.link;
+    Some(Tree { root, wholes })
+}
+
+/// Every independent coordinate must move something.
+pub(super) fn check_mobility(robot: &Robot, findings: &mut Vec<Diagnostic>) {
+    let merged = merge_fixed(robot);
+    let bodies = &merged.bodies;
+    let distal = distal(&merged);
+    let mut moves: Vec<bool> = vec![false; bodies.len()];
+    for (i, body) in bodies.iter().enumerate() {
+        let Some(joint) = &body.joint else { continue };
+        let leaf = distal[i].bodies == 1;
+        let something = match joint.kind {
+            JointKind::Fixed => true,
+            JointKind::Prismatic { .. } | JointKind::Planar { .. } | JointKind::Floating => {
+                distal[i].mass > 0.0
+            }
+            JointKind::Revolute { axis } if leaf => about(&body.inertia, axis) > 0.0,
+            JointKind::Revolute { .. } => distal[i].mass > 0.0 || distal[i].rotational,
+        };
+        // A joint that follows moves its inertia with the joint it follows.
+        let coordinate = joint.mimic.filter(|m| m.multiplier != 0.0);
+        moves[i] |= something;
+        if let Some(mimic) = coordinate {
+            moves[mimic.source] |= something;
+        }
+    }
+    for (body, moves) in bodies.iter().zip(moves) {
+        let Some(joint) = &body.joint else { continue };
+        if joint.mimic.is_none() && !moves {
+            findings.push(immobile(&joint.name, joint.span, joint.kind));
+        }
+    }
+}
+
+fn immobile(name: &str, span: Span, kind: JointKind) -> Diagnostic {
+    let lacks = match kind {
+        JointKind::Revolute { .. } => "inertia about its axis",
+        _ => "mass",
+    };
+    Diagnostic::error(
+        span,
+        format!("joint `{}` moves nothing that has {lacks}", shown(name)),
+    )
+    .label("its acceleration would be undetermined")
+    .help("give a link beyond it an <inertial>, or make the joint type=\"fixed\"")
+}
+
+/// What hangs on a joint.
+#[derive(Debug, Clone, Copy)]
+struct Distal {
+    mass: f64,
+    rotational: bool,
+    bodies: usize,
+}
+
+/// Sums from the leaves to the root: children stand after their parents.
+fn distal(robot: &Robot) -> Vec<Distal> {
+    let mut sums: Vec<Distal> = robot
+        .bodies
+        .iter()
+        .map(|body| Distal {
+            mass: body.inertia.mass,
+            rotational: body.inertia.tensor.iter().flatten().any(|&x| x != 0.0),
+            bodies: 1,
+        })
+        .collect();
+    for i in (0..sums.len()).rev() {
+        if let Some(joint) = &robot.bodies[i].joint {
+            let own = sums[i];
+            let parent = &mut sums[joint.parent];
+            parent.mass += own.mass;
+            parent.rotational |= own.rotational;
+            parent.bodies += own.bodies;
+        }
+    }
+    sums
+}
+
+/// The moment of inertia about an axis through the origin, `aᵀ I a`.
+fn about(inertia: &Inertia, axis: [f64; 3]) -> f64 {
+    let tensor: Matrix3 = inertia.about_origin();
+    dot(axis, apply(&tensor, axis))
+}

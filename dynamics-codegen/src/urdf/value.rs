@@ -1,0 +1,153 @@
+//! Whether an attribute's text is what it must be.
+
+use super::schema::{Form, Range};
+use super::text::{shown, suggest};
+use super::values::parse_version;
+use super::xml::Places;
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
+use roxmltree::Attribute;
+
+/// What is wrong with an attribute's value, if anything. `name` is how messages
+/// call the attribute, `meaning` what it is and in which unit.
+pub(super) fn check(
+    places: Places,
+    attribute: &Attribute,
+    form: Form,
+    name: &str,
+    meaning: &str,
+) -> Option<Diagnostic> {
+    let value = attribute.value();
+    let at = places.value(attribute);
+    match form {
+        Form::Text => None,
+        Form::Version => parse_version(value).is_none().then(|| {
+            Diagnostic::error(at, format!("{name} is `{}`", shown(value)))
+                .label(format!("expected {meaning}"))
+        }),
+        Form::Name if value.trim().is_empty() => Some(
+            Diagnostic::error(at, format!("{name} is empty")).label(format!("expected {meaning}")),
+        ),
+        Form::Name => None,
+        Form::Word(words) => check_word(at, value, words, name),
+        Form::Number(range) => check_number(at, value, range, name, meaning),
+        Form::Vector(count) => check_vector(places, attribute, count, name, meaning),
+    }
+}
+
+fn check_word(at: Span, value: &str, words: &[&str], name: &str) -> Option<Diagnostic> {
+    if words.contains(&value) {
+        return None;
+    }
+    let error = Diagnostic::error(at, format!("{name} is `{}`", shown(value)))
+        .label(format!("expected one of {}", words.join(", ")));
+    Some(match suggest(value.trim(), words.iter().copied()) {
+        Some(word) => error.help(format!("did you mean `{word}`?")),
+        None if value == "spherical" => error.help(
+            "a ball joint is three revolute joints about perpendicular axes, with two links without <inertial> between them",
+        ),
+        None => error,
+    })
+}
+
+fn check_number(
+    at: Span,
+    value: &str,
+    range: Range,
+    name: &str,
+    meaning: &str,
+) -> Option<Diagnostic> {
+    let expected = format!("expected {meaning}");
+    let Ok(number) = value.trim().parse::<f64>() else {
+        return Some(not_a_number(at, value, name, &expected));
+    };
+    let infinite = matches!(range, Range::Any | Range::NotNegativeOrInfinite);
+    let positive = matches!(range, Range::NotNegative | Range::NotNegativeOrInfinite);
+    if number.is_nan() || (number.is_infinite() && !infinite) {
+        return Some(
+            Diagnostic::error(at, format!("{name} is not finite: {}", shown(value.trim())))
+                .label(expected),
+        );
+    }
+    if number.is_finite() && number.abs() > LARGEST {
+        return Some(too_large(at, value.trim(), name, expected));
+    }
+    if positive && number < 0.0 {
+        return Some(
+            Diagnostic::error(at, format!("{name} is negative: {}", shown(value.trim())))
+                .label(format!("{expected}, not below 0")),
+        );
+    }
+    None
+}
+
+fn check_vector(
+    places: Places,
+    attribute: &Attribute,
+    count: usize,
+    name: &str,
+    meaning: &str,
+) -> Option<Diagnostic> {
+    let value = attribute.value();
+    let at = places.value(attribute);
+    let expected = format!("expected {count} numbers separated by blanks: {meaning}");
+    for word in value.split_whitespace() {
+        let place = word_place(places, attribute, word);
+        match word.parse::<f64>() {
+            Err(_) => return Some(not_a_number(place, word, name, &expected)),
+            Ok(x) if !x.is_finite() => {
+                return Some(
+                    Diagnostic::error(place, format!("{name} is not finite: {}", shown(word)))
+                        .label(expected),
+                );
+            }
+            Ok(x) if x.abs() > LARGEST => return Some(too_large(place, word, name, expected)),
+            Ok(_) => {}
+        }
+    }
+    let found = value.split_whitespace().count();
+    (found != count).then(|| {
+        let plural = if found == 1 { "" } else { "s" };
+        Diagnostic::error(
+            at,
+            format!("{name} has {found} number{plural}, not {count}"),
+        )
+        .label(expected)
+    })
+}
+
+/// The largest number of any use: beyond, products would overflow.
+const LARGEST: f64 = 1e30;
+
+fn too_large(at: Span, found: &str, name: &str, expected: String) -> Diagnostic {
+    Diagnostic::error(at, format!("{name} is too large: {}", shown(found))).label(expected)
+}
+
+fn not_a_number(at: Span, found: &str, name: &str, expected: &str) -> Diagnostic {
+    if found.trim().is_empty() {
+        return Diagnostic::error(at, format!("{name} is empty")).label(expected);
+    }
+    let error = Diagnostic::error(
+        at,
+        format!("{name} is not a number: `{}`", shown(found.trim())),
+    )
+    .label(expected);
+    if found.contains(',') {
+        return error.help("write a decimal point, not a comma, and separate numbers by blanks");
+    }
+    error
+}
+
+/// The place of a word within a value; the whole value if it is written with
+/// character references and the two cannot be matched.
+fn word_place(places: Places, attribute: &Attribute, word: &str) -> Span {
+    let whole = places.value(attribute);
+    let value = attribute.value();
+    let range = attribute.range_value();
+    if range.len() != value.len() {
+        return whole;
+    }
+    // `word` is a slice of `value`.
+    let offset = word.as_ptr() as usize - value.as_ptr() as usize;
+    places.span(range.start + offset..range.start + offset + word.len())
+}

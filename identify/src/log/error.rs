@@ -1,0 +1,273 @@
+//! What can be wrong with a log: place, expectation, mend.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// Problems listed in full before the rest is only counted.
+const LISTED: usize = 10;
+
+/// Why a log could not be used.
+#[derive(Debug, thiserror::Error)]
+pub enum LogError {
+    /// The file could not be opened or read.
+    #[error(
+        "{}: cannot read the log: {source}\n  mend: give the path of a CSV file (plain or gzipped) that may be read",
+        path.display()
+    )]
+    Open {
+        /// The path as given.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// The content is not a usable log.
+    #[error("{}", render(path, problems, *omitted))]
+    Invalid {
+        /// The path as given.
+        path: PathBuf,
+        /// The first problems, in the order of the file.
+        problems: Vec<Problem>,
+        /// How many more were found and are not listed.
+        omitted: usize,
+    },
+}
+
+impl LogError {
+    /// An error with a single problem.
+    pub(crate) fn one(path: &Path, problem: Problem) -> LogError {
+        LogError::Invalid {
+            path: path.to_owned(),
+            problems: vec![problem],
+            omitted: 0,
+        }
+    }
+}
+
+fn render(path: &Path, problems: &[Problem], omitted: usize) -> String {
+    let total = problems.len() + omitted;
+    let noun = if total == 1 { "problem" } else { "problems" };
+    let mut text = format!("{}: {total} {noun} in the log", path.display());
+    for problem in problems {
+        text += &format!("\n  {problem}");
+    }
+    if omitted > 0 {
+        text += &format!("\n  … and {omitted} more");
+    }
+    text
+}
+
+/// Problems collected so far: the first ten in full, the others counted.
+#[derive(Debug, Default)]
+pub(crate) struct Problems {
+    listed: Vec<Problem>,
+    omitted: usize,
+}
+
+impl Problems {
+    pub(crate) fn push(&mut self, line: Option<u64>, column: Option<&str>, kind: ProblemKind) {
+        if self.listed.len() < LISTED {
+            self.listed.push(Problem {
+                line,
+                column: column.map(str::to_owned),
+                kind,
+            });
+        } else {
+            self.omitted += 1;
+        }
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.listed.is_empty()
+    }
+
+    pub(crate) fn into_error(self, path: &Path) -> LogError {
+        LogError::Invalid {
+            path: path.to_owned(),
+            problems: self.listed,
+            omitted: self.omitted,
+        }
+    }
+}
+
+/// One problem and its place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Problem {
+    /// Line of the file, counted from 1, where there is one.
+    pub line: Option<u64>,
+    /// Name of the column, where there is one.
+    pub column: Option<String>,
+    /// What is wrong.
+    pub kind: ProblemKind,
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.line, &self.column) {
+            (Some(line), Some(column)) => write!(f, "line {line}, column `{column}`: ")?,
+            (Some(line), None) => write!(f, "line {line}: ")?,
+            (None, Some(column)) => write!(f, "column `{column}`: ")?,
+            (None, None) => {}
+        }
+        write!(f, "{}\n    mend: {}", self.kind, self.kind.mend())
+    }
+}
+
+/// What is wrong: found, expected; [`ProblemKind::mend`] says what to do.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ProblemKind {
+    /// The file has no content but blank lines and comments.
+    #[error("the file is empty; expected a header line and samples")]
+    Empty,
+    /// There is a header and no sample.
+    #[error("the file ends after its header; expected samples")]
+    HeaderOnly,
+    /// The first bytes are those of another file format.
+    #[error("the file is {0}; expected CSV text, plain or gzipped")]
+    Foreign(&'static str),
+    /// A byte sequence that is no UTF-8.
+    #[error("byte {offset} of the text is not UTF-8; expected UTF-8 text")]
+    NotUtf8 {
+        /// Offset of the first bad byte, counted from 0, after decompression.
+        offset: usize,
+    },
+    /// The gzip stream stops before its end.
+    #[error(
+        "the gzip stream breaks off after {decoded} decompressed bytes; expected a complete stream"
+    )]
+    TruncatedGzip {
+        /// Bytes decompressed before the end.
+        decoded: usize,
+    },
+    /// The gzip stream is damaged.
+    #[error("the gzip stream is damaged after {decoded} decompressed bytes ({reason})")]
+    CorruptGzip {
+        /// Bytes decompressed before the damage.
+        decoded: usize,
+        /// What the decoder said.
+        reason: String,
+    },
+    /// Decompressed, the log is larger than allowed.
+    #[error("the log is larger than {limit} bytes when decompressed")]
+    TooLarge {
+        /// The limit in bytes.
+        limit: u64,
+    },
+    /// The first row consists of numbers only.
+    #[error(
+        "the first row holds numbers; expected column names such as `t`, `q_<name>`, `u_<name>`"
+    )]
+    NumericHeader,
+    /// Two columns share a name.
+    #[error("columns {first} and {second} have the same name")]
+    DuplicateColumn {
+        /// Position of the first of the two, counted from 1.
+        first: usize,
+        /// Position of the second of the two.
+        second: usize,
+    },
+    /// A column that is needed is not there.
+    #[error("missing: {role}; the log has {}", list(found))]
+    MissingColumn {
+        /// What the column is for.
+        role: String,
+        /// The columns that are there.
+        found: Vec<String>,
+        /// The most similar of them.
+        nearest: Option<String>,
+    },
+    /// A cell that is no number.
+    #[error("found `{0}`; expected a finite number")]
+    NotANumber(String),
+    /// A number with a decimal comma.
+    #[error("found `{0}`; expected a number with a decimal point")]
+    DecimalComma(String),
+    /// NaN or infinity.
+    #[error("found `{0}`; expected a finite number")]
+    NotFinite(String),
+    /// A cell without content.
+    #[error("the cell is empty; expected a finite number")]
+    EmptyCell,
+    /// A row with too many or too few cells.
+    #[error("the row has {found} cells; expected {expected} as in the header")]
+    Ragged {
+        /// Cells in the row.
+        found: usize,
+        /// Cells in the header.
+        expected: usize,
+    },
+    /// A stamp smaller than the one before.
+    #[error("time runs backwards from {previous} s (line {previous_line}) to {stamp} s")]
+    TimeBackwards {
+        /// The stamp before.
+        previous: f64,
+        /// Its line.
+        previous_line: u64,
+        /// The stamp on this line.
+        stamp: f64,
+    },
+    /// The same stamp twice with different values.
+    #[error("the stamp {stamp} s repeats that of line {previous_line} with other values")]
+    DuplicateStamp {
+        /// The stamp.
+        stamp: f64,
+        /// The line it was first seen on.
+        previous_line: u64,
+    },
+    /// Too few samples.
+    #[error("the log has {found} samples; expected at least {minimum}")]
+    TooShort {
+        /// Samples found.
+        found: usize,
+        /// Samples needed.
+        minimum: usize,
+    },
+}
+
+impl ProblemKind {
+    /// What the user can do about it.
+    pub fn mend(&self) -> String {
+        match self {
+            Self::Empty | Self::HeaderOnly => "record or export the log again",
+            Self::Foreign(_) => "export the log as CSV in UTF-8",
+            Self::NotUtf8 { .. } => "save the file as UTF-8 (names in ASCII are safest)",
+            Self::TruncatedGzip { .. } | Self::CorruptGzip { .. } => {
+                "copy the file again, or repair it (`gzip -t` tests it)"
+            }
+            Self::TooLarge { .. } => "cut the log into parts or lower its rate",
+            Self::NumericHeader => {
+                "add a header line; if it is there as a comment, remove the leading `#`"
+            }
+            Self::DuplicateColumn { .. } => "rename or delete one of them",
+            Self::MissingColumn { nearest, .. } => return mend_missing(nearest.as_deref()),
+            Self::NotANumber(_) => "correct the cell or delete the row",
+            Self::DecimalComma(_) => "export with a decimal point",
+            Self::NotFinite(_) | Self::EmptyCell => {
+                "delete the rows without a measurement; a gap in time is allowed"
+            }
+            Self::Ragged { .. } => "complete the row or delete it (a last row may be cut off)",
+            Self::TimeBackwards { .. } => {
+                "keep one continuous recording: cut the log there, or sort rows that were shuffled"
+            }
+            Self::DuplicateStamp { .. } => {
+                "write stamps with more digits, or delete one of the rows"
+            }
+            Self::TooShort { .. } => "record for longer or at a higher rate",
+        }
+        .to_owned()
+    }
+}
+
+fn mend_missing(nearest: Option<&str>) -> String {
+    match nearest {
+        Some(name) => format!("is it `{name}`? give both the same name"),
+        None => "add the column to the log".to_owned(),
+    }
+}
+
+fn list(names: &[String]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    match quoted.len() {
+        0 => "no column".to_owned(),
+        _ => quoted.join(", "),
+    }
+}

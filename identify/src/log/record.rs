@@ -1,0 +1,174 @@
+//! The channels of a log that belong to a model.
+
+use super::error::{LogError, ProblemKind, Problems};
+use super::{Log, Warning, health, median};
+use std::ops::Range;
+
+/// A step longer than this many median steps is a gap.
+pub(super) const GAP: f64 = 5.0;
+
+/// The channels of a model, in the model's order.
+///
+/// Shapes: n samples, m coordinates, p inputs. `q`, `dq`, `ddq` have m
+/// channels, `u` has p, each of length n.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record {
+    /// Names of the coordinates (m).
+    pub coordinates: Vec<String>,
+    /// Names of the inputs (p).
+    pub inputs: Vec<String>,
+    /// Time stamps \[s\], strictly increasing (n).
+    pub t: Vec<f64>,
+    /// Measured positions \[rad or m\], angles unwrapped (m × n).
+    pub q: Vec<Vec<f64>>,
+    /// Measured velocities \[rad/s or m/s\], where logged (m × n).
+    pub dq: Vec<Option<Vec<f64>>>,
+    /// Measured accelerations \[rad/s² or m/s²\], where logged (m × n).
+    pub ddq: Vec<Option<Vec<f64>>>,
+    /// Inputs \[N or N·m\] (p × n).
+    pub u: Vec<Vec<f64>>,
+    /// What should be known about these channels.
+    pub warnings: Vec<Warning>,
+}
+
+impl Record {
+    /// Number of samples n.
+    pub fn len(&self) -> usize {
+        self.t.len()
+    }
+
+    /// Whether there is no sample.
+    pub fn is_empty(&self) -> bool {
+        self.t.is_empty()
+    }
+
+    /// Median sampling step \[s\]; 0 with fewer than two samples.
+    pub fn step(&self) -> f64 {
+        median_step(&self.t)
+    }
+
+    /// Stretches without a gap, as ranges of samples: cut where the step is
+    /// longer than five median steps. They cover all samples in order.
+    pub fn segments(&self) -> Vec<Range<usize>> {
+        segments(&self.t)
+    }
+
+    /// The samples of a range as a record of their own, for blocks and
+    /// splits. The range is cut to the samples there are.
+    #[must_use]
+    pub fn slice(&self, range: Range<usize>) -> Record {
+        let end = range.end.min(self.len());
+        let range = range.start.min(end)..end;
+        let cut = |values: &Vec<f64>| values[range.clone()].to_vec();
+        let cut_optional = |values: &Option<Vec<f64>>| values.as_ref().map(cut);
+        Record {
+            coordinates: self.coordinates.clone(),
+            inputs: self.inputs.clone(),
+            t: cut(&self.t),
+            q: self.q.iter().map(cut).collect(),
+            dq: self.dq.iter().map(cut_optional).collect(),
+            ddq: self.ddq.iter().map(cut_optional).collect(),
+            u: self.u.iter().map(cut).collect(),
+            warnings: self.warnings.clone(),
+        }
+    }
+}
+
+/// Median of the sampling steps; 0 with fewer than two stamps.
+pub(crate) fn median_step(t: &[f64]) -> f64 {
+    let steps: Vec<f64> = t.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    median(&steps).unwrap_or(0.0)
+}
+
+/// Ranges of samples between gaps.
+pub(crate) fn segments(t: &[f64]) -> Vec<Range<usize>> {
+    let longest = GAP * median_step(t);
+    let mut found = Vec::new();
+    let mut start = 0;
+    for k in 1..t.len() {
+        if t[k] - t[k - 1] > longest {
+            found.push(start..k);
+            start = k;
+        }
+    }
+    if start < t.len() {
+        found.push(start..t.len());
+    }
+    found
+}
+
+/// Collects the channels and checks their health.
+pub(super) fn select(
+    log: &Log,
+    coordinates: &[String],
+    inputs: &[String],
+) -> Result<Record, LogError> {
+    let mut problems = Problems::default();
+    let mut q: Vec<Vec<f64>> = Vec::new();
+    for name in coordinates {
+        let role = || format!("the position of coordinate `{name}`");
+        q.extend(required(log, "q_", name, role, &mut problems));
+    }
+    let mut u: Vec<Vec<f64>> = Vec::new();
+    for name in inputs {
+        let role = || format!("the input `{name}`");
+        u.extend(required(log, "u_", name, role, &mut problems));
+    }
+    if !problems.is_empty() {
+        return Err(problems.into_error(&log.path));
+    }
+    let optional = |prefix: &str| {
+        let column = |name| log.channels.get(&format!("{prefix}{name}")).cloned();
+        coordinates.iter().map(column).collect()
+    };
+    let mut record = Record {
+        coordinates: coordinates.to_vec(),
+        inputs: inputs.to_vec(),
+        t: log.t.clone(),
+        q,
+        dq: optional("dq_"),
+        ddq: optional("ddq_"),
+        u,
+        warnings: log.warnings.clone(),
+    };
+    health::examine(&mut record);
+    Ok(record)
+}
+
+fn required(
+    log: &Log,
+    prefix: &str,
+    name: &str,
+    role: impl Fn() -> String,
+    problems: &mut Problems,
+) -> Option<Vec<f64>> {
+    let column = format!("{prefix}{name}");
+    let values = log.channels.get(&column).cloned();
+    if values.is_none() {
+        let kind = ProblemKind::MissingColumn {
+            role: role(),
+            found: log.columns().into_iter().map(str::to_owned).collect(),
+            nearest: nearest(log, prefix, name),
+        };
+        problems.push(None, Some(&column), kind);
+    }
+    values
+}
+
+/// The column most likely meant: the name without its prefix, in other
+/// letters, or the most similar of the same prefix, then of all.
+fn nearest(log: &Log, prefix: &str, name: &str) -> Option<String> {
+    let wanted = format!("{prefix}{name}");
+    let mut names: Vec<&str> = log.channels.keys().map(String::as_str).collect();
+    let same = |found: &&&str| found.eq_ignore_ascii_case(&wanted) || **found == name;
+    if let Some(found) = names.iter().find(same) {
+        return Some((*found).to_owned());
+    }
+    names.sort_by_key(|found| !found.starts_with(prefix));
+    let (alike, others) = names.split_at(names.partition_point(|found| found.starts_with(prefix)));
+    let close = |among: &[&str]| {
+        let found = similar::get_close_matches(wanted.as_str(), among, 1, 0.6);
+        found.first().map(|found| (*found).to_owned())
+    };
+    close(alike).or_else(|| close(others))
+}

@@ -1,0 +1,91 @@
+//! From the bytes of a file to text: compression and encoding.
+
+use super::error::{Problem, ProblemKind};
+use flate2::read::MultiGzDecoder;
+use std::borrow::Cow;
+use std::io::Read;
+use std::str::Utf8Error;
+
+/// Largest text accepted after decompression; a small archive cannot fill
+/// the memory.
+const LIMIT: u64 = 1 << 30;
+
+const BYTE_ORDER_MARK: char = '\u{feff}';
+
+const GZIP: &[u8] = &[0x1f, 0x8b];
+
+/// First bytes of formats that are easily taken for a log.
+const FOREIGN: [(&[u8], &str); 8] = [
+    (b"PK\x03\x04", "a ZIP archive or a spreadsheet"),
+    (b"PAR1", "a Parquet file"),
+    (b"\x89MCAP", "an MCAP file"),
+    (b"\x89HDF", "an HDF5 or MATLAB file"),
+    (b"\x28\xb5\x2f\xfd", "a Zstandard archive"),
+    (b"BZh", "a bzip2 archive"),
+    (b"\xff\xfe", "UTF-16 text"),
+    (b"\xfe\xff", "UTF-16 text"),
+];
+
+/// Decompresses where needed, checks the encoding, removes a byte order mark.
+pub(super) fn text(bytes: &[u8]) -> Result<Cow<'_, str>, Problem> {
+    let bytes = if bytes.starts_with(GZIP) {
+        Cow::Owned(decompress(bytes).map_err(nowhere)?)
+    } else {
+        Cow::Borrowed(bytes)
+    };
+    if let Some((_, what)) = FOREIGN.iter().find(|(magic, _)| bytes.starts_with(magic)) {
+        return Err(nowhere(ProblemKind::Foreign(what)));
+    }
+    match bytes {
+        Cow::Borrowed(bytes) => std::str::from_utf8(bytes)
+            .map(|text| Cow::Borrowed(text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text)))
+            .map_err(|error| not_utf8(bytes, error)),
+        Cow::Owned(bytes) => match String::from_utf8(bytes) {
+            Ok(mut text) => {
+                if text.starts_with(BYTE_ORDER_MARK) {
+                    text.drain(..BYTE_ORDER_MARK.len_utf8());
+                }
+                Ok(Cow::Owned(text))
+            }
+            Err(error) => Err(not_utf8(error.as_bytes(), error.utf8_error())),
+        },
+    }
+}
+
+fn nowhere(kind: ProblemKind) -> Problem {
+    Problem {
+        line: None,
+        column: None,
+        kind,
+    }
+}
+
+/// The place of the first bad byte: its offset and its line, counted from 1.
+fn not_utf8(bytes: &[u8], error: Utf8Error) -> Problem {
+    let offset = error.valid_up_to();
+    let ends = bytes[..offset].iter().filter(|byte| **byte == b'\n');
+    Problem {
+        line: Some(1 + ends.count() as u64),
+        column: None,
+        kind: ProblemKind::NotUtf8 { offset },
+    }
+}
+
+fn decompress(bytes: &[u8]) -> Result<Vec<u8>, ProblemKind> {
+    let mut text = Vec::new();
+    let outcome = MultiGzDecoder::new(bytes)
+        .take(LIMIT + 1)
+        .read_to_end(&mut text);
+    let decoded = text.len();
+    match outcome {
+        Ok(_) if decoded as u64 > LIMIT => Err(ProblemKind::TooLarge { limit: LIMIT }),
+        Ok(_) => Ok(text),
+        Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => {
+            Err(ProblemKind::TruncatedGzip { decoded })
+        }
+        Err(error) => Err(ProblemKind::CorruptGzip {
+            decoded,
+            reason: error.to_string(),
+        }),
+    }
+}

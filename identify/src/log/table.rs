@@ -1,0 +1,262 @@
+//! From text to named columns of numbers.
+
+use super::error::{ProblemKind, Problems};
+use super::warning::Warning;
+use csv::{Position, ReaderBuilder, StringRecord, Trim};
+use std::collections::HashMap;
+
+/// Characters of a cell shown in a message.
+const SHOWN: usize = 40;
+
+/// Prefixes of the columns whose every cell must be a finite number.
+const MEASURED: [&str; 4] = ["q_", "dq_", "ddq_", "u_"];
+
+/// What the column of time stamps is called elsewhere.
+const TIME_NAMES: [&str; 6] = ["T", "time", "_time", "timestamp", "stamp", "t_s"];
+
+/// A numeric column.
+#[derive(Debug)]
+pub(super) struct Column {
+    /// Its name in the header.
+    pub name: String,
+    /// Its values, one per row.
+    pub values: Vec<f64>,
+}
+
+/// The rows of a log as columns.
+#[derive(Debug)]
+pub(super) struct Table {
+    /// Numeric columns in the order of the file.
+    pub columns: Vec<Column>,
+    /// Line of the file of each row, counted from 1.
+    pub lines: Vec<u64>,
+    /// Columns set aside.
+    pub warnings: Vec<Warning>,
+}
+
+/// A column while it is read.
+struct Slot {
+    name: String,
+    values: Vec<f64>,
+    required: bool,
+    /// First cell of an optional column that is no number: line and text.
+    unusable: Option<(u64, String)>,
+}
+
+/// Reads all rows; collects the problems of all of them.
+pub(super) fn parse(text: &str) -> Result<Table, Problems> {
+    let mut reader = ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .comment(Some(b'#'))
+        .delimiter(delimiter(text))
+        .trim(Trim::All)
+        .from_reader(text.as_bytes());
+    let mut problems = Problems::default();
+    let mut record = StringRecord::new();
+    let mut lines = Lines::new(text);
+    let mut slots: Option<Vec<Slot>> = None;
+    let mut rows: Vec<u64> = Vec::new();
+    // Reading from memory that is known to be UTF-8, with rows of any length
+    // allowed, leaves the reader no way to fail; `Ok(false)` is the end.
+    while let Ok(true) = reader.read_record(&mut record) {
+        let line = lines.of(record.position());
+        match &mut slots {
+            None if blank(&record, 2) => {}
+            None => slots = Some(header(&record, line, &mut problems)),
+            Some(slots) if blank(&record, slots.len()) => {}
+            Some(slots) => {
+                rows.push(line);
+                row(&record, line, slots, &mut problems);
+            }
+        }
+    }
+    match slots {
+        None => problems.push(None, None, ProblemKind::Empty),
+        Some(_) if rows.is_empty() && problems.is_empty() => {
+            problems.push(None, None, ProblemKind::HeaderOnly);
+        }
+        Some(slots) if problems.is_empty() => return Ok(finish(slots, rows)),
+        Some(_) => {}
+    }
+    Err(problems)
+}
+
+/// A line of nothing but spaces, where rows have `expected` cells.
+fn blank(record: &StringRecord, expected: usize) -> bool {
+    expected > 1 && record.len() == 1 && record[0].is_empty()
+}
+
+/// The most frequent of tab, semicolon and comma in the first line that is
+/// neither blank nor a comment.
+fn delimiter(text: &str) -> u8 {
+    let header = text
+        .lines()
+        .find(|line| !line.trim().is_empty() && !line.starts_with('#'))
+        .unwrap_or_default();
+    let count = |mark: u8| header.bytes().filter(|byte| *byte == mark).count();
+    // `max_by_key` keeps the last of equals: the comma when there is none.
+    *[b'\t', b';', b',']
+        .iter()
+        .max_by_key(|mark| count(**mark))
+        .unwrap_or(&b',')
+}
+
+/// Line numbers of records. The reader reports where it started to look for a
+/// record; blank lines and comments before it are stepped over here.
+struct Lines<'a> {
+    bytes: &'a [u8],
+    /// Line ends up to this byte are counted …
+    counted: usize,
+    /// … and this is the line it stands on.
+    line: u64,
+}
+
+impl<'a> Lines<'a> {
+    fn new(text: &'a str) -> Self {
+        Lines {
+            bytes: text.as_bytes(),
+            counted: 0,
+            line: 1,
+        }
+    }
+
+    fn of(&mut self, position: Option<&Position>) -> u64 {
+        let mut begin = position.map_or(0, |position| position.byte() as usize);
+        loop {
+            match self.bytes.get(begin) {
+                Some(b'\n' | b'\r') => begin += 1,
+                Some(b'#') => begin += until_line_end(&self.bytes[begin..]),
+                _ => break,
+            }
+        }
+        let passed = self.bytes.get(self.counted..begin).unwrap_or_default();
+        self.line += passed.iter().filter(|byte| **byte == b'\n').count() as u64;
+        self.counted = self.counted.max(begin);
+        self.line
+    }
+}
+
+fn until_line_end(bytes: &[u8]) -> usize {
+    bytes
+        .iter()
+        .position(|byte| *byte == b'\n')
+        .unwrap_or(bytes.len())
+}
+
+/// Checks the names of the columns.
+fn header(record: &StringRecord, line: u64, problems: &mut Problems) -> Vec<Slot> {
+    if record.iter().all(|cell| cell.parse::<f64>().is_ok()) {
+        problems.push(Some(line), None, ProblemKind::NumericHeader);
+    }
+    let mut positions: HashMap<&str, usize> = HashMap::new();
+    for (second, name) in (1..).zip(record) {
+        match positions.get(name) {
+            Some(first) if !name.is_empty() => {
+                let first = *first;
+                let kind = ProblemKind::DuplicateColumn { first, second };
+                problems.push(Some(line), Some(name), kind);
+            }
+            _ => {
+                positions.insert(name, second);
+            }
+        }
+    }
+    if !positions.contains_key("t") && problems.is_empty() {
+        let found: Vec<String> = record.iter().map(str::to_owned).collect();
+        let nearest = TIME_NAMES
+            .iter()
+            .find_map(|alias| found.iter().find(|name| name.eq_ignore_ascii_case(alias)));
+        let kind = ProblemKind::MissingColumn {
+            role: "the time stamps [s]".to_owned(),
+            nearest: nearest.cloned(),
+            found,
+        };
+        problems.push(Some(line), Some("t"), kind);
+    }
+    record.iter().map(slot).collect()
+}
+
+fn slot(name: &str) -> Slot {
+    Slot {
+        name: name.to_owned(),
+        values: Vec::new(),
+        required: name == "t" || MEASURED.iter().any(|prefix| name.starts_with(prefix)),
+        unusable: None,
+    }
+}
+
+/// Reads the cells of one row.
+fn row(record: &StringRecord, line: u64, slots: &mut [Slot], problems: &mut Problems) {
+    if record.len() != slots.len() {
+        let kind = ProblemKind::Ragged {
+            found: record.len(),
+            expected: slots.len(),
+        };
+        problems.push(Some(line), None, kind);
+        return;
+    }
+    for (slot, cell) in slots.iter_mut().zip(record) {
+        if slot.unusable.is_some() {
+            continue;
+        }
+        match number(cell) {
+            Ok(value) => slot.values.push(value),
+            Err(kind) if slot.required => problems.push(Some(line), Some(&slot.name), kind),
+            Err(_) => {
+                slot.unusable = Some((line, shortened(cell)));
+                slot.values = Vec::new();
+            }
+        }
+    }
+}
+
+fn number(cell: &str) -> Result<f64, ProblemKind> {
+    match cell.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        Ok(_) => Err(ProblemKind::NotFinite(shortened(cell))),
+        Err(_) if cell.is_empty() => Err(ProblemKind::EmptyCell),
+        Err(_) if cell.replacen(',', ".", 1).parse::<f64>().is_ok() => {
+            Err(ProblemKind::DecimalComma(shortened(cell)))
+        }
+        Err(_) => Err(ProblemKind::NotANumber(shortened(cell))),
+    }
+}
+
+/// A cell as shown in a message: one line, not too long.
+fn shortened(cell: &str) -> String {
+    let mut shown: String = cell
+        .chars()
+        .take(SHOWN)
+        .map(|c| if c.is_control() { ' ' } else { c })
+        .collect();
+    if cell.chars().nth(SHOWN).is_some() {
+        shown.push('…');
+    }
+    shown
+}
+
+/// Sets aside what has no name or no numbers.
+fn finish(slots: Vec<Slot>, lines: Vec<u64>) -> Table {
+    let mut columns = Vec::new();
+    let mut warnings = Vec::new();
+    for (position, slot) in (1..).zip(slots) {
+        match slot.unusable {
+            _ if slot.name.is_empty() => warnings.push(Warning::NamelessColumn { position }),
+            Some((line, text)) => warnings.push(Warning::IgnoredColumn {
+                column: slot.name,
+                line,
+                text,
+            }),
+            None => columns.push(Column {
+                name: slot.name,
+                values: slot.values,
+            }),
+        }
+    }
+    Table {
+        columns,
+        lines,
+        warnings,
+    }
+}

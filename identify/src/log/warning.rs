@@ -1,0 +1,190 @@
+//! What can be used but should be known.
+
+use serde::Serialize;
+use std::fmt;
+
+/// A property of a log that does not prevent its use but may explain a result.
+/// Stamps are in seconds of the log's own time.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Warning {
+    /// Rows that repeat the one before in every column were dropped.
+    RepeatedRows {
+        /// How many.
+        rows: usize,
+        /// Line of the first.
+        line: u64,
+    },
+    /// A column without a name was set aside.
+    NamelessColumn {
+        /// Its position, counted from 1.
+        position: usize,
+    },
+    /// A column that is no measurement holds something else than numbers.
+    IgnoredColumn {
+        /// Its name.
+        column: String,
+        /// Line of the first such cell.
+        line: u64,
+        /// That cell.
+        text: String,
+    },
+    /// The sampling step is not constant.
+    IrregularSampling {
+        /// Median step \[s\].
+        step: f64,
+        /// Share of steps more than 5 % away from it, gaps not counted.
+        share: f64,
+        /// Largest of these deviations \[s\].
+        largest: f64,
+    },
+    /// The stamps look as if they were not seconds.
+    StrangeRate {
+        /// Median step as read \[s\].
+        step: f64,
+    },
+    /// Steps longer than five median steps: nothing is joined across them.
+    Gaps {
+        /// How many.
+        count: usize,
+        /// The first: stamp before it and its length.
+        first: (f64, f64),
+        /// The longest: stamp before it and its length.
+        longest: (f64, f64),
+    },
+    /// An angle that jumped by a turn was made continuous.
+    Unwrapped {
+        /// The column.
+        column: String,
+        /// Jumps removed.
+        jumps: usize,
+        /// Stamp of the first.
+        first: f64,
+    },
+    /// A channel never changes.
+    Constant {
+        /// The column.
+        column: String,
+        /// Its value.
+        value: f64,
+    },
+    /// A channel stands still for long while its machine moves.
+    Stuck {
+        /// The column.
+        column: String,
+        /// Stamps of the first and last sample of the longest such run.
+        span: (f64, f64),
+        /// Samples in it.
+        samples: usize,
+    },
+    /// A channel repeats each value: it was recorded at a lower rate and held.
+    Held {
+        /// The column.
+        column: String,
+        /// Samples per value.
+        repeats: usize,
+    },
+    /// The quantisation step is coarse against the channel's noise or motion.
+    Quantised {
+        /// The column.
+        column: String,
+        /// The step.
+        step: f64,
+        /// Share of samples equal to the one before.
+        unchanged: f64,
+    },
+    /// An input stays at its extreme value.
+    Saturated {
+        /// The column.
+        column: String,
+        /// The value.
+        limit: f64,
+        /// Share of the samples exactly there.
+        share: f64,
+    },
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::RepeatedRows { rows, line } => write!(
+                f,
+                "{rows} rows repeat the row before them and were dropped, the first on line {line}"
+            ),
+            Self::NamelessColumn { position } => {
+                write!(f, "column {position} has no name and was ignored")
+            }
+            Self::IgnoredColumn { column, line, text } => write!(
+                f,
+                "column `{column}` was ignored: line {line} holds `{text}`, not a finite number"
+            ),
+            Self::IrregularSampling {
+                step,
+                share,
+                largest,
+            } => write!(
+                f,
+                "irregular sampling: {:.1} % of the steps are more than 5 % away from the median of {step:.6} s, by up to {largest:.6} s",
+                100.0 * share
+            ),
+            Self::StrangeRate { step } => write!(
+                f,
+                "the median step is {step} s; is `t` in seconds? the log is used as it is"
+            ),
+            Self::Gaps {
+                count,
+                first,
+                longest,
+            } => write!(
+                f,
+                "{count} gaps of more than five steps: the first of {:.6} s after t = {:.6} s, the longest of {:.6} s after t = {:.6} s; nothing is joined across them",
+                first.1, first.0, longest.1, longest.0
+            ),
+            Self::Unwrapped {
+                column,
+                jumps,
+                first,
+            } => write!(
+                f,
+                "`{column}` jumps by a full turn {jumps} times, first at t = {first:.6} s; it was unwrapped"
+            ),
+            Self::Constant { column, value } => {
+                write!(
+                    f,
+                    "`{column}` is constant ({value}): it carries no information"
+                )
+            }
+            Self::Stuck {
+                column,
+                span,
+                samples,
+            } => write!(
+                f,
+                "`{column}` stands still from t = {:.6} s to {:.6} s ({samples} samples) while the machine moves",
+                span.0, span.1
+            ),
+            Self::Held { column, repeats } => write!(
+                f,
+                "`{column}` repeats each value {repeats} times: it was recorded at a lower rate and held"
+            ),
+            Self::Quantised {
+                column,
+                step,
+                unchanged,
+            } => write!(
+                f,
+                "`{column}` is quantised in steps of {step:.4e}; {:.0} % of its samples equal the one before",
+                100.0 * unchanged
+            ),
+            Self::Saturated {
+                column,
+                limit,
+                share,
+            } => write!(
+                f,
+                "`{column}` sits at its limit of {limit} in {:.1} % of the samples",
+                100.0 * share
+            ),
+        }
+    }
+}

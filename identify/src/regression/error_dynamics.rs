@@ -1,0 +1,289 @@
+//! The linear equation of the departure from the logged curve.
+
+use crate::machine::{Machine, Motion, SensitivityTape, SolveError, States};
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// What the input does between two samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Hold {
+    /// Linear from one sample to the next.
+    Linear,
+    /// Stays at the earlier sample's value.
+    Previous,
+}
+
+/// Which derivatives of the acceleration are wanted as columns.
+pub struct Columns<'a> {
+    /// Derivatives by some parameters.
+    pub tape: &'a SensitivityTape,
+    /// Where to take them. These parameters may differ from those of the curve's
+    /// model only in what does not change its motion: the shape of effects whose
+    /// strength is null.
+    pub parameters: &'a [f64],
+}
+
+/// `δ_{k+1} = Φ_k δ_k + d_k + Γ_k c + w_k`, per interval; readings of acceleration
+/// are `y = a + F δ + G c`, per sample. `δ = (δq, δv)` has `2n` entries.
+#[derive(Debug, Clone)]
+pub struct ErrorDynamics {
+    /// Sampling instants.
+    pub t: Vec<f64>,
+    /// `Φ_k`, `2n×2n`, one fewer than samples.
+    pub transition: Vec<DMatrix<f64>>,
+    /// `d_k | Γ_k`, `2n×(1+p)`: what the model misses, and what each column adds.
+    pub forcing: Vec<DMatrix<f64>>,
+    /// `F = [∂a/∂q, ∂a/∂v]`, `n×2n`, per sample.
+    pub slope: Vec<DMatrix<f64>>,
+    /// `a | G`, `n×(1+p)`, per sample.
+    pub acceleration: Vec<DMatrix<f64>>,
+    /// `P`, `n×n`, per interval: what a force does to the acceleration.
+    pub mobility: Vec<DMatrix<f64>>,
+    /// Root mean square of each generalised force along the curve: a scale.
+    pub force_scale: DVector<f64>,
+    /// Number of columns `p`.
+    pub columns: usize,
+}
+
+/// One place along the curve.
+struct Local {
+    /// `a | G`
+    acceleration: DMatrix<f64>,
+    slope: DMatrix<f64>,
+    mobility: DMatrix<f64>,
+    /// Sum of squares of the forces that balance here.
+    force: DVector<f64>,
+}
+
+/// Samples handled at once.
+const CHUNK: usize = 256;
+
+impl ErrorDynamics {
+    /// Linearises `machine` along `curve`. `slopes` holds the derivatives by
+    /// `q` and `v`, in that order, of the same machine.
+    ///
+    /// # Errors
+    /// If the equation of motion has no unique solution somewhere on the curve.
+    pub fn new(
+        machine: &Machine,
+        slopes: &SensitivityTape,
+        columns: &[Columns<'_>],
+        curve: &States,
+        hold: Hold,
+        parameters: &[f64],
+    ) -> Result<Self, SolveError> {
+        let chunks: Vec<std::ops::Range<usize>> = (0..curve.len() - 1)
+            .step_by(CHUNK)
+            .map(|start| start..(start + CHUNK).min(curve.len() - 1))
+            .collect();
+        let local = |states: &States| locals(machine, slopes, columns, states, parameters);
+        let pieces: Vec<Piece> = chunks
+            .into_par_iter()
+            .map(|range| {
+                let place = |error: SolveError| error.offset(range.start);
+                let starts = local(&curve.slice(range.clone())).map_err(place)?;
+                let middles = local(&between(curve, range.clone(), 0.5, hold)).map_err(place)?;
+                let ends = local(&between(curve, range.clone(), 1.0, hold)).map_err(place)?;
+                Ok(piece(curve, range, &starts, &middles, &ends))
+            })
+            .collect::<Result<_, SolveError>>()?;
+        let mut all = Self::join(curve, pieces);
+        let last = local(&curve.slice(curve.len() - 1..curve.len()))?.remove(0);
+        all.slope.push(last.slope);
+        all.acceleration.push(last.acceleration);
+        Ok(all)
+    }
+
+    fn join(curve: &States, pieces: Vec<Piece>) -> Self {
+        let samples = curve.len();
+        let columns = pieces.first().map_or(0, |p| p.forcing[0].ncols() - 1);
+        let mut all = Self {
+            t: curve.t.clone(),
+            transition: Vec::with_capacity(samples),
+            forcing: Vec::with_capacity(samples),
+            slope: Vec::with_capacity(samples),
+            acceleration: Vec::with_capacity(samples),
+            mobility: Vec::with_capacity(samples),
+            force_scale: DVector::zeros(curve.q.len()),
+            columns,
+        };
+        for piece in pieces {
+            all.transition.extend(piece.transition);
+            all.forcing.extend(piece.forcing);
+            all.slope.extend(piece.slope);
+            all.acceleration.extend(piece.acceleration);
+            all.mobility.extend(piece.mobility);
+            all.force_scale += piece.force;
+        }
+        all.force_scale.apply(|x| *x = (*x / samples as f64).sqrt());
+        all
+    }
+
+    /// Number of coordinates.
+    pub fn coordinate_count(&self) -> usize {
+        self.slope[0].nrows()
+    }
+}
+
+/// A run of intervals.
+struct Piece {
+    transition: Vec<DMatrix<f64>>,
+    forcing: Vec<DMatrix<f64>>,
+    slope: Vec<DMatrix<f64>>,
+    acceleration: Vec<DMatrix<f64>>,
+    mobility: Vec<DMatrix<f64>>,
+    force: DVector<f64>,
+}
+
+fn locals(
+    machine: &Machine,
+    slopes: &SensitivityTape,
+    columns: &[Columns<'_>],
+    states: &States,
+    parameters: &[f64],
+) -> Result<Vec<Local>, SolveError> {
+    let motions = machine.motion(states, parameters)?;
+    let slopes = slopes.evaluate(states, parameters, &motions);
+    let blocks: Vec<_> = columns
+        .iter()
+        .map(|block| block.tape.evaluate(states, block.parameters, &motions))
+        .collect();
+    let width = 1 + blocks.iter().map(|b| b[0].0.ncols()).sum::<usize>();
+    Ok(motions
+        .into_iter()
+        .zip(slopes)
+        .enumerate()
+        .map(|(sample, (motion, (slope, _)))| {
+            let n = slope.nrows();
+            let mut acceleration = DMatrix::zeros(n, width);
+            acceleration.set_column(0, &motion.acceleration);
+            let mut next = 1;
+            for block in &blocks {
+                let part = &block[sample].0;
+                acceleration.columns_mut(next, part.ncols()).copy_from(part);
+                next += part.ncols();
+            }
+            Local {
+                acceleration,
+                slope,
+                mobility: motion.factorisation.mobility(),
+                force: force_size(&motion),
+            }
+        })
+        .collect())
+}
+
+/// Squares of the terms that balance, summed per coordinate.
+fn force_size(motion: &Motion) -> DVector<f64> {
+    let terms = &motion.terms;
+    let inertial = &terms.mass_matrix * &motion.acceleration;
+    let actuated = &terms.force - &terms.bias_force;
+    let square = |x: &DVector<f64>| x.component_mul(x);
+    square(&inertial) + square(&terms.bias_force) + square(&actuated)
+}
+
+/// The curve a share of the way between samples: cubic in `q` (Hermite), so that
+/// its rate is the velocity at both ends.
+fn between(curve: &States, range: std::ops::Range<usize>, share: f64, hold: Hold) -> States {
+    let intervals = range.clone();
+    let t = intervals
+        .clone()
+        .map(|k| curve.t[k] + share * (curve.t[k + 1] - curve.t[k]))
+        .collect();
+    let (mut q, mut v) = (Vec::new(), Vec::new());
+    for (positions, rates) in curve.q.iter().zip(&curve.v) {
+        let at = |k: usize| {
+            let h = curve.t[k + 1] - curve.t[k];
+            let (q0, q1, v0, v1) = (positions[k], positions[k + 1], rates[k], rates[k + 1]);
+            if share == 1.0 {
+                return (q1, v1);
+            }
+            let middle = (q0 + q1) / 2.0 + h / 8.0 * (v0 - v1);
+            (middle, 1.5 * (q1 - q0) / h - (v0 + v1) / 4.0)
+        };
+        let (qs, vs) = intervals.clone().map(at).unzip();
+        q.push(qs);
+        v.push(vs);
+    }
+    let input = |u: &Vec<f64>| {
+        intervals
+            .clone()
+            .map(|k| match hold {
+                Hold::Linear => u[k] + share * (u[k + 1] - u[k]),
+                Hold::Previous => u[k],
+            })
+            .collect()
+    };
+    States {
+        t,
+        q,
+        v,
+        u: curve.u.iter().map(input).collect(),
+    }
+}
+
+fn piece(
+    curve: &States,
+    range: std::ops::Range<usize>,
+    starts: &[Local],
+    middles: &[Local],
+    ends: &[Local],
+) -> Piece {
+    let n = curve.q.len();
+    let mut piece = Piece {
+        transition: Vec::new(),
+        forcing: Vec::new(),
+        slope: Vec::new(),
+        acceleration: Vec::new(),
+        mobility: Vec::new(),
+        force: DVector::zeros(n),
+    };
+    for (i, k) in range.enumerate() {
+        let h = curve.t[k + 1] - curve.t[k];
+        let (start, middle, end) = (&starts[i], &middles[i], &ends[i]);
+        piece.transition.push(transition(&middle.slope, h));
+        piece.forcing.push(forcing(curve, k, start, middle, end));
+        piece.mobility.push(middle.mobility.clone());
+        piece.slope.push(start.slope.clone());
+        piece.acceleration.push(start.acceleration.clone());
+        piece.force += &start.force;
+    }
+    piece
+}
+
+/// `Φ = I + hJ + (hJ)²/2 + (hJ)³/6` with `J = [[0, I], F]` at the middle.
+fn transition(slope: &DMatrix<f64>, h: f64) -> DMatrix<f64> {
+    let n = slope.nrows();
+    let mut step = DMatrix::zeros(2 * n, 2 * n);
+    step.view_mut((0, n), (n, n)).fill_diagonal(h);
+    step.view_mut((n, 0), (n, 2 * n)).copy_from(&(slope * h));
+    let square = &step * &step;
+    let cube = &square * &step;
+    DMatrix::identity(2 * n, 2 * n) + step + square * 0.5 + cube * (1.0 / 6.0)
+}
+
+/// `∫ a` and `∫ (h−τ) a` by Simpson's rule, minus what the curve does itself.
+fn forcing(curve: &States, k: usize, start: &Local, middle: &Local, end: &Local) -> DMatrix<f64> {
+    let h = curve.t[k + 1] - curve.t[k];
+    let n = curve.q.len();
+    let width = start.acceleration.ncols();
+    let mut forcing = DMatrix::zeros(2 * n, width);
+    for column in 0..width {
+        for i in 0..n {
+            let (a, b, c) = (
+                start.acceleration[(i, column)],
+                middle.acceleration[(i, column)],
+                end.acceleration[(i, column)],
+            );
+            forcing[(i, column)] = h * h / 6.0 * (a + 2.0 * b);
+            forcing[(n + i, column)] = h / 6.0 * (a + 4.0 * b + c);
+        }
+    }
+    for i in 0..n {
+        let (q, v) = (&curve.q[i], &curve.v[i]);
+        forcing[(i, 0)] += q[k] + h * v[k] - q[k + 1];
+        forcing[(n + i, 0)] += v[k] - v[k + 1];
+    }
+    forcing
+}

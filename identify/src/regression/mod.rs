@@ -1,0 +1,19 @@
+//! Regression on prediction errors: which terms, added to the equation of
+//! motion, would have predicted the log?
+//!
+//! The log's states `x̂` are a curve; the model predicts how the true state
+//! departs from it. To first order the departure `δ` obeys a linear equation,
+//! driven by what the model gets wrong along the curve and by every candidate
+//! term ([`ErrorDynamics`]). A Kalman filter on it turns sensor readings into
+//! innovations that are white if the model is right, for the data and, with the
+//! same gains, for each candidate ([`Whitener`]). What remains is ordinary least
+//! squares ([`Gram`]) with the sensors' own noise: no differentiated signals, no
+//! acceleration needed, constraint forces never enter.
+
+mod error_dynamics;
+mod gram;
+mod whitener;
+
+pub use error_dynamics::{Columns, ErrorDynamics, Hold};
+pub use gram::{BLOCKS, Fit, Gram};
+pub use whitener::{ProcessNoise, Readings, Whitener};

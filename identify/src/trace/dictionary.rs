@@ -1,0 +1,323 @@
+//! Everything that might be missing: effects of the library at every place, and
+//! every parameter of the model.
+//!
+//! The candidates are written into a copy of the model as plain text and the
+//! whole is compiled once: with its parameters at their defaults an effect does
+//! nothing, so the copy moves as the model does, and its derivatives by the
+//! candidates' parameters are the columns of the regression.
+
+use crate::machine::{Machine, SensitivityTape};
+use dynamics_codegen::derive::Variable;
+use dynamics_codegen::syntax::PortKind;
+use dynamics_codegen::{Library, Report, compile};
+use std::collections::{BTreeMap, HashMap};
+
+/// What a finding is about.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Subject {
+    /// A parameter of the model has another value.
+    Parameter(String),
+    /// An effect acts on these places.
+    Effect {
+        /// The template's name.
+        template: String,
+        /// Coordinates or inputs.
+        on: Vec<String>,
+    },
+}
+
+impl Subject {
+    /// `parameter`, or the template's name.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Parameter(_) => "parameter",
+            Self::Effect { template, .. } => template,
+        }
+    }
+
+    /// Where it acts.
+    pub fn on(&self) -> Vec<String> {
+        match self {
+            Self::Parameter(name) => vec![name.clone()],
+            Self::Effect { on, .. } => on.clone(),
+        }
+    }
+}
+
+impl std::fmt::Display for Subject {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}({})", self.name(), self.on().join(", "))
+    }
+}
+
+/// Something that might be missing.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// What it is.
+    pub subject: Subject,
+    /// Indices of its parameters in the extended model.
+    pub parameters: Vec<usize>,
+    /// Which of them change the motion when they leave their default: the others
+    /// give the effect its shape.
+    pub strengths: Vec<usize>,
+    /// Values to try for the shape parameters, all combinations.
+    pub shapes: Vec<Vec<(usize, f64)>>,
+    /// Whether it is about an input channel.
+    pub channel: bool,
+}
+
+/// The extended model and its candidates.
+#[derive(Debug)]
+pub struct Dictionary {
+    /// The model with all candidates in it.
+    pub machine: Machine,
+    /// Derivatives by positions and velocities.
+    pub slopes: SensitivityTape,
+    /// Derivatives by every parameter.
+    pub by_parameter: SensitivityTape,
+    /// All candidates.
+    pub candidates: Vec<Candidate>,
+    /// Per further shape, counted from one: the strengths of the candidates that
+    /// come in that shape, and the derivatives by them.
+    pub by_shape: Vec<(Vec<usize>, SensitivityTape)>,
+    /// Default values of all parameters.
+    pub defaults: Vec<f64>,
+}
+
+/// A lone shape parameter is tried at this many values, each of several at fewer.
+const SHAPE_VALUES: [usize; 2] = [5, 3];
+
+impl Dictionary {
+    /// Writes every effect of `library` at every place into `text` and compiles it.
+    /// `overrides` replaces nominal values of the model's own parameters; `ranges`
+    /// holds, per coordinate, some positions of the log, ascending.
+    ///
+    /// # Errors
+    /// What the compiler says; the text itself is known to compile.
+    pub fn new(
+        name: &str,
+        text: &str,
+        library: &Library,
+        overrides: &BTreeMap<String, f64>,
+        ranges: &[Vec<f64>],
+    ) -> Result<Self, Report> {
+        let plain = compile(name, text, library)?;
+        let places = places(&plain.model, library);
+        let mut extended = text.to_string();
+        for (template, on) in &places {
+            extended.push_str(&format!("\neffect {template}({});", on.join(", ")));
+        }
+        let compiled = compile(name, &extended, library)?;
+        let mut machine = Machine::new(compiled);
+        let n = machine.coordinate_count();
+        let state: Vec<Variable> = (0..n)
+            .map(Variable::Position)
+            .chain((0..n).map(Variable::Velocity))
+            .collect();
+        let slopes = machine.sensitivity(&state);
+        let mut defaults = machine.nominal_parameters();
+        for (value, parameter) in defaults.iter_mut().zip(&machine.compiled.model.parameters) {
+            if let Some(&given) = overrides.get(&parameter.name) {
+                *value = given;
+            }
+        }
+        let all: Vec<Variable> = (0..defaults.len()).map(Variable::Parameter).collect();
+        let by_parameter = machine.sensitivity(&all);
+        let own = plain.model.parameters.len();
+        let mut candidates: Vec<Candidate> = (0..own)
+            .map(|index| Candidate {
+                subject: Subject::Parameter(plain.model.parameters[index].name.clone()),
+                parameters: vec![index],
+                strengths: vec![index],
+                shapes: vec![Vec::new()],
+                channel: false,
+            })
+            .collect();
+        for effect in &machine.compiled.model.effects[plain.model.effects.len()..] {
+            candidates.push(Candidate {
+                subject: Subject::Effect {
+                    template: effect.template.clone(),
+                    on: effect.on.iter().map(|(_, name)| name.clone()).collect(),
+                },
+                parameters: effect.parameters.clone(),
+                strengths: Vec::new(),
+                shapes: vec![Vec::new()],
+                channel: effect.on.iter().any(|(kind, _)| *kind == PortKind::Input),
+            });
+        }
+        let mut dictionary = Self {
+            machine,
+            slopes,
+            by_parameter,
+            candidates,
+            by_shape: Vec::new(),
+            defaults,
+        };
+        dictionary.find_shapes(ranges);
+        Ok(dictionary)
+    }
+
+    /// Tells strengths from shapes: at its defaults an effect does nothing, so the
+    /// derivative by a shape parameter is identically zero there.
+    fn find_shapes(&mut self, ranges: &[Vec<f64>]) {
+        let active = self.active_at_defaults();
+        let mut candidates = std::mem::take(&mut self.candidates);
+        for candidate in &mut candidates {
+            if let Subject::Parameter(_) = candidate.subject {
+                continue;
+            }
+            let inactive = candidate
+                .parameters
+                .iter()
+                .filter(|&&index| !active[index])
+                .count();
+            let count = SHAPE_VALUES[usize::from(inactive > 1)];
+            candidate.strengths = candidate
+                .parameters
+                .iter()
+                .copied()
+                .filter(|&index| active[index])
+                .collect();
+            let mut shapes: Vec<Vec<(usize, f64)>> = vec![Vec::new()];
+            for &index in candidate.parameters.iter().filter(|&&index| !active[index]) {
+                shapes = shapes
+                    .iter()
+                    .flat_map(|shape| {
+                        self.shape_values(index, count, ranges)
+                            .into_iter()
+                            .map(move |value| {
+                                let mut longer = shape.clone();
+                                longer.push((index, value));
+                                longer
+                            })
+                    })
+                    .collect();
+            }
+            candidate.shapes = shapes;
+        }
+        self.candidates = candidates;
+        let most = self
+            .candidates
+            .iter()
+            .map(|c| c.shapes.len())
+            .max()
+            .unwrap_or(1);
+        self.by_shape = (1..most)
+            .map(|shape| {
+                let strengths: Vec<usize> = self.strengths_with_shape(shape).collect();
+                let variables: Vec<Variable> =
+                    strengths.iter().copied().map(Variable::Parameter).collect();
+                (strengths, self.machine.sensitivity(&variables))
+            })
+            .collect();
+        // Where nothing else is said, an effect has its first shape.
+        for (index, value) in self.candidates.iter().flat_map(|c| c.shapes[0].clone()) {
+            self.defaults[index] = value;
+        }
+    }
+
+    /// Strengths of the candidates that come in more than `shape` shapes.
+    fn strengths_with_shape(&self, shape: usize) -> impl Iterator<Item = usize> + '_ {
+        let with = self
+            .candidates
+            .iter()
+            .filter(move |c| c.shapes.len() > shape);
+        with.flat_map(|c| c.strengths.iter().copied())
+    }
+
+    /// Per parameter: whether the equation of motion changes when it alone leaves
+    /// its default.
+    fn active_at_defaults(&self) -> Vec<bool> {
+        let compiled = &self.machine.compiled;
+        let mut graph = compiled.model.graph.clone();
+        let mut outputs = compiled.system.force.clone();
+        outputs.extend(compiled.system.mass_matrix.iter().flatten());
+        outputs.extend(compiled.system.constraint_matrix.iter().flatten());
+        outputs.extend(&compiled.system.constraint_bias);
+        let parameters = &compiled.model.parameters;
+        let mut replacements = HashMap::new();
+        for (parameter, &value) in parameters.iter().zip(&self.defaults) {
+            replacements.insert(parameter.symbol, graph.constant(value));
+        }
+        parameters
+            .iter()
+            .map(|parameter| {
+                let slopes = graph.derivatives(&outputs, parameter.symbol);
+                let at_defaults = graph.substitute(&slopes, &replacements);
+                at_defaults.iter().any(|&slope| !graph.is_zero(slope))
+            })
+            .collect()
+    }
+
+    /// Where to look for the value of a shape parameter.
+    fn shape_values(&self, index: usize, count: usize, ranges: &[Vec<f64>]) -> Vec<f64> {
+        let model = &self.machine.compiled.model;
+        let parameter = &model.parameters[index];
+        let (lower, upper) = (parameter.lower, parameter.upper);
+        let steps = |f: &dyn Fn(f64) -> f64| -> Vec<f64> {
+            (0..count)
+                .map(|i| f((i as f64 + 0.5) / count as f64))
+                .collect()
+        };
+        if lower > 0.0 && upper.is_finite() {
+            return steps(&|share| lower * (upper / lower).powf(share));
+        }
+        if lower.is_finite() && upper.is_finite() {
+            return steps(&|share| lower + share * (upper - lower));
+        }
+        // In the unit of the coordinate it acts on: somewhere along the log.
+        let place = parameter.effect.and_then(|effect| {
+            let (_, name) = model.effects[effect].on.first()?;
+            model
+                .coordinates
+                .iter()
+                .position(|c| c.name == *name && c.dimension == parameter.dimension)
+        });
+        match place {
+            Some(coordinate) => {
+                let sorted = &ranges[coordinate];
+                steps(&|share| sorted[((sorted.len() - 1) as f64 * share) as usize])
+            }
+            None => vec![parameter.nominal],
+        }
+    }
+}
+
+/// Every template at every place that fits, but those the model already has.
+fn places(model: &dynamics_codegen::Model, library: &Library) -> Vec<(String, Vec<String>)> {
+    let names = |kind: PortKind| -> Vec<String> {
+        match kind {
+            PortKind::Coordinate => model.coordinates.iter().map(|c| c.name.clone()).collect(),
+            PortKind::Input => model.inputs.iter().map(|u| u.name.clone()).collect(),
+        }
+    };
+    let mut places = Vec::new();
+    for template in library.names().filter_map(|name| library.describe(name)) {
+        let mut choices: Vec<Vec<String>> = vec![Vec::new()];
+        for kind in &template.ports {
+            choices = choices
+                .iter()
+                .flat_map(|chosen| {
+                    names(*kind)
+                        .into_iter()
+                        .filter(|name| !chosen.contains(name))
+                        .map(|name| {
+                            let mut longer = chosen.clone();
+                            longer.push(name);
+                            longer
+                        })
+                })
+                .collect();
+        }
+        for on in choices {
+            let present = model.effects.iter().any(|effect| {
+                effect.template == template.name
+                    && effect.on.iter().map(|(_, name)| name).eq(on.iter())
+            });
+            if !present && !on.is_empty() {
+                places.push((template.name.clone(), on));
+            }
+        }
+    }
+    places
+}

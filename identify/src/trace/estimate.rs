@@ -1,0 +1,101 @@
+//! What the log says about the states: a curve through it, and what the sensors
+//! read beside the curve.
+
+use crate::log::Record;
+use crate::machine::States;
+use crate::regression::{Hold, Readings};
+use crate::smooth::{ChannelNoise, SmoothError, smooth};
+use nalgebra::DVector;
+
+/// A record with the curve that is thought to run through it.
+#[derive(Debug, Clone)]
+pub struct Observed {
+    /// The log.
+    pub record: Record,
+    /// The states along the log.
+    pub curve: States,
+    /// Standard deviation of the position sensors.
+    pub position_sd: Vec<f64>,
+    /// Standard deviation of the velocity sensors (unused where none).
+    pub velocity_sd: Vec<f64>,
+    /// Standard deviation of the acceleration sensors (unused where none).
+    pub acceleration_sd: Vec<f64>,
+    /// What inputs do between samples.
+    pub hold: Hold,
+}
+
+impl Observed {
+    /// The kinematic estimate: smooth motion, no dynamics.
+    ///
+    /// # Errors
+    /// If the log cannot be smoothed.
+    pub fn new(record: Record, hold: Hold) -> Result<Self, SmoothError> {
+        let smoothed = smooth(&record)?;
+        let noise = |pick: fn(&ChannelNoise) -> Option<f64>| {
+            smoothed
+                .iter()
+                .map(|s| pick(&s.noise).unwrap_or(f64::INFINITY))
+                .collect()
+        };
+        let curve = States {
+            t: record.t.clone(),
+            q: smoothed.iter().map(|s| s.q.clone()).collect(),
+            v: smoothed.iter().map(|s| s.v.clone()).collect(),
+            u: record.u.clone(),
+        };
+        let position_sd = noise(|n| Some(n.sd_q));
+        let velocity_sd = noise(|n| n.sd_dq);
+        let acceleration_sd = noise(|n| n.sd_ddq);
+        Ok(Self {
+            record,
+            curve,
+            position_sd,
+            velocity_sd,
+            acceleration_sd,
+            hold,
+        })
+    }
+
+    /// What the sensors read beside the curve.
+    pub fn readings(&self) -> Readings {
+        let beside = |y: &Vec<f64>, x: &Vec<f64>| y.iter().zip(x).map(|(y, x)| y - x).collect();
+        let rates = self.record.dq.iter().zip(&self.curve.v);
+        Readings {
+            position: self
+                .record
+                .q
+                .iter()
+                .zip(&self.curve.q)
+                .map(|(y, x)| beside(y, x))
+                .collect(),
+            position_sd: self.position_sd.clone(),
+            velocity: rates
+                .map(|(y, x)| y.as_ref().map(|y| beside(y, x)))
+                .collect(),
+            velocity_sd: self.velocity_sd.clone(),
+            acceleration: self.record.ddq.clone(),
+            acceleration_sd: self.acceleration_sd.clone(),
+        }
+    }
+
+    /// Moves the curve by a departure `(δq, δv)` per sample.
+    pub fn move_by(&mut self, departure: &[DVector<f64>]) {
+        let n = self.curve.q.len();
+        for (sample, delta) in departure.iter().enumerate() {
+            for i in 0..n {
+                self.curve.q[i][sample] += delta[i];
+                self.curve.v[i][sample] += delta[n + i];
+            }
+        }
+    }
+
+    /// Some positions of each coordinate, ascending.
+    pub fn ranges(&self) -> Vec<Vec<f64>> {
+        let sorted = |column: &Vec<f64>| {
+            let mut values = column.clone();
+            values.sort_by(f64::total_cmp);
+            values
+        };
+        self.record.q.iter().map(sorted).collect()
+    }
+}

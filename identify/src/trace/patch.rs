@@ -1,0 +1,167 @@
+//! Writing findings into the model file: one line each, the rest untouched.
+
+use super::finding::{Finding, ParameterEstimate};
+use dynamics_codegen::source::Sources;
+use dynamics_codegen::syntax::{StatementKind, parse};
+
+/// The model's text with the findings written in. `provenance` is said in a
+/// comment beside each.
+pub fn patch(text: &str, findings: &[Finding], provenance: &str) -> String {
+    let mut patched = text.to_string();
+    // A comment must stay on its line.
+    let provenance: String = provenance.chars().filter(|c| !c.is_control()).collect();
+    for finding in findings {
+        if finding.effect == "parameter" {
+            patched = with_parameter(&patched, finding, &provenance);
+        } else {
+            if !patched.ends_with('\n') {
+                patched.push('\n');
+            }
+            patched.push_str(&effect_lines(finding, &provenance));
+        }
+    }
+    patched
+}
+
+fn effect_lines(finding: &Finding, provenance: &str) -> String {
+    let values: Vec<String> = finding
+        .parameters
+        .iter()
+        .map(|(name, p)| format!("{name} = {}", number(p)))
+        .collect();
+    format!(
+        "\n// {provenance}; evidence {:.0} nats.\neffect {}({}) {{ {} }}\n",
+        finding.evidence,
+        finding.effect,
+        finding.on.join(", "),
+        values.join(", ")
+    )
+}
+
+/// The declaration's value replaced, with a comment behind the statement.
+fn with_parameter(text: &str, finding: &Finding, provenance: &str) -> String {
+    let Some((name, estimate)) = finding.parameters.iter().next() else {
+        return text.to_string();
+    };
+    let mut sources = Sources::new();
+    let id = sources.add("model", text);
+    let (file, _) = parse(&sources, id);
+    let statements = file.map(|file| file.statements).unwrap_or_default();
+    for statement in &statements {
+        match &statement.kind {
+            StatementKind::Parameter {
+                name: declared,
+                nominal: Some(nominal),
+                ..
+            } if declared.text == *name => {
+                let old = &text[nominal.span.start..nominal.span.end];
+                return format!(
+                    "{}{}{} // was {old}: {provenance}; evidence {:.0} nats.{}",
+                    &text[..nominal.span.start],
+                    number(estimate),
+                    &text[nominal.span.end..statement.span.end],
+                    finding.evidence,
+                    rest_of_line(&text[statement.span.end..]),
+                );
+            }
+            StatementKind::Effect { values, .. } => {
+                let prefix = effect_prefix(&statement.kind);
+                let value = values
+                    .iter()
+                    .find(|(key, _)| format!("{prefix}{}", key.text) == *name);
+                if let Some((_, expr)) = value {
+                    return format!(
+                        "{}{}{}",
+                        &text[..expr.span.start],
+                        number(estimate),
+                        &text[expr.span.end..]
+                    );
+                }
+            }
+            _ => {}
+        }
+    }
+    text.to_string()
+}
+
+/// Parameters of `viscous(j2)` are called `viscous_j2_<name>`.
+fn effect_prefix(kind: &StatementKind) -> String {
+    match kind {
+        StatementKind::Effect { template, on, .. } => {
+            let places: String = on.iter().map(|place| format!("{}_", place.text)).collect();
+            format!("{}_{places}", template.text)
+        }
+        _ => String::new(),
+    }
+}
+
+/// What follows a statement; if it shares the line, it moves to the next one, out
+/// of the comment.
+fn rest_of_line(rest: &str) -> String {
+    let line = rest.split('\n').next().unwrap_or("");
+    if line.trim().is_empty() || line.trim_start().starts_with("//") {
+        rest.to_string()
+    } else {
+        format!("\n{rest}")
+    }
+}
+
+/// As many digits as the estimate is good for, and one more.
+fn number(estimate: &ParameterEstimate) -> String {
+    let ParameterEstimate { value, std, .. } = estimate;
+    if !(std.is_finite() && *std > 0.0) || *value == 0.0 {
+        return format!("{value}");
+    }
+    let digits = (value.abs() / std).log10().ceil().clamp(0.0, 12.0) as usize + 2;
+    let text = format!("{value:.precision$e}", precision = digits - 1);
+    text.parse::<f64>()
+        .map_or_else(|_| format!("{value}"), |rounded| format!("{rounded}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    fn finding(effect: &str, on: &str, name: &str, value: f64, std: f64) -> Finding {
+        let estimate = ParameterEstimate {
+            value,
+            std,
+            unit: String::new(),
+        };
+        Finding {
+            effect: effect.into(),
+            on: vec![on.into()],
+            parameters: BTreeMap::from([(name.into(), estimate)]),
+            evidence: 12.3,
+            confounded_with: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn an_effect_becomes_a_line_at_the_end() {
+        let patched = patch(
+            "model a;",
+            &[finding("viscous", "j2", "d", 0.019_98, 1e-4)],
+            "log\nx",
+        );
+        assert_eq!(
+            patched,
+            "model a;\n\n// logx; evidence 12 nats.\neffect viscous(j2) { d = 0.01998 }\n"
+        );
+    }
+
+    #[test]
+    fn a_parameter_is_changed_where_it_stands() {
+        let text = "model a;\nparameter m: kg = 1.0 in 0..; // mass\n";
+        let patched = patch(
+            text,
+            &[finding("parameter", "m", "m", 1.234_56, 0.01)],
+            "log",
+        );
+        assert_eq!(
+            patched,
+            "model a;\nparameter m: kg = 1.2346 in 0..; // was 1.0: log; evidence 12 nats. // mass\n"
+        );
+    }
+}

@@ -1,0 +1,404 @@
+//! The whole loop: log in, findings and patched model out.
+
+use super::dictionary::Dictionary;
+use super::estimate::Observed;
+use super::finding::{Finding, Verdict, findings, verdict};
+use super::patch::patch;
+use super::refine::refine;
+use super::score::{Score, ScoreError, Scoring};
+use super::select::{Selection, likelier_hold, select};
+use crate::log::{Log, LogError, Record};
+use crate::machine::SolveError;
+use crate::regression::Hold;
+use crate::smooth::SmoothError;
+use dynamics_codegen::model::ConstraintKind;
+use dynamics_codegen::{Compiled, Library, Report};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// What to trace.
+#[derive(Debug, Clone)]
+pub struct Request<'a> {
+    /// What messages call the model.
+    pub model_name: &'a str,
+    /// The model's text.
+    pub model_text: &'a str,
+    /// The effects that may be missing.
+    pub library: &'a Library,
+    /// Values that replace the model's nominal ones.
+    pub parameters: BTreeMap<String, f64>,
+    /// The log to learn from.
+    pub train: &'a Log,
+    /// A log to judge by; without one, the last third of `train` is kept apart.
+    pub test: Option<&'a Log>,
+    /// What inputs do between samples; found from the log if not stated.
+    pub hold: Option<Hold>,
+    /// How long open-loop predictions run, s.
+    pub horizon: f64,
+    /// Seed of everything random.
+    pub seed: u64,
+}
+
+/// Which samples served what.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Split {
+    /// The log that was learnt from.
+    pub train_log: String,
+    /// Its samples that were used.
+    pub train_samples: usize,
+    /// The log that was judged by.
+    pub test_log: String,
+    /// Its samples that were used.
+    pub test_samples: usize,
+    /// How the two were kept apart.
+    pub method: String,
+}
+
+/// What was found.
+#[derive(Debug, Clone, Serialize)]
+pub struct Outcome {
+    /// What kind of error the model has.
+    pub verdict: Verdict,
+    /// What it lacks, strongest first.
+    pub findings: Vec<Finding>,
+    /// Errors on data that neither fitting nor selection saw, of the model as given.
+    pub before: Score,
+    /// The same of the patched model.
+    pub after: Score,
+    /// The same if the patched model were exactly right.
+    pub noise_floor: Score,
+    /// Share of the forces that remains unexplained.
+    pub unexplained_force_share: f64,
+    /// Mean squared whitened prediction error on the training data, of the model as given.
+    pub misfit_before: f64,
+    /// The same of the patched model; one if sensor noise explains it.
+    pub misfit_after: f64,
+    /// Estimated standard deviation of each channel's noise.
+    pub sensor_noise: BTreeMap<String, f64>,
+    /// What inputs do between samples.
+    pub input_hold: Hold,
+    /// Which samples served what.
+    pub split: Split,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// What should be known about the logs.
+    pub warnings: Vec<String>,
+    /// The model with the findings written in.
+    pub patched_model: String,
+}
+
+/// Why a log could not be traced.
+#[derive(Debug, thiserror::Error)]
+pub enum TraceError {
+    /// The log cannot be used.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// The log cannot be smoothed.
+    #[error(transparent)]
+    Smooth(#[from] SmoothError),
+    /// The model's text is wrong.
+    #[error(transparent)]
+    Model(#[from] Box<Report>),
+    /// The equation of motion has no solution somewhere along the log.
+    #[error("the model cannot be evaluated along the log at t = {time} s: {source}")]
+    Solve {
+        /// When.
+        time: f64,
+        /// Why.
+        source: SolveError,
+    },
+    /// A parameter to override does not exist.
+    #[error("the model has no parameter `{name}`; it has: {known}")]
+    UnknownParameter {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: String,
+    },
+    /// The log does not obey a constraint of the model.
+    #[error(
+        "the log does not fulfil constraint `{constraint}`: it is off by {violation:.3e} (root mean \
+         square), at t = {time} s by {worst:.3e}, but the sensors' noise explains {expected:.3e} only; \
+         check that the columns, signs and geometry belong to this machine"
+    )]
+    Constraint {
+        /// Which.
+        constraint: String,
+        /// Root mean square of `c`.
+        violation: f64,
+        /// What noise makes of it.
+        expected: f64,
+        /// When it is worst.
+        time: f64,
+        /// By how much.
+        worst: f64,
+    },
+    /// Too little to split.
+    #[error(
+        "the log has {samples} samples; at least {needed} are needed to keep a third apart: give a \
+         longer log or a second one with `--test`"
+    )]
+    TooShort {
+        /// What there is.
+        samples: usize,
+        /// What is needed.
+        needed: usize,
+    },
+}
+
+/// Fewest samples for learning, and for judging.
+const FEWEST: usize = 50;
+/// Between learning and judging, s.
+const GUARD: f64 = 0.5;
+
+/// Finds what the model lacks.
+///
+/// # Errors
+/// If the log, the model or the two together cannot be used; each error says the
+/// place and the mend.
+pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
+    let Request {
+        model_name,
+        model_text,
+        library,
+        ..
+    } = *request;
+    let plain = dynamics_codegen::compile(model_name, model_text, library).map_err(Box::new)?;
+    check_overrides(&plain, &request.parameters)?;
+    let (train, test, split) = split(request, &plain)?;
+    let mut observed = Observed::new(train, request.hold.unwrap_or(Hold::Linear))?;
+    let ranges = observed.ranges();
+    let dictionary = Dictionary::new(
+        model_name,
+        model_text,
+        library,
+        &request.parameters,
+        &ranges,
+    )
+    .map_err(Box::new)?;
+    let times = observed.record.t.clone();
+    let located = |source: SolveError| locate(source, &times);
+    check_constraints(&dictionary, &observed)?;
+    if request.hold.is_none() {
+        observed.hold = likelier_hold(&dictionary, &observed).map_err(located)?;
+    }
+    let selection = select(&dictionary, &mut observed).map_err(located)?;
+    let found = findings(&dictionary, &selection);
+    let verdict = verdict(&dictionary, &selection);
+    let scores = judge(&dictionary, &selection, &test, request, observed.hold)?;
+    let [before, after, noise_floor] = scores;
+    let provenance = format!(
+        "dynamics trace, {}: held-out acceleration error {:.3} -> {:.3}, rollout {:.3} -> {:.3} (seed {})",
+        split.train_log,
+        before.acceleration.total,
+        after.acceleration.total,
+        before.rollout.errors.total,
+        after.rollout.errors.total,
+        request.seed
+    );
+    let warnings = observed
+        .record
+        .warnings
+        .iter()
+        .chain(&test.warnings)
+        .map(ToString::to_string);
+    Ok(Outcome {
+        verdict,
+        patched_model: patch(model_text, &found, &provenance),
+        findings: found,
+        before,
+        after,
+        noise_floor,
+        unexplained_force_share: selection.unexplained_share,
+        misfit_before: selection.nominal_misfit,
+        misfit_after: selection.reduced_misfit,
+        sensor_noise: sensor_noise(&observed),
+        input_hold: observed.hold,
+        split,
+        seed: request.seed,
+        warnings: warnings.collect(),
+    })
+}
+
+fn check_overrides(plain: &Compiled, given: &BTreeMap<String, f64>) -> Result<(), TraceError> {
+    let known: Vec<&str> = plain
+        .model
+        .parameters
+        .iter()
+        .map(|p| p.name.as_str())
+        .collect();
+    match given.keys().find(|name| !known.contains(&name.as_str())) {
+        None => Ok(()),
+        Some(name) => Err(TraceError::UnknownParameter {
+            name: name.clone(),
+            known: known.join(", "),
+        }),
+    }
+}
+
+fn locate(source: SolveError, times: &[f64]) -> TraceError {
+    let (SolveError::Singular { sample }
+    | SolveError::Inconsistent { sample, .. }
+    | SolveError::NotFinite { sample }) = source;
+    TraceError::Solve {
+        time: times.get(sample).copied().unwrap_or(f64::NAN),
+        source,
+    }
+}
+
+/// What to learn from and what to judge by.
+fn split(request: &Request<'_>, plain: &Compiled) -> Result<(Record, Record, Split), TraceError> {
+    let coordinates: Vec<String> = plain
+        .model
+        .coordinates
+        .iter()
+        .map(|c| c.name.clone())
+        .collect();
+    let inputs: Vec<String> = plain.model.inputs.iter().map(|u| u.name.clone()).collect();
+    let whole = request.train.select(&coordinates, &inputs)?;
+    let name = |log: &Log| {
+        log.path
+            .file_name()
+            .map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+    };
+    let (train, test, method) = match request.test {
+        Some(test) => (
+            whole,
+            test.select(&coordinates, &inputs)?,
+            "a log of its own".to_string(),
+        ),
+        None => {
+            let needed = 3 * FEWEST;
+            if whole.len() < needed {
+                return Err(TraceError::TooShort {
+                    samples: whole.len(),
+                    needed,
+                });
+            }
+            let begin = whole.len() - whole.len() / 3;
+            let guard = whole
+                .t
+                .partition_point(|&t| t < whole.t[begin] - GUARD)
+                .max(FEWEST);
+            let method = format!("the last third of the log, {GUARD} s apart");
+            (
+                whole.slice(0..guard),
+                whole.slice(begin..whole.len()),
+                method,
+            )
+        }
+    };
+    let split = Split {
+        train_log: name(request.train),
+        train_samples: train.len(),
+        test_log: name(request.test.unwrap_or(request.train)),
+        test_samples: test.len(),
+        method,
+    };
+    Ok((train, test, split))
+}
+
+/// Holonomic constraints must hold in the measured positions themselves.
+fn check_constraints(dictionary: &Dictionary, observed: &Observed) -> Result<(), TraceError> {
+    let machine = &dictionary.machine;
+    let measured = crate::machine::States {
+        q: observed.record.q.clone(),
+        ..observed.curve.clone()
+    };
+    let terms = machine.terms(&measured, &dictionary.defaults);
+    let travel: Vec<f64> = observed
+        .ranges()
+        .iter()
+        .map(|sorted| sorted[sorted.len() - 1] - sorted[0])
+        .collect();
+    for (row, constraint) in machine.compiled.model.constraints.iter().enumerate() {
+        if constraint.kind != ConstraintKind::Holonomic {
+            continue;
+        }
+        let (mut square, mut noise, mut scale, mut worst) = (0.0, 0.0, 0.0_f64, (0.0, 0.0));
+        for (sample, at) in terms.iter().enumerate() {
+            let c = at.constraint_residual[row];
+            square += c * c;
+            if c.abs() > worst.0 {
+                worst = (c.abs(), measured.t[sample]);
+            }
+            for i in 0..travel.len() {
+                let slope = at.constraint_matrix[(row, i)];
+                noise += (slope * observed.position_sd[i]).powi(2);
+                scale = scale.max((slope * travel[i]).abs());
+            }
+        }
+        let violation = (square / terms.len() as f64).sqrt();
+        let expected = (noise / terms.len() as f64).sqrt();
+        if !(violation <= 20.0 * expected || violation <= GROSS_VIOLATION * scale) {
+            return Err(TraceError::Constraint {
+                constraint: constraint.name.clone(),
+                violation,
+                expected,
+                time: worst.1,
+                worst: worst.0,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// A violation below this share of the coordinates' travel may be a geometry that
+/// is a little off; above, it is another machine.
+const GROSS_VIOLATION: f64 = 0.05;
+
+/// Before, after, and the floor, on data that nothing was fitted to.
+fn judge(
+    dictionary: &Dictionary,
+    selection: &Selection,
+    test: &Record,
+    request: &Request<'_>,
+    hold: Hold,
+) -> Result<[Score; 3], TraceError> {
+    let failed = |error: ScoreError| match error {
+        ScoreError::Smooth(error) => TraceError::Smooth(error),
+        ScoreError::Solve(error) => locate(error, &test.t),
+    };
+    let machine = &dictionary.machine;
+    let horizon = request.horizon;
+    let scoring = |values| Scoring {
+        machine,
+        values,
+        hold,
+        horizon,
+    };
+    let before = scoring(&dictionary.defaults).score(test).map_err(failed)?;
+    let after = scoring(&selection.values).score(test).map_err(failed)?;
+    // The states of the test log as the patched model sees them.
+    let mut observed = Observed::new(test.clone(), hold)?;
+    let nothing = dictionary.machine.clone().sensitivity(&[]);
+    let mut values = selection.values.clone();
+    refine(
+        dictionary,
+        &nothing,
+        &[],
+        &mut observed,
+        &mut values,
+        &selection.noise,
+    )
+    .map_err(|error| locate(error, &test.t))?;
+    let floor = scoring(&selection.values)
+        .noise_floor(&observed, request.seed)
+        .map_err(failed)?;
+    Ok([before, after, floor])
+}
+
+fn sensor_noise(observed: &Observed) -> BTreeMap<String, f64> {
+    let record = &observed.record;
+    let mut noise = BTreeMap::new();
+    for (i, name) in record.coordinates.iter().enumerate() {
+        noise.insert(format!("q_{name}"), observed.position_sd[i]);
+        if record.dq[i].is_some() {
+            noise.insert(format!("dq_{name}"), observed.velocity_sd[i]);
+        }
+        if record.ddq[i].is_some() {
+            noise.insert(format!("ddq_{name}"), observed.acceleration_sd[i]);
+        }
+    }
+    noise
+}

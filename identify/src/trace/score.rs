@@ -1,0 +1,314 @@
+//! How far the model is from a log: the figures that are reported before and after.
+
+use super::estimate::Observed;
+use crate::log::Record;
+use crate::machine::{Machine, Rollout, RolloutOptions, Simulated, SolveError, States};
+use crate::regression::Hold;
+use crate::smooth::{SgStates, SmoothError, savgol_states};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Root mean squares per coordinate, and over all.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Errors {
+    /// By coordinate, in its unit.
+    pub per_coordinate: BTreeMap<String, f64>,
+    /// Each coordinate's error as a share of that coordinate's scale, root mean
+    /// square over coordinates; a pure number.
+    pub total: f64,
+}
+
+/// Open-loop prediction errors of the positions.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RolloutErrors {
+    /// How long each prediction runs, s.
+    pub horizon: f64,
+    /// How many predictions there were.
+    pub windows: usize,
+    /// How many of them left every bound.
+    pub diverged: usize,
+    /// Root mean square over windows and time.
+    #[serde(flatten)]
+    pub errors: Errors,
+}
+
+/// How far a model is from a log.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Score {
+    /// One-step acceleration error: the model at Savitzky–Golay states (order 4,
+    /// 0.15 s) against the measured acceleration, or the same filter's derivative
+    /// of the best channel there is; the prediction passes the same filter unless
+    /// acceleration is measured. Scale: the acceleration's standard deviation.
+    pub acceleration: Errors,
+    /// The same as a generalised force, `M (a_measured − a_model)`: what acts and
+    /// is not in the model, without what constraints hide. Scale: the standard
+    /// deviation of `M a`.
+    pub force: Errors,
+    /// Open-loop prediction errors. Scale: how far the coordinate moves within a window.
+    pub rollout: RolloutErrors,
+}
+
+/// What a score is computed with.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Scoring<'a> {
+    pub machine: &'a Machine,
+    pub values: &'a [f64],
+    pub hold: Hold,
+    pub horizon: f64,
+}
+
+/// Why a score could not be computed.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum ScoreError {
+    #[error(transparent)]
+    Smooth(#[from] SmoothError),
+    #[error(transparent)]
+    Solve(#[from] SolveError),
+}
+
+impl Scoring<'_> {
+    pub fn score(&self, record: &Record) -> Result<Score, ScoreError> {
+        let states = savgol_states(record)?;
+        let (acceleration, force) = self.one_step(record, &states)?;
+        let rollout = self.rollout(record, &states);
+        Ok(Score {
+            acceleration,
+            force,
+            rollout,
+        })
+    }
+
+    /// The score that remains because of sensor noise alone: the log that the model
+    /// itself would give, seen through sensors as noisy as these.
+    pub fn noise_floor(&self, observed: &Observed, seed: u64) -> Result<Score, ScoreError> {
+        let curve = &observed.curve;
+        let motions = self.machine.motion(curve, self.values)?;
+        let mut clean = observed.record.clone();
+        clean.q.clone_from(&curve.q);
+        for i in 0..curve.q.len() {
+            if clean.dq[i].is_some() {
+                clean.dq[i] = Some(curve.v[i].clone());
+            }
+            if clean.ddq[i].is_some() {
+                clean.ddq[i] = Some(motions.iter().map(|m| m.acceleration[i]).collect());
+            }
+        }
+        self.score(&with_noise(clean, observed, seed))
+    }
+
+    fn one_step(&self, record: &Record, states: &SgStates) -> Result<(Errors, Errors), ScoreError> {
+        let at = States {
+            t: record.t.clone(),
+            q: states.q.clone(),
+            v: states.v.clone(),
+            u: record.u.clone(),
+        };
+        let motions = self.machine.motion(&at, self.values)?;
+        let n = record.q.len();
+        let inner = inner_samples(record, states);
+        let pick = |values: &[f64]| inner.iter().map(|&k| values[k]).collect::<Vec<f64>>();
+        let misses: Vec<Vec<f64>> = (0..n)
+            .map(|i| {
+                let predicted: Vec<f64> = motions.iter().map(|m| m.acceleration[i]).collect();
+                let smooth = match record.ddq[i] {
+                    Some(_) => predicted,
+                    None => filtered(record, states, &predicted),
+                };
+                states.a[i]
+                    .iter()
+                    .zip(&smooth)
+                    .map(|(a, b)| a - b)
+                    .collect()
+            })
+            .collect();
+        let scale: Vec<f64> = states.a.iter().map(|a| deviation(&pick(a))).collect();
+        let inside: Vec<Vec<f64>> = misses.iter().map(|miss| pick(miss)).collect();
+        let acceleration = errors(record, &inside, &scale);
+        let mut forces = vec![vec![0.0; record.len()]; n];
+        let mut inertial = vec![vec![0.0; record.len()]; n];
+        for (sample, motion) in motions.iter().enumerate() {
+            for i in 0..n {
+                for j in 0..n {
+                    let m = motion.terms.mass_matrix[(i, j)];
+                    forces[i][sample] += m * misses[j][sample];
+                    inertial[i][sample] += m * states.a[j][sample];
+                }
+            }
+        }
+        let force_scale: Vec<f64> = inertial.iter().map(|f| deviation(&pick(f))).collect();
+        let inside: Vec<Vec<f64>> = forces.iter().map(|force| pick(force)).collect();
+        Ok((acceleration, errors(record, &inside, &force_scale)))
+    }
+
+    /// Predictions from the estimated states (on the constraints), window by window.
+    fn rollout(&self, record: &Record, states: &SgStates) -> RolloutErrors {
+        let step = record.step();
+        let length = ((self.horizon / step).round() as usize).clamp(1, record.len() - 1);
+        let starts: Vec<usize> = record
+            .segments()
+            .into_iter()
+            .flat_map(|range| {
+                // One-sided filter windows give poor starts.
+                let begin = range.start + states.filter.window / 2;
+                (begin..range.end.saturating_sub(length)).step_by(length)
+            })
+            .collect();
+        let mut state = self.starts(record, states, &starts);
+        let n = record.q.len();
+        let (mut squares, mut travel) = (vec![0.0; n], vec![0.0; n]);
+        let mut lost = vec![false; starts.len()];
+        let options = RolloutOptions {
+            max_step: step.min(2e-3).max(step / 8.0),
+            ..Default::default()
+        };
+        let rollout = Rollout::new(self.machine, self.values, options);
+        let mut count = 0_usize;
+        for k in 0..length {
+            let at = |offset: usize| -> Vec<Vec<f64>> {
+                record
+                    .u
+                    .iter()
+                    .map(|u| starts.iter().map(|s| u[s + offset]).collect())
+                    .collect()
+            };
+            let begin = at(k);
+            let end = if self.hold == Hold::Linear {
+                at(k + 1)
+            } else {
+                begin.clone()
+            };
+            let t: Vec<f64> = starts.iter().map(|s| record.t[s + k]).collect();
+            if rollout.advance(&mut state, &t, step, &begin, &end).is_err() {
+                lost.fill(true);
+                break;
+            }
+            for (window, &start) in starts.iter().enumerate() {
+                let outside = |i: usize| {
+                    let miss = state.q[i][window] - record.q[i][start + k + 1];
+                    !(miss.abs() < OUTSIDE)
+                };
+                if lost[window] || (0..n).any(outside) {
+                    lost[window] = true;
+                    for i in 0..n {
+                        // Stays where the log is, so that the others go on.
+                        state.q[i][window] = states.q[i][start + k + 1];
+                        state.v[i][window] = states.v[i][start + k + 1];
+                    }
+                    continue;
+                }
+                count += 1;
+                for i in 0..n {
+                    let measured = record.q[i][start + k + 1];
+                    squares[i] += (state.q[i][window] - measured).powi(2);
+                    travel[i] += (measured - record.q[i][start]).powi(2);
+                }
+            }
+        }
+        let mean = |sum: &f64| (sum / count.max(1) as f64).sqrt();
+        let rms: Vec<f64> = squares.iter().map(mean).collect();
+        let scale: Vec<f64> = travel.iter().map(mean).collect();
+        RolloutErrors {
+            horizon: length as f64 * step,
+            windows: starts.len(),
+            diverged: lost.iter().filter(|&&l| l).count(),
+            errors: combine(record, &rms, &scale),
+        }
+    }
+
+    fn starts(&self, record: &Record, states: &SgStates, starts: &[usize]) -> Simulated {
+        let n = record.q.len();
+        let mut simulated = Simulated {
+            q: vec![Vec::new(); n],
+            v: vec![Vec::new(); n],
+        };
+        for &start in starts {
+            let mut q: Vec<f64> = states.q.iter().map(|q| q[start]).collect();
+            let mut v: Vec<f64> = states.v.iter().map(|v| v[start]).collect();
+            self.machine
+                .project(record.t[start], &mut q, &mut v, self.values);
+            for i in 0..n {
+                simulated.q[i].push(q[i]);
+                simulated.v[i].push(v[i]);
+            }
+        }
+        simulated
+    }
+}
+
+/// A prediction this far off has left the log for good, m or rad.
+const OUTSIDE: f64 = 1e3;
+
+/// Samples with a whole filter window around them: at the ends of a segment the
+/// filter extrapolates, and its derivatives say little.
+fn inner_samples(record: &Record, states: &SgStates) -> Vec<usize> {
+    let half = states.filter.window / 2;
+    let segments = record.segments().into_iter();
+    segments
+        .flat_map(|range| range.start + half..range.end.saturating_sub(half))
+        .collect()
+}
+
+/// A prediction through the filter that the measurement passed.
+fn filtered(record: &Record, states: &SgStates, values: &[f64]) -> Vec<f64> {
+    let segments = record.segments().into_iter();
+    let parts = segments.map(|range| {
+        states
+            .filter
+            .apply(&record.t[range.clone()], &values[range], 0)
+    });
+    parts.flatten().collect()
+}
+
+fn deviation(values: &[f64]) -> f64 {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
+}
+
+fn errors(record: &Record, misses: &[Vec<f64>], scale: &[f64]) -> Errors {
+    let rms: Vec<f64> = misses
+        .iter()
+        .map(|miss| (miss.iter().map(|x| x * x).sum::<f64>() / miss.len() as f64).sqrt())
+        .collect();
+    combine(record, &rms, scale)
+}
+
+fn combine(record: &Record, rms: &[f64], scale: &[f64]) -> Errors {
+    // A coordinate that never moves has no scale and says nothing.
+    let shares: Vec<f64> = rms
+        .iter()
+        .zip(scale)
+        .filter(|&(_, &s)| s > 0.0)
+        .map(|(r, s)| (r / s).powi(2))
+        .collect();
+    Errors {
+        per_coordinate: record
+            .coordinates
+            .iter()
+            .cloned()
+            .zip(rms.iter().copied())
+            .collect(),
+        total: (shares.iter().sum::<f64>() / shares.len().max(1) as f64).sqrt(),
+    }
+}
+
+fn with_noise(mut record: Record, observed: &Observed, seed: u64) -> Record {
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+    let mut shake = |values: &mut Vec<f64>, sd: f64| {
+        for value in values {
+            let draw: f64 = StandardNormal.sample(&mut random);
+            *value += sd * draw;
+        }
+    };
+    for i in 0..record.q.len() {
+        shake(&mut record.q[i], observed.position_sd[i]);
+        if let Some(values) = &mut record.dq[i] {
+            shake(values, observed.velocity_sd[i]);
+        }
+        if let Some(values) = &mut record.ddq[i] {
+            shake(values, observed.acceleration_sd[i]);
+        }
+    }
+    record
+}

@@ -1,0 +1,134 @@
+#!/usr/bin/env python3
+"""Makes random test machines: DIR/<id>/{train.csv,test.csv,nominal.json,truth.json}.
+
+    python simulate.py --count 200 --seed 7 --out DIR [--jobs 2]
+
+Machine i of a seed does not depend on --count or --jobs. See ../README.md.
+"""
+
+import argparse
+import json
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+import effects as fx
+import writing
+from machine import VISIBLE, Machine
+from systems import SYSTEMS
+
+CLASSES = {"none": 0.15, "parameter": 0.15, "effect": 0.48, "combo": 0.14, "unknown": 0.08}
+DRAWS = 6
+
+
+def pick(rng, options):
+    """One of a list, uniformly."""
+    return options[rng.integers(len(options))]
+
+
+def draw_effects(machine, rng, verdict, only):
+    """Effects of a class at random places (two different places or kinds for a combination)."""
+    if verdict == "none":
+        return []
+    if verdict == "parameter":
+        names = [["parameter"]]
+    elif verdict == "unknown":
+        names = [[k.name for k in fx.KINDS.values() if k.source == fx.OUTSIDE]]
+    else:
+        library = [k.name for k in fx.KINDS.values() if k.source == fx.LIBRARY and k.name != "parameter"]
+        names = [library] * (2 if verdict == "combo" else 1)
+    found, families = [], []
+    for position, possible in enumerate(names):
+        if only and position == 0:
+            possible = [n for n in possible if n == only] or possible
+        # a second effect of another family or at another place: separable at least in kind
+        usable = [n for n in possible if fx.places(machine.system, n)
+                  and (fx.KINDS[n].family, n) not in families]
+        name = pick(rng, usable)
+        where, on = pick(rng, fx.places(machine.system, name))
+        found.append(machine.effect(name, where, on, rng.random(3)))
+        families.append((fx.KINDS[name].family, name))
+    return found
+
+
+def classes_for(only):
+    """Class weights, restricted to those that contain the wanted effect."""
+    if not only:
+        return CLASSES
+    kind = fx.KINDS[only]
+    wanted = "unknown" if kind.source == fx.OUTSIDE else "parameter" if only == "parameter" else "effect"
+    return {wanted: 1.0}
+
+
+def build(index, seed, system=None, verdict=None, only=None, noise_scale=1.0, feedback="true"):
+    """Draws and calibrates machine `index` of a seed; returns (id, machine, class, score)."""
+    rng = np.random.default_rng([seed, index])
+    possible = [s for s in SYSTEMS if system in (None, s)]
+    if only:
+        possible = [s for s in possible if fx.places(SYSTEMS[s], only)]
+    if not possible:
+        raise ValueError(f"effect {only} has no place in system {system}")
+    # planar arms of every size count as one system
+    groups = sorted({s.rstrip("345") for s in possible})
+    group = pick(rng, groups)
+    name = pick(rng, [s for s in possible if s.rstrip("345") == group])
+    weights = classes_for(only) if verdict is None else {verdict: 1.0}
+    drawn = str(rng.choice(list(weights), p=np.array(list(weights.values())) / sum(weights.values())))
+    machine = Machine(SYSTEMS[name], rng, noise_scale, feedback)
+    for _ in range(DRAWS):
+        machine.effects = draw_effects(machine, rng, drawn, only)
+        targets = np.exp(rng.uniform(np.log(3.0), np.log(9.0), len(machine.effects)))
+        score = machine.calibrate(targets)
+        if score is not None and all(s >= VISIBLE for s in machine.visibility(score)):
+            break
+    if score is None:
+        raise RuntimeError(f"seed {seed}, machine {index}: no motion in range")
+    return f"s{seed}_{index:04d}_{name}", machine, drawn, score
+
+
+def make(index, seed, out, **options):
+    """Builds and writes one machine; returns a line about it."""
+    name, machine, verdict, score = build(index, seed, **options)
+    truth = writing.write(out / name, name, machine, verdict, score, seed, index)
+    what = " + ".join(f"{e['type']} on {','.join(e['on'])}" for e in truth["effects"]) or "-"
+    shown = " ".join(f"{e['visibility']:.1f}" for e in truth["effects"])
+    return f"{name:32s} {verdict:10s} {what:46s} {shown}"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--count", type=int, required=True)
+    parser.add_argument("--seed", type=int, required=True)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--first", type=int, default=0, help="index of the first machine")
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--system", choices=sorted(SYSTEMS))
+    parser.add_argument("--class", dest="verdict", choices=sorted(CLASSES))
+    parser.add_argument("--effect", dest="only", choices=sorted(fx.KINDS))
+    parser.add_argument("--noise-scale", type=float, default=1.0, help="0: no noise, no quantisation")
+    parser.add_argument("--feedback", choices=("true", "measured"), default="true",
+                        help="what the soft feedback sees: the true state, or the noisy one")
+    a = parser.parse_args()
+    work = partial(make, seed=a.seed, out=a.out, system=a.system, verdict=a.verdict, only=a.only,
+                   noise_scale=a.noise_scale, feedback=a.feedback)
+    try:
+        jobs = range(a.first, a.first + a.count)
+        if a.jobs == 1:
+            for index in jobs:
+                print(work(index), flush=True)
+        else:
+            work(a.first)  # fills numba's cache before the others look for it
+            with ProcessPoolExecutor(a.jobs) as pool:
+                for line in pool.map(work, jobs):
+                    print(line, flush=True)
+    except (ValueError, RuntimeError) as error:
+        print(f"simulate.py: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
