@@ -36,6 +36,7 @@ Examples:
   dynamics check models/pendulum2.model
   echo '{\"q\": [0.1, 0.2]}' | dynamics eval models/pendulum2.model --states - --json
   dynamics simulate models/pendulum2.model --init '{\"q\": [1, 0]}' --duration 10 --out log.csv
+  dynamics trace models/pendulum2.model train.csv --test test.csv
 
 Exit codes: 0 success, 1 internal failure, 2 bad input.")]
 struct Arguments {

@@ -3,5 +3,6 @@
 pub mod log;
 pub mod machine;
 pub mod regression;
+pub mod report;
 pub mod smooth;
 pub mod trace;

@@ -4,6 +4,7 @@ pub mod check;
 pub mod eval;
 pub mod generate;
 pub mod simulate;
+pub mod trace;
 
 use clap::Subcommand;
 
@@ -43,6 +44,14 @@ pub enum Command {
     /// state is first moved onto the constraints by the shortest way; how far it moved is
     /// printed.
     Simulate(simulate::Arguments),
+
+    /// Find what a model lacks, from a measured log
+    ///
+    /// Every effect of the library is tried at every place, and every parameter of the
+    /// model. What earns its place is named, estimated with its uncertainty and written
+    /// into a copy of the model; the errors before and after are those on data that
+    /// neither fitting nor selection saw.
+    Trace(trace::Arguments),
 }
 
 impl Command {
@@ -56,6 +65,7 @@ impl Command {
             Self::Eval(arguments) => eval::run(&arguments),
             Self::Generate(arguments) => generate::run(&arguments),
             Self::Simulate(arguments) => simulate::run(&arguments),
+            Self::Trace(arguments) => trace::run(&arguments),
         }
     }
 }

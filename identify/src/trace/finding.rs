@@ -60,6 +60,8 @@ pub struct Finding {
 
 /// Shares of the forces beyond which what remains unexplained is a finding.
 const REMARKABLE_SHARE: f64 = 10.0 * SMALLEST_SHARE;
+/// Findings that leave more than this share of the unexplained force name too little.
+const MOSTLY_UNEXPLAINED: f64 = 0.5;
 /// Mean squared innovations beyond which the sensors' noise is no excuse.
 const REMARKABLE_MISFIT: f64 = 1.5;
 
@@ -73,12 +75,17 @@ pub(super) fn verdict(dictionary: &Dictionary, selection: &Selection) -> Verdict
             .iter()
             .any(|term| test(&dictionary.candidates[term.candidate]))
     };
+    // What is named must account for most of what is there: force errors add up
+    // in squares.
+    let share = selection.unexplained_share / selection.nominal_unexplained_share;
     if selection.terms.is_empty() {
         if unexplained {
             Verdict::Unknown
         } else {
             Verdict::None
         }
+    } else if unexplained && share > MOSTLY_UNEXPLAINED {
+        Verdict::Unknown
     } else if about(|c| !c.channel && c.subject.name() != "parameter") {
         Verdict::Effect
     } else if about(|c| c.channel) {

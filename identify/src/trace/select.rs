@@ -60,6 +60,8 @@ pub struct Selection {
     /// The same as a share of each coordinate's forces; [`SMALLEST_SHARE`] if
     /// nothing is left to explain.
     pub unexplained_share: f64,
+    /// The share that the model as given leaves unexplained.
+    pub nominal_unexplained_share: f64,
     /// The first round's candidates, best first.
     pub considered: Vec<Considered>,
 }
@@ -113,6 +115,7 @@ pub fn select(dictionary: &Dictionary, observed: &mut Observed) -> Result<Select
         noise_index: 0,
     };
     search.smooth_with_everything()?;
+    let nominal_unexplained_share = search.share_without_columns()?;
     let mut first_round = Vec::new();
     let mut nominal_misfit = None;
     loop {
@@ -138,6 +141,7 @@ pub fn select(dictionary: &Dictionary, observed: &mut Observed) -> Result<Select
             nominal_misfit: nominal_misfit.unwrap_or(f64::NAN),
             noise,
             unexplained_share: NOISE_SHARES[search.noise_index],
+            nominal_unexplained_share,
             considered: first_round,
         });
     }
@@ -254,6 +258,14 @@ impl Search<'_> {
         self.noise_index = index;
         self.observed.move_by(&departure);
         Ok(())
+    }
+
+    /// What the terms accepted so far leave unexplained, as a share of the forces.
+    fn share_without_columns(&self) -> Result<f64, SolveError> {
+        let (dynamics, _) = self.dynamics()?;
+        let readings = self.observed.readings();
+        let columns = self.accepted_parameters();
+        Ok(NOISE_SHARES[choose_noise(&dynamics, &readings, &columns, self.noise_index).index])
     }
 
     fn regress(&mut self) -> Result<(Gram, Vec<Option_>, ProcessNoise), SolveError> {

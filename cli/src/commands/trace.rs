@@ -1,0 +1,171 @@
+//! `dynamics trace`: what a log says that the model lacks.
+
+use crate::mistake::Mistake;
+use crate::model::{Loaded, ModelArguments};
+use crate::output::{self, WholeFile};
+use anyhow::Context;
+use clap::{Args, ValueEnum};
+use identify::log::Log;
+use identify::regression::Hold;
+use identify::report;
+use identify::trace::{Outcome, Request, TraceError, trace};
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `trace`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  dynamics trace models/pendulum2.model train.csv --test test.csv
+  dynamics trace arm.model log.csv.gz --parameters arm7.json --report out --json
+  dynamics trace arm.model log.csv --apply
+
+Without --test the last third of the log is kept apart and judged by.")]
+pub struct Arguments {
+    #[command(flatten)]
+    model: ModelArguments,
+
+    /// The log to learn from: CSV, plain or gzipped, with columns `t`, `q_<coordinate>`,
+    /// `u_<input>` and, if measured, `dq_<coordinate>` and `ddq_<coordinate>`
+    #[arg(value_name = "TRAIN.csv")]
+    train: PathBuf,
+
+    /// A second log of the same machine, to judge by
+    #[arg(long, value_name = "TEST.csv")]
+    test: Option<PathBuf>,
+
+    /// Write what was found into the model file
+    #[arg(long)]
+    apply: bool,
+
+    /// A folder for the report; made if it is not there
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
+
+    /// Print one JSON object instead of a summary
+    #[arg(long)]
+    json: bool,
+
+    /// What inputs do between samples; found from the log if not stated
+    #[arg(long, value_enum, value_name = "HOLD")]
+    hold: Option<HoldArgument>,
+
+    /// How long open-loop predictions run, in seconds
+    #[arg(long, value_name = "S", default_value_t = 0.5)]
+    horizon: f64,
+
+    /// Seed of everything random
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+}
+
+/// What inputs do between samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum HoldArgument {
+    /// Go straight from one sample to the next
+    Linear,
+    /// Stay at the earlier sample's value
+    Previous,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// If model or logs cannot be used together, or the results not be written.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    if !(arguments.horizon > 0.0 && arguments.horizon.is_finite()) {
+        let message = format!("`--horizon {}` is not a duration", arguments.horizon);
+        return Err(Mistake::new(message)
+            .help("give seconds, such as `--horizon 0.5`")
+            .into());
+    }
+    let loaded = arguments.model.load()?;
+    let train = read_log(&arguments.train)?;
+    let test = arguments.test.as_deref().map(read_log).transpose()?;
+    let outcome = run_trace(arguments, &loaded, &train, test.as_ref())?;
+    for warning in &outcome.warnings {
+        output::complain(&format!("warning: {warning}"));
+    }
+    let name = loaded.path.display().to_string();
+    let original = String::from_utf8_lossy(&loaded.bytes).into_owned();
+    let diff = report::diff(&name, &original, &outcome.patched_model);
+    let json = serde_json::to_string_pretty(&outcome)?;
+    let summary = report::summary(&outcome, &loaded.compiled.model);
+    if let Some(folder) = &arguments.report {
+        fs::create_dir_all(folder).map_err(|error| Mistake::unreadable(folder, &error))?;
+        let model = loaded.path.file_name().unwrap_or("patched.model".as_ref());
+        write(&folder.join("report.json"), &json)?;
+        write(&folder.join("summary.txt"), &summary)?;
+        write(&folder.join("model.diff"), &diff)?;
+        write(&folder.join(model), &outcome.patched_model)?;
+    }
+    if arguments.apply && !outcome.findings.is_empty() {
+        write(&loaded.path, &outcome.patched_model)?;
+    }
+    let mut out = output::stdout();
+    if arguments.json {
+        writeln!(out, "{json}")?;
+    } else {
+        write!(out, "{summary}")?;
+        if !diff.is_empty() {
+            let applied = if arguments.apply {
+                "Written into"
+            } else {
+                "Patch (--apply writes it) for"
+            };
+            writeln!(out, "\n{applied} {name}:\n\n{diff}")?;
+        }
+    }
+    Ok(out.flush()?)
+}
+
+fn run_trace(
+    arguments: &Arguments,
+    loaded: &Loaded,
+    train: &Log,
+    test: Option<&Log>,
+) -> anyhow::Result<Outcome> {
+    let text = std::str::from_utf8(&loaded.bytes).context("a model that compiled is text")?;
+    let named = loaded
+        .compiled
+        .model
+        .parameters
+        .iter()
+        .zip(&loaded.parameters);
+    let parameters: BTreeMap<String, f64> = named
+        .filter(|(parameter, value)| parameter.nominal != **value)
+        .map(|(parameter, &value)| (parameter.name.clone(), value))
+        .collect();
+    let name = loaded.path.display().to_string();
+    let request = Request {
+        model_name: &name,
+        model_text: text,
+        library: &loaded.library,
+        parameters,
+        train,
+        test,
+        hold: arguments.hold.map(|hold| match hold {
+            HoldArgument::Linear => Hold::Linear,
+            HoldArgument::Previous => Hold::Previous,
+        }),
+        horizon: arguments.horizon,
+        seed: arguments.seed,
+    };
+    trace(&request).map_err(|error| match error {
+        TraceError::Model(report) => Mistake::from(*report).into(),
+        other => Mistake::new(other.to_string()).into(),
+    })
+}
+
+fn read_log(path: &Path) -> Result<Log, Mistake> {
+    Log::read(path).map_err(|error| Mistake::new(error.to_string()))
+}
+
+/// Writes a file whole or not at all.
+fn write(path: &Path, text: &str) -> anyhow::Result<()> {
+    let mut file = WholeFile::create(path)?;
+    file.write_all(text.as_bytes())?;
+    file.finish()
+}

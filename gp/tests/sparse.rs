@@ -1,0 +1,139 @@
+//! The inducing-point approximation against the exact model.
+
+mod common;
+
+use gp::{
+    Functionals, GaussPoint, Inputs, Kernel, LatentPrior, Layout, Model, Posterior, Quantity,
+    SparsePosterior, Workspace, farthest_points, nll,
+};
+use rand::{RngExt, SeedableRng};
+
+fn states(count: usize, seed: u64) -> Vec<Vec<f64>> {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+    (0..count)
+        .map(|_| {
+            let (speed, q3) = (rng.random_range(0.0..1.0f64), rng.random_range(0.0..6.2f64));
+            vec![
+                speed * q3.cos(),
+                speed * q3.sin(),
+                q3,
+                rng.random_range(-0.5..0.5),
+                0.0,
+                0.0,
+            ]
+        })
+        .collect()
+}
+
+fn functionals(x: &[Vec<f64>], quantity: Quantity) -> Functionals {
+    let mut out = Functionals::new(6, 3);
+    for x in x {
+        let s = common::unicycle(x, &[0.05, 0.02]);
+        let r = GaussPoint::new(&s.mass, &s.a, &s.b, &s.known)
+            .unwrap()
+            .rows(quantity, Layout::Acceleration)
+            .unwrap();
+        out.push(x, &r.h, &r.mean).unwrap();
+    }
+    out
+}
+
+fn measured(x: &[Vec<f64>], noise: f64) -> Vec<f64> {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(99);
+    let mut y = Vec::new();
+    for x in x {
+        let s = common::unicycle(x, &[0.05, 0.02]);
+        let speed = x[0].hypot(x[1]);
+        let d = [-0.5 * speed * x[0], -0.5 * speed * x[1], 0.0];
+        let total: Vec<f64> = (0..3)
+            .map(|i| s.known[i] + (0..3).map(|j| s.mass[3 * i + j] * d[j]).sum::<f64>())
+            .collect();
+        let p = GaussPoint::new(&s.mass, &s.a, &s.b, &total).unwrap();
+        let a = p.rows(Quantity::Acceleration, Layout::Force).unwrap().mean;
+        y.extend(a.iter().map(|a| a + noise * rng.random_range(-1.7..1.7)));
+    }
+    y
+}
+
+fn model() -> Model {
+    let kernel = Kernel::squared_exponential(&[1.0, 1.0, 6.0, 2.0, 20.0, 20.0], 0.3);
+    Model::new(LatentPrior::shared(3, kernel), &[1e-4; 3]).unwrap()
+}
+
+#[test]
+fn error_against_the_exact_model_falls_with_the_inducing_points() {
+    let (train, test) = (states(150, 1), states(40, 2));
+    let (data, at) = (
+        functionals(&train, Quantity::Acceleration),
+        functionals(&test, Quantity::Acceleration),
+    );
+    let y = measured(&train, 0.01);
+    let model = model();
+    let exact = Posterior::new(&model, &data, &y).unwrap();
+    let reference = exact.predict(&at).unwrap();
+    let evidence = -nll(&model, &data, &y, &mut Workspace::default()).unwrap();
+    let inputs = Inputs::from_rows(&train).unwrap();
+    let mut last = f64::INFINITY;
+    for (count, mean_error, gap) in [
+        (15, 0.2, f64::INFINITY),
+        (50, 2e-2, 200.0),
+        (100, 2e-3, 10.0),
+        (150, 1e-3, 0.1),
+    ] {
+        let chosen = farthest_points(&inputs, count, 0).unwrap();
+        let sparse = SparsePosterior::new(&model, &data, &y, &inputs.subset(&chosen)).unwrap();
+        let p = sparse.predict(&at).unwrap();
+        let error = p
+            .mean
+            .iter()
+            .zip(&reference.mean)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
+        let variance = p
+            .variance
+            .iter()
+            .zip(&reference.variance)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
+        let loss = evidence - sparse.bound();
+        println!(
+            "{count:>4} inducing points: mean {error:.1e}, variance {variance:.1e}, evidence lost {loss:.3e} nats"
+        );
+        assert!(error < mean_error, "{count}: {error}");
+        assert!(loss > -1e-3 && loss < gap, "the bound is a bound: {loss}");
+        assert!(loss < last);
+        last = loss;
+        let full = sparse.covariance(&at).unwrap();
+        assert!((0..at.n_rows()).all(|i| (full[(i, i)] - p.variance[i]).abs() < 1e-9));
+        for (x, a) in test.iter().zip(p.mean.chunks(3)) {
+            let s = common::unicycle(x, &[0.05, 0.02]);
+            let residual: f64 = (0..3).map(|j| s.a[j] * a[j]).sum::<f64>() - s.b[0];
+            assert!(residual.abs() < 1e-10);
+        }
+        // Other quantities come out of the same approximation.
+        let lambda = functionals(&test, Quantity::Multiplier);
+        let (a, b) = (sparse.mean(&lambda).unwrap(), exact.mean(&lambda).unwrap());
+        let worst = a
+            .iter()
+            .zip(&b)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
+        assert!(worst < 10.0 * mean_error, "{worst}");
+    }
+}
+
+#[test]
+fn bad_inducing_points_are_refused() {
+    let train = states(5, 1);
+    let data = functionals(&train, Quantity::Acceleration);
+    let y = measured(&train, 0.01);
+    assert!(SparsePosterior::new(&model(), &data, &y, &Inputs::empty(6)).is_err());
+    assert!(
+        SparsePosterior::new(&model(), &data, &y, &Inputs::from_rows(&[[0.0]]).unwrap()).is_err()
+    );
+    assert!(SparsePosterior::new(&model(), &data, &y[..3], &data.inputs()).is_err());
+    // Twice the same inducing point costs jitter, not correctness.
+    let twice = data.inputs().subset(&[0, 0, 1, 2, 3, 4]);
+    let p = SparsePosterior::new(&model(), &data, &y, &twice).unwrap();
+    assert!(p.jitter() > 0.0 && p.mean(&data).unwrap().iter().all(|v| v.is_finite()));
+}

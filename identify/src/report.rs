@@ -1,0 +1,140 @@
+//! What a person reads: a summary on one page, and the change to the model.
+
+use crate::trace::{Errors, Finding, Outcome, Score, Verdict};
+use dynamics_codegen::Model;
+use std::fmt::Write;
+
+/// The outcome on one page of plain text.
+pub fn summary(outcome: &Outcome, model: &Model) -> String {
+    let mut page = String::new();
+    let mut line = |text: String| {
+        page.push_str(&text);
+        page.push('\n');
+    };
+    line(sentence(outcome));
+    for finding in &outcome.findings {
+        line(String::new());
+        describe(finding).into_iter().for_each(&mut line);
+    }
+    line(String::new());
+    let split = &outcome.split;
+    line(format!(
+        "Errors on {} samples of {} ({}):",
+        split.test_samples, split.test_log, split.method
+    ));
+    line(format!(
+        "  {:34}{:>11}{:>11}{:>13}",
+        "", "before", "after", "noise floor"
+    ));
+    let mut row = |name: String, pick: &dyn Fn(&Score) -> f64| {
+        let [before, after, floor] =
+            [&outcome.before, &outcome.after, &outcome.noise_floor].map(|score| short(pick(score)));
+        line(format!("  {name:34}{before:>11}{after:>11}{floor:>13}"));
+    };
+    row("acceleration, share of its scale".into(), &|s| {
+        s.acceleration.total
+    });
+    for coordinate in &model.coordinates {
+        let name = &coordinate.name;
+        let at = |errors: &Errors| errors.per_coordinate.get(name).copied().unwrap_or(f64::NAN);
+        let unit = if coordinate.unit.is_empty() {
+            "?"
+        } else {
+            &coordinate.unit
+        };
+        row(format!("  {name}, {unit}/s^2"), &|s| at(&s.acceleration));
+    }
+    row("force, share of its scale".into(), &|s| s.force.total);
+    let horizon = outcome.before.rollout.horizon;
+    row(format!("prediction over {horizon:.2} s"), &|s| {
+        s.rollout.errors.total
+    });
+    line(String::new());
+    line(format!(
+        "Learnt from {} samples of {}; mean squared prediction error in units of sensor noise {} -> {}; \
+         unexplained: {} % of the forces. Seed {}.",
+        split.train_samples,
+        split.train_log,
+        short(outcome.misfit_before),
+        short(outcome.misfit_after),
+        short(100.0 * outcome.unexplained_force_share),
+        outcome.seed
+    ));
+    page
+}
+
+/// What was found, in one sentence.
+fn sentence(outcome: &Outcome) -> String {
+    let names: Vec<String> = outcome
+        .findings
+        .iter()
+        .map(|finding| format!("{} ({})", finding.effect, finding.on.join(", ")))
+        .collect();
+    let names = names.join(" and ");
+    match outcome.verdict {
+        Verdict::None => "The log agrees with the model: nothing is missing.".to_string(),
+        Verdict::Effect => format!("The model lacks {names}."),
+        Verdict::Channel => format!("An input is not what it seems: {names}."),
+        Verdict::Parameter => format!("Only the value of a parameter is off: {names}."),
+        Verdict::Unknown if names.is_empty() => {
+            "Something is missing that no effect of the library explains.".to_string()
+        }
+        Verdict::Unknown => format!(
+            "Something is missing that no effect of the library explains; nearest, but not near: {names}."
+        ),
+    }
+}
+
+fn describe(finding: &Finding) -> Vec<String> {
+    let mut lines = vec![format!(
+        "  {} ({}), evidence {:.0} nats",
+        finding.effect,
+        finding.on.join(", "),
+        finding.evidence
+    )];
+    for (name, p) in &finding.parameters {
+        lines.push(format!(
+            "    {name} = {} ± {} {}",
+            short(p.value),
+            short(p.std),
+            p.unit
+        ));
+    }
+    for rival in &finding.confounded_with {
+        lines.push(format!(
+            "    cannot be told from {} ({}) with this log",
+            rival.effect,
+            rival.on.join(", ")
+        ));
+    }
+    lines
+}
+
+/// Four digits.
+fn short(value: f64) -> String {
+    if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
+        let digits = if value == 0.0 {
+            0
+        } else {
+            (3 - value.abs().log10().floor() as i32).max(0)
+        };
+        format!("{value:.precision$}", precision = digits as usize)
+    } else {
+        format!("{value:.2e}")
+    }
+}
+
+/// The change to the model file as a unified diff; empty if there is none.
+pub fn diff(name: &str, before: &str, after: &str) -> String {
+    let mut text = String::new();
+    let changes = similar::TextDiff::from_lines(before, after);
+    if before != after {
+        write!(
+            text,
+            "{}",
+            changes.unified_diff().context_radius(2).header(name, name)
+        )
+        .ok();
+    }
+    text
+}
