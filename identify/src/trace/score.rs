@@ -185,7 +185,7 @@ impl Scoring<'_> {
             for (window, &start) in starts.iter().enumerate() {
                 let outside = |i: usize| {
                     let miss = state.q[i][window] - record.q[i][start + k + 1];
-                    !(miss.abs() < OUTSIDE)
+                    miss.is_nan() || miss.abs() >= OUTSIDE
                 };
                 if lost[window] || (0..n).any(outside) {
                     lost[window] = true;

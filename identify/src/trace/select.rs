@@ -23,6 +23,9 @@ pub struct Term {
     pub rivals: Vec<(Subject, f64)>,
 }
 
+/// Values of parameters, as (parameter, value).
+type Assignment = Vec<(usize, f64)>;
+
 /// A candidate as it was seen at one step.
 #[derive(Debug, Clone)]
 pub struct Considered {
@@ -34,8 +37,8 @@ pub struct Considered {
     pub score: f64,
     /// Nats gained on blocks that the fit did not see.
     pub held_out_gain: f64,
-    /// Shape and strengths, as (parameter, value).
-    values: Vec<(usize, f64)>,
+    /// Shape and strengths.
+    values: Assignment,
 }
 
 /// The outcome.
@@ -319,7 +322,7 @@ impl Search<'_> {
         gram: &Gram,
         base: &[usize],
         option: &Option_,
-    ) -> Option<(Vec<usize>, Vec<(usize, f64)>)> {
+    ) -> Option<(Vec<usize>, Assignment)> {
         let candidate = &self.dictionary.candidates[option.candidate];
         let model = &self.dictionary.machine.compiled.model;
         let mut kept: Vec<usize> = (0..option.columns.len()).collect();

@@ -1,0 +1,273 @@
+//! Rules about the repository itself that are cheap to check.
+
+use integration_tests::files::root;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+/// Lines of a source file above which it holds more than one idea.
+const LONGEST: usize = 700;
+
+/// Files that are longer all the same. An entry that is no longer needed is a fault.
+const LONG: &[&str] = &["dynamics-codegen/src/model/builder.rs"];
+
+/// Which of our own crates a crate may depend on: the arrows of ARCHITECTURE.md.
+const ARROWS: &[(&str, &[&str])] = &[
+    (
+        "cli",
+        &[
+            "dynamics",
+            "dynamics-codegen",
+            "generated",
+            "gp",
+            "identify",
+        ],
+    ),
+    ("dynamics", &[]),
+    ("dynamics-codegen", &[]),
+    ("generated", &["dynamics", "dynamics-codegen"]),
+    ("gp", &[]),
+    ("identify", &["dynamics-codegen", "gp"]),
+];
+
+/// Every file below a folder, in order, without what is hidden or built.
+fn walk(folder: &Path, found: &mut Vec<PathBuf>) {
+    let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    for path in paths {
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        let skipped = name.starts_with('.') && name != ".ci";
+        if skipped || name == "target" || name == "__pycache__" || path.is_symlink() {
+            continue;
+        }
+        if path.is_dir() {
+            walk(&path, found);
+        } else {
+            found.push(path);
+        }
+    }
+}
+
+/// Every text file, by its path from the workspace's folder.
+fn texts() -> Vec<(String, String)> {
+    let mut paths = Vec::new();
+    walk(&root(), &mut paths);
+    let texts = paths.iter().filter_map(|path| {
+        let name = path.strip_prefix(root()).unwrap().to_str().unwrap();
+        let text = String::from_utf8(std::fs::read(path).unwrap()).ok()?;
+        Some((name.to_owned(), text))
+    });
+    texts.collect()
+}
+
+/// Our own source files: under `src`, not generated.
+fn sources() -> Vec<(String, String)> {
+    let mut texts = texts();
+    texts.retain(|(name, _)| {
+        name.ends_with(".rs") && name.contains("/src/") && !name.starts_with("generated/")
+    });
+    assert!(texts.len() > 100, "only {} source files seen", texts.len());
+    texts
+}
+
+/// Whether a source file holds nothing but tests.
+fn is_test(name: &str) -> bool {
+    name.ends_with("/tests.rs") || name.contains("/tests/") || name.starts_with("tests/")
+}
+
+/// Names without ending of the files in a folder that have this ending.
+fn stems(folder: &str, ending: &str) -> BTreeSet<String> {
+    let entries =
+        std::fs::read_dir(root().join(folder)).unwrap_or_else(|e| panic!("{folder}: {e}"));
+    let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    names
+        .filter_map(|name| Some(name.strip_suffix(ending)?.to_owned()))
+        .collect()
+}
+
+fn none(wrong: &[String], rule: &str) {
+    assert!(wrong.is_empty(), "{rule}:\n  {}", wrong.join("\n  "));
+}
+
+#[test]
+fn no_path_of_a_machine() {
+    // In two pieces, so that this file keeps its own rule.
+    let places = ["work", "tmp", "home", "root", "Users"].map(|place| format!("/{place}/"));
+    let mut wrong = Vec::new();
+    for (name, text) in texts() {
+        for (number, line) in text.lines().enumerate() {
+            let path = places.iter().any(|place| {
+                line.match_indices(place.as_str()).any(|(at, _)| {
+                    // The middle of a longer path or of an address is none.
+                    !line[..at].ends_with(|c: char| c.is_alphanumeric() || "._-/".contains(c))
+                })
+            });
+            if path {
+                wrong.push(format!("{name}:{}: {line}", number + 1));
+            }
+        }
+    }
+    none(&wrong, "paths that exist on one machine only");
+}
+
+#[test]
+fn files_are_short() {
+    let sources = sources();
+    let lengths = sources
+        .iter()
+        .map(|(name, text)| (name, text.lines().count()));
+    let wrong: Vec<String> = lengths
+        .filter(|(name, lines)| (*lines > LONGEST) != LONG.contains(&name.as_str()))
+        .map(|(name, lines)| format!("{name}: {lines}"))
+        .collect();
+    none(&wrong, "longer than 700 lines, or listed as such and not");
+    for name in LONG {
+        assert!(sources.iter().any(|(n, _)| n == name), "{name} is gone");
+    }
+}
+
+#[test]
+fn files_say_what_they_are() {
+    let wrong: Vec<String> = sources()
+        .into_iter()
+        .filter(|(name, text)| !name.ends_with("/tests.rs") && !text.starts_with("//! "))
+        .map(|(name, _)| name)
+        .collect();
+    none(&wrong, "source files that do not begin with `//! `");
+}
+
+#[test]
+fn nothing_is_unfinished() {
+    let marks = ["todo", "unimplemented", "dbg"].map(|mark| format!("{mark}!("));
+    let wrong: Vec<String> = texts()
+        .into_iter()
+        .filter(|(name, text)| {
+            name.ends_with(".rs") && marks.iter().any(|mark| text.contains(mark.as_str()))
+        })
+        .map(|(name, _)| name)
+        .collect();
+    none(&wrong, "unfinished, or left over from looking for a fault");
+}
+
+/// The command line is the only crate that prints or reads a clock.
+#[test]
+fn libraries_are_quiet_and_timeless() {
+    let marks = ["println!(", "print!(", "Instant::now", "SystemTime::now"];
+    let mut wrong = Vec::new();
+    for (name, text) in sources() {
+        if is_test(&name) || name.starts_with("cli/") {
+            continue;
+        }
+        for (number, line) in text.lines().enumerate() {
+            let comment = line.trim_start().starts_with("//");
+            if !comment && marks.iter().any(|mark| line.contains(mark)) {
+                wrong.push(format!("{name}:{}: {}", number + 1, line.trim()));
+            }
+        }
+    }
+    none(&wrong, "a library that prints or reads a clock");
+}
+
+#[test]
+fn every_model_has_its_files() {
+    let models = stems("models", ".model");
+    assert!(models.len() >= 8);
+    let places = [
+        ("generated/src", ".rs"),
+        ("generated/c", ".c"),
+        ("generated/c", ".h"),
+        ("generated/review", ".snap"),
+        ("tests/casadi/expected", ".json"),
+    ];
+    for (folder, ending) in places {
+        let mut there = stems(folder, ending);
+        there.remove("lib");
+        assert_eq!(models, there, "models/*.model against {folder}/*{ending}");
+    }
+}
+
+#[test]
+fn models_and_effects_say_what_they_are() {
+    let wrong: Vec<String> = texts()
+        .into_iter()
+        .filter(|(name, text)| {
+            name.starts_with("models/") && name.ends_with(".model") && !text.starts_with("/// ")
+        })
+        .map(|(name, _)| name)
+        .collect();
+    none(&wrong, "models that do not begin with `/// `");
+}
+
+/// Names of the dependencies that a manifest states for use outside tests.
+fn dependencies(manifest: &str) -> BTreeSet<String> {
+    let mut inside = false;
+    let mut names = BTreeSet::new();
+    for line in manifest.lines() {
+        if let Some(section) = line.strip_prefix('[') {
+            inside = matches!(section, "dependencies]" | "build-dependencies]");
+        } else if inside && !line.starts_with('#') {
+            let end = line.find(['.', ' ', '=']).unwrap_or(line.len());
+            names.insert(line[..end].to_owned());
+        }
+    }
+    names
+}
+
+#[test]
+fn arrows_between_crates_run_one_way() {
+    let ours: BTreeSet<&str> = ARROWS.iter().map(|(name, _)| *name).collect();
+    for (name, allowed) in ARROWS {
+        let path = root().join(name).join("Cargo.toml");
+        let manifest = std::fs::read_to_string(&path).unwrap();
+        for dependency in dependencies(&manifest) {
+            assert!(
+                !ours.contains(dependency.as_str()) || allowed.contains(&dependency.as_str()),
+                "{name} must not depend on {dependency}"
+            );
+        }
+    }
+}
+
+#[test]
+fn every_crate_is_on_the_map_and_under_the_lints() {
+    let map = std::fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let workspace = std::fs::read_to_string(root().join("Cargo.toml")).unwrap();
+    let (_, members) = workspace.split_once("members = [").unwrap();
+    let (members, _) = members.split_once(']').unwrap();
+    let members: Vec<&str> = members.split('"').skip(1).step_by(2).collect();
+    assert!(members.len() >= 7);
+    for member in members {
+        assert!(
+            map.contains(&format!("`{member}/`")),
+            "ARCHITECTURE.md lacks {member}"
+        );
+        let known = ARROWS.iter().any(|(name, _)| *name == member) || member == "tests";
+        assert!(known, "the arrows of {member} are not stated in this file");
+        let manifest = std::fs::read_to_string(root().join(member).join("Cargo.toml")).unwrap();
+        // `dynamics` states its own: one of its tests implements an unsafe trait.
+        let lints = manifest.contains("[lints]\nworkspace = true")
+            || manifest.contains("[lints.rust]\nunsafe_code = \"deny\"");
+        assert!(lints, "{member} has no lints");
+    }
+}
+
+/// Test functions that the errata lean on exist.
+#[test]
+fn errata_name_tests_that_exist() {
+    let errata = std::fs::read_to_string(root().join("docs/errata.md")).unwrap();
+    let tests: String = texts()
+        .into_iter()
+        .filter(|(name, _)| name.ends_with(".rs"))
+        .map(|(_, text)| text)
+        .collect();
+    let named: BTreeSet<&str> = errata
+        .split('`')
+        .skip(1)
+        .step_by(2)
+        .filter(|code| code.matches('_').count() >= 2 && !code.contains(['/', ' ']))
+        .collect();
+    assert!(named.len() >= 7, "{named:?}");
+    for name in named {
+        assert!(tests.contains(&format!("fn {name}(")), "no test `{name}`");
+    }
+}
