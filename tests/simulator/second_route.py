@@ -197,6 +197,33 @@ def _extra_force(machine, effect, run, acting, t):
     return extra
 
 
+def shoot(machine, run, first, count):
+    """State `count` samples after sample `first`: RK4 on CasADi's accelerations, no effects."""
+    parameters = machine.true_parameters([])
+    model = dataclasses.replace(casadi_model(machine.system, parameters), parameters=parameters)
+    function, _ = lagrange.derive(model)
+    p, step, parts = list(parameters.values()), 1 / machine.rate, 8
+    h = step / parts
+
+    def slope(q, v, k, s):
+        u = run.command[k]
+        if machine.first_order:
+            u = (1 - s) * u + s * run.command[k + 1]
+        return np.array(function(q, v, u, (k + s) * step, p)[8])[:, 0]
+
+    q, v = run.q[first], run.v[first]
+    for k in range(first, first + count):
+        for i in range(parts):
+            s, half = i / parts, 0.5 / parts
+            a1 = slope(q, v, k, s)
+            a2 = slope(q + h / 2 * v, v + h / 2 * a1, k, s + half)
+            a3 = slope(q + h / 2 * v + h**2 / 4 * a1, v + h / 2 * a2, k, s + half)
+            a4 = slope(q + h * v + h**2 / 2 * a2, v + h * a3, k, s + 2 * half)
+            q = q + h * v + h**2 / 6 * (a1 + a2 + a3)
+            v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+    return q, v
+
+
 def accelerations(machine, run):
     """(accelerations, sample numbers) of a noise-free run by this route."""
     system = machine.system

@@ -7,7 +7,6 @@ Machine i of a seed does not depend on --count or --jobs. See ../README.md.
 """
 
 import argparse
-import json
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
