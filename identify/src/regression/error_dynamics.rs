@@ -252,16 +252,23 @@ fn piece(
     piece
 }
 
-/// `Φ = I + hJ + (hJ)²/2 + (hJ)³/6` with `J = [[0, I], F]` at the middle.
+/// `Φ = exp(hJ)` with `J = [[0, I], F]` at the middle; by its series where that has
+/// converged after three terms, in full where friction is stiff.
 fn transition(slope: &DMatrix<f64>, h: f64) -> DMatrix<f64> {
     let n = slope.nrows();
     let mut step = DMatrix::zeros(2 * n, 2 * n);
     step.view_mut((0, n), (n, n)).fill_diagonal(h);
     step.view_mut((n, 0), (n, 2 * n)).copy_from(&(slope * h));
+    if step.amax() > STIFF {
+        return step.exp();
+    }
     let square = &step * &step;
     let cube = &square * &step;
     DMatrix::identity(2 * n, 2 * n) + step + square * 0.5 + cube * (1.0 / 6.0)
 }
+
+/// The largest entry of `hJ` for which three terms of the series will do.
+const STIFF: f64 = 0.05;
 
 /// `∫ a` and `∫ (h−τ) a` by Simpson's rule, minus what the curve does itself.
 fn forcing(curve: &States, k: usize, start: &Local, middle: &Local, end: &Local) -> DMatrix<f64> {

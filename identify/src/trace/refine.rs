@@ -21,8 +21,8 @@ pub struct Estimate {
 
 /// Steps at most.
 const STEPS: usize = 12;
-/// A step smaller than this share of a standard deviation ends the iteration.
-const SMALL_STEP: f64 = 0.05;
+/// Nats; a smaller improvement ends the iteration.
+const SMALL_IMPROVEMENT: f64 = 0.05;
 
 /// Fits `parameters` (indices, with their derivatives on `tape`), starting at and
 /// writing to `values`, and moves the curve to where the model and the sensors
@@ -38,8 +38,9 @@ pub fn refine(
     values: &mut [f64],
     noise: &ProcessNoise,
 ) -> Result<Estimate, SolveError> {
-    let mut step = 0;
-    loop {
+    let all: Vec<usize> = (0..parameters.len()).collect();
+    let mut best: Option<Best> = None;
+    for step in 1.. {
         let columns = [Columns {
             tape,
             parameters: &*values,
@@ -55,32 +56,53 @@ pub fn refine(
         let readings = observed.readings();
         let whitener = Whitener::new(&dynamics, &readings, noise);
         let gram = whitener.gram();
-        let all: Vec<usize> = (0..parameters.len()).collect();
         let fit = gram.fit(&all);
         if fit.coefficients.iter().any(|x| !x.is_finite()) {
             return Err(SolveError::NotFinite { sample: 0 });
         }
+        let cost = 0.5 * gram.data_misfit() + whitener.log_sd();
+        let improved = best.as_ref().is_none_or(|best| cost < best.cost);
+        let improvement = best.as_ref().map_or(f64::INFINITY, |best| best.cost - cost);
         let (moved, taken) = limited(dictionary, parameters, values, &fit.coefficients);
-        observed.move_by(&whitener.smooth(&taken));
-        let length = (0..parameters.len())
-            .map(|i| {
-                (moved[i] - values[parameters[i]]).abs()
-                    / fit.covariance[(i, i)].sqrt().max(f64::MIN_POSITIVE)
-            })
-            .fold(0.0, f64::max);
+        let departure = whitener.smooth(&taken);
+        if improved {
+            best = Some(Best {
+                cost,
+                values: values.to_vec(),
+                curve: observed.curve.clone(),
+                estimate: Estimate {
+                    parameters: parameters.to_vec(),
+                    covariance: fit.covariance,
+                    misfit: gram.data_misfit(),
+                    rows: gram.rows(),
+                },
+            });
+        }
+        if step == STEPS || (step > 2 && improvement < SMALL_IMPROVEMENT) {
+            break;
+        }
+        observed.move_by(&departure);
         for (i, &index) in parameters.iter().enumerate() {
             values[index] = moved[i];
         }
-        step += 1;
-        if step == STEPS || (length < SMALL_STEP && step > 1) {
-            return Ok(Estimate {
-                parameters: parameters.to_vec(),
-                covariance: fit.covariance,
-                misfit: fit.misfit,
-                rows: gram.rows(),
-            });
-        }
     }
+    // The best state seen, not the last one: a linearisation may mislead.
+    match best {
+        Some(best) => {
+            values.copy_from_slice(&best.values);
+            observed.curve = best.curve;
+            Ok(best.estimate)
+        }
+        None => Err(SolveError::NotFinite { sample: 0 }),
+    }
+}
+
+/// The best state seen so far.
+struct Best {
+    cost: f64,
+    values: Vec<f64>,
+    curve: crate::machine::States,
+    estimate: Estimate,
 }
 
 /// The new values, inside their bounds and not too far from the old ones, and the
