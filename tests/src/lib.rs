@@ -4,3 +4,4 @@ pub mod compiler;
 pub mod files;
 pub mod models;
 pub mod random;
+pub mod reference;
