@@ -228,7 +228,7 @@ fn bytes_that_are_no_text() {
     let report = compile_bytes("slider.model", &bytes, &Library::builtin()).unwrap_err();
     insta::assert_snapshot!(report);
     assert!(compile_bytes("x", &[0xff], &Library::builtin()).is_err());
-    assert!(compile_bytes("x", &[b'\xef', b'\xbb', b'\xbf'], &Library::builtin()).is_err());
+    assert!(compile_bytes("x", b"\xef\xbb\xbf", &Library::builtin()).is_err());
 }
 
 #[test]
