@@ -16,6 +16,7 @@ pub mod model;
 pub mod source;
 pub mod syntax;
 pub mod tape;
+pub mod tree;
 pub mod urdf;
 
 pub use compile::{Compiled, compile, compile_bytes};

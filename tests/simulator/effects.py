@@ -159,6 +159,26 @@ class Effect:
         return [(self.kind.code, target, numbers) for target in targets]
 
 
+# two of a group at one place are one effect to any observer
+ALIKE = (
+    {"coulomb", "asymmetric_coulomb", "stribeck", "load_friction"},
+    {"viscous", "quadratic_drag", "speed_drag", "stribeck"},
+    {"spring", "cubic_spring"},
+    {"constant_force", "input_bias", "asymmetric_coulomb"},
+    {"input_delay", "input_lag"},
+    {"input_gain", "dead_band", "saturation"},
+)
+
+
+def nested(system, one, other):
+    """Whether two effects at the same place cannot be told apart by their kind."""
+    ideal_link = system.name == "duffing" and system.constraints  # only the sum of forces shows
+    if not ideal_link and not set(one.on) & set(other.on):
+        return False
+    names = {one.kind.name, other.kind.name}
+    return len(names) == 1 or any(names <= group for group in ALIKE)
+
+
 def encode(effects):
     """Effect records as the three arrays plant.py takes."""
     rows = [row for e in effects for row in e.records()]

@@ -13,7 +13,7 @@ def scales(system, p, q0, rng):
     if system.name in ("pendulum", "pendulum2", "planar_arm"):
         return 0.45 * gravity + 4 * inertia, np.array([zero, 4 * inertia, 0.9 * inertia])
     if system.name == "fourbar":
-        return 0.35 * gravity, np.array([zero, zero, 0.1 * inertia])
+        return 0.35 * gravity, np.array([zero, zero, 0.3 * inertia])
     if system.name == "cartpole":
         return 4 * inertia, np.array([zero, 6 * inertia, 1.0 * inertia])
     if system.name == "surface_particle":
@@ -49,6 +49,6 @@ def draw(system, rng, duration, rate, typical, amplitude):
         command[:, j] = amplitude * typical[j] * shape
     speed = np.zeros_like(command)
     if system.name == "fourbar":
-        level, swing = rng.uniform(3, 6), rng.uniform(0.5, 2)
+        level, swing = rng.uniform(2.5, 5), rng.uniform(0.5, 2)
         speed[:, 0] = level + swing * np.sin(2 * np.pi * rng.uniform(0.1, 0.4) * t)
     return command, speed

@@ -9,7 +9,8 @@ six numbers); kinds are the integers below, their numbers stand in effects.py.
 import math
 
 import numpy as np
-from numba import njit
+
+from compiled import njit
 
 # systems
 CHAIN, CARTPOLE, PARTICLE, UNICYCLE, DUFFING = range(5)
@@ -22,7 +23,7 @@ BOUC_WEN, DAHL = 30, 31
 INPUT_GAIN, INPUT_BIAS, INPUT_DELAY, INPUT_LAG, DEAD_BAND, SATURATION = range(40, 46)
 
 
-@njit(cache=True)
+@njit()
 def chain_bodies(n, p, kinds, targets, numbers):
     """Rows (link, mass, distance along that link, inertia): the links, then payloads."""
     extra = 0
@@ -40,7 +41,7 @@ def chain_bodies(n, p, kinds, targets, numbers):
     return bodies
 
 
-@njit(cache=True)
+@njit()
 def chain_terms(n, p, q, v, bodies, M, Q):
     """Planar chain with relative angles; p = (m, L, lc, I) per link, g, g-direction, d.
 
@@ -67,7 +68,7 @@ def chain_terms(n, p, q, v, bodies, M, Q):
             M[i, j] = absolute[i:, j:].sum()
 
 
-@njit(cache=True)
+@njit()
 def chain_closure(n, p, q, v, A, b, c, rate):
     """The end of the last link stays at (d, 0)."""
     phi, w = np.cumsum(q), np.cumsum(v)
@@ -87,7 +88,7 @@ def chain_closure(n, p, q, v, A, b, c, rate):
             rate[row] += A[row, j] * v[j]
 
 
-@njit(cache=True)
+@njit()
 def terms(system, p, q, v, t, kinds, targets, numbers, M, Q, A, b, c, rate):
     """Fills M, Q (without inputs), A, b, c and rate (dc/dt, or c if nonholonomic)."""
     n, m = len(q), len(b)
@@ -138,7 +139,7 @@ def terms(system, p, q, v, t, kinds, targets, numbers, M, Q, A, b, c, rate):
             b[0] = decay * ((p[9]**2 - p[10]**2) * sine - 2 * p[9] * p[10] * cosine)
 
 
-@njit(cache=True)
+@njit()
 def _pole(mass, length, inertia, g, q, v, M, Q):
     sine, cosine = math.sin(q[1]), math.cos(q[1])
     M[0, 0] += mass
@@ -149,7 +150,7 @@ def _pole(mass, length, inertia, g, q, v, M, Q):
     Q[1] -= mass * g * length * sine
 
 
-@njit(cache=True)
+@njit()
 def _planar_mass(mass, ahead, left, q, v, M, Q):
     sine, cosine = math.sin(q[2]), math.cos(q[2])
     rx, ry = ahead * cosine - left * sine, ahead * sine + left * cosine
@@ -164,7 +165,7 @@ def _planar_mass(mass, ahead, left, q, v, M, Q):
     Q[1] += mass * ry * v[2] * v[2]
 
 
-@njit(cache=True)
+@njit()
 def add_inputs(system, q, u, driven, Q):
     """Q += B u."""
     if system == UNICYCLE:
@@ -176,7 +177,7 @@ def add_inputs(system, q, u, driven, Q):
             Q[driven[j]] += u[j]
 
 
-@njit(cache=True)
+@njit()
 def effect_force(kind, x, q, v, load, z):
     """Generalised force of one effect on its own coordinate (numbers x, hidden state z)."""
     if kind == VISCOUS:
@@ -209,7 +210,7 @@ def effect_force(kind, x, q, v, load, z):
     return 0.0
 
 
-@njit(cache=True)
+@njit()
 def hidden_rate(kind, x, v, z, command):
     """Time derivative of an effect's hidden state."""
     if kind == BOUC_WEN:  # k, A, beta, gamma, n = 1
@@ -221,7 +222,7 @@ def hidden_rate(kind, x, v, z, command):
     return 0.0
 
 
-@njit(cache=True)
+@njit()
 def solve_in_place(K, r):
     """Gaussian elimination with partial pivoting; the solution replaces r."""
     size = len(r)
@@ -246,7 +247,7 @@ def solve_in_place(K, r):
         r[i] /= K[i, i]
 
 
-@njit(cache=True)
+@njit()
 def _saddle(M, Q, A, b):
     n, m = len(Q), len(b)
     K, r = np.zeros((n + m, n + m)), np.zeros(n + m)
@@ -256,7 +257,7 @@ def _saddle(M, Q, A, b):
     return r
 
 
-@njit(cache=True)
+@njit()
 def acceleration(system, p, m, driven, kinds, targets, numbers, q, v, t, u, z):
     """(a, lambda) of the machine with effects; u is the input that really acts."""
     n = len(q)

@@ -3,13 +3,13 @@
 import math
 
 import numpy as np
-from numba import njit
 
+from compiled import njit
 from plant import (DEAD_BAND, INPUT_BIAS, INPUT_DELAY, INPUT_GAIN, INPUT_LAG, SATURATION,
                    UNICYCLE, acceleration, hidden_rate, solve_in_place, terms)
 
 
-@njit(cache=True)
+@njit()
 def command_at(nodes, j, k, fraction, delay_steps, first_order):
     """Command of input j within interval k, delayed; constant before the log begins."""
     position = fraction - delay_steps
@@ -23,7 +23,7 @@ def command_at(nodes, j, k, fraction, delay_steps, first_order):
     return nodes[k, j] + (nodes[k + 1, j] - nodes[k, j]) * position
 
 
-@njit(cache=True)
+@njit()
 def through_channel(value, j, kinds, targets, numbers):
     """Gain, dead band, bias, saturation of input j, in this order."""
     for stage in (INPUT_GAIN, DEAD_BAND, INPUT_BIAS, SATURATION):
@@ -41,7 +41,7 @@ def through_channel(value, j, kinds, targets, numbers):
     return value
 
 
-@njit(cache=True)
+@njit()
 def delays(nu, kinds, targets, numbers, step):
     """Delay of each input in samples."""
     found = np.zeros(nu)
@@ -51,7 +51,7 @@ def delays(nu, kinds, targets, numbers, step):
     return found
 
 
-@njit(cache=True)
+@njit()
 def acting_input(nodes, k, fraction, late, first_order, kinds, targets, numbers, z):
     """The input that acts: delay, lag (its state in z), then `through_channel`."""
     nu = nodes.shape[1]
@@ -66,7 +66,7 @@ def acting_input(nodes, k, fraction, late, first_order, kinds, targets, numbers,
     return commanded, acting
 
 
-@njit(cache=True)
+@njit()
 def project(system, p, m, q, v, t, kinds, targets, numbers):
     """Least-norm correction of q onto c = 0 and of v onto dc/dt = 0, in place."""
     n = len(q)
@@ -89,7 +89,7 @@ def project(system, p, m, q, v, t, kinds, targets, numbers):
                     q -= r[i] * A[i]
 
 
-@njit(cache=True)
+@njit()
 def feedback(system, q, v, driven, centre, stiffness, damping, speed):
     """Soft PD on the driven coordinates (on the path coordinate for the unicycle)."""
     u = np.empty(len(driven))
@@ -102,7 +102,7 @@ def feedback(system, q, v, driven, centre, stiffness, damping, speed):
     return u
 
 
-@njit(cache=True)
+@njit()
 def rate_of(system, p, m, driven, kinds, targets, numbers, q, v, t, z, nodes, k, fraction, late,
             first_order):
     """(a, dz/dt, lambda, acting input) at one instant within interval k."""
@@ -117,7 +117,7 @@ def rate_of(system, p, m, driven, kinds, targets, numbers, q, v, t, z, nodes, k,
     return a, dz, multipliers, acting
 
 
-@njit(cache=True)
+@njit()
 def simulate(system, p, m, driven, kinds, targets, numbers, q0, v0, open_loop, gains, speeds,
              noise_q, noise_v, step, substeps, first_order, projected):
     """Runs the machine; returns q, v, a, command, acting input, hidden states, multipliers.
@@ -174,7 +174,7 @@ def simulate(system, p, m, driven, kinds, targets, numbers, q0, v0, open_loop, g
     return Q, V, Acc, nodes[:count], U, Z, L
 
 
-@njit(cache=True)
+@njit()
 def input_series(nodes, step, first_order, kinds, targets, numbers):
     """The acting input at every sample for a logged command (lag integrated exactly)."""
     count, nu = nodes.shape
@@ -198,7 +198,7 @@ def input_series(nodes, step, first_order, kinds, targets, numbers):
     return found
 
 
-@njit(cache=True)
+@njit()
 def predict(system, p, m, driven, kinds, targets, numbers, q, v, t, u, z):
     """Accelerations of a model along given states, acting inputs and hidden states."""
     found = np.empty_like(q)

@@ -7,7 +7,6 @@ Machine i of a seed does not depend on --count or --jobs. See ../README.md.
 """
 
 import argparse
-import json
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
@@ -17,7 +16,7 @@ import numpy as np
 
 import effects as fx
 import writing
-from machine import VISIBLE, Machine
+from machine import VISIBLE, Machine, Untamed
 from systems import SYSTEMS
 
 CLASSES = {"none": 0.15, "parameter": 0.15, "effect": 0.48, "combo": 0.14, "unknown": 0.08}
@@ -30,7 +29,7 @@ def pick(rng, options):
 
 
 def draw_effects(machine, rng, verdict, only):
-    """Effects of a class at random places (two different places or kinds for a combination)."""
+    """Effects of a class at random places; of a combination, neither hides in the other."""
     if verdict == "none":
         return []
     if verdict == "parameter":
@@ -40,18 +39,16 @@ def draw_effects(machine, rng, verdict, only):
     else:
         library = [k.name for k in fx.KINDS.values() if k.source == fx.LIBRARY and k.name != "parameter"]
         names = [library] * (2 if verdict == "combo" else 1)
-    found, families = [], []
-    for position, possible in enumerate(names):
-        if only and position == 0:
-            possible = [n for n in possible if n == only] or possible
-        # a second effect of another family or at another place: separable at least in kind
-        usable = [n for n in possible if fx.places(machine.system, n)
-                  and (fx.KINDS[n].family, n) not in families]
-        name = pick(rng, usable)
-        where, on = pick(rng, fx.places(machine.system, name))
-        found.append(machine.effect(name, where, on, rng.random(3)))
-        families.append((fx.KINDS[name].family, name))
-    return found
+    while True:
+        found = []
+        for position, possible in enumerate(names):
+            if only and position == 0:
+                possible = [n for n in possible if n == only] or possible
+            name = pick(rng, [n for n in possible if fx.places(machine.system, n)])
+            where, on = pick(rng, fx.places(machine.system, name))
+            found.append(machine.effect(name, where, on, rng.random(3)))
+        if not (len(found) == 2 and fx.nested(machine.system, *found)):
+            return found
 
 
 def classes_for(only):
@@ -61,6 +58,16 @@ def classes_for(only):
     kind = fx.KINDS[only]
     wanted = "unknown" if kind.source == fx.OUTSIDE else "parameter" if only == "parameter" else "effect"
     return {wanted: 1.0}
+
+
+def tame_machine(system, rng, noise_scale, feedback):
+    """A machine of the system whose nominal motion stays in range."""
+    for _ in range(DRAWS):
+        try:
+            return Machine(system, rng, noise_scale, feedback)
+        except Untamed:
+            continue
+    raise Untamed(f"{system.name}: no nominal motion in range in {DRAWS} draws")
 
 
 def build(index, seed, system=None, verdict=None, only=None, noise_scale=1.0, feedback="true"):
@@ -77,7 +84,7 @@ def build(index, seed, system=None, verdict=None, only=None, noise_scale=1.0, fe
     name = pick(rng, [s for s in possible if s.rstrip("345") == group])
     weights = classes_for(only) if verdict is None else {verdict: 1.0}
     drawn = str(rng.choice(list(weights), p=np.array(list(weights.values())) / sum(weights.values())))
-    machine = Machine(SYSTEMS[name], rng, noise_scale, feedback)
+    machine = tame_machine(SYSTEMS[name], rng, noise_scale, feedback)
     for _ in range(DRAWS):
         machine.effects = draw_effects(machine, rng, drawn, only)
         targets = np.exp(rng.uniform(np.log(3.0), np.log(9.0), len(machine.effects)))

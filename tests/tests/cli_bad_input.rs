@@ -61,7 +61,7 @@ fn models() {
         ),
         (
             "user.model",
-            b"model m;\ncoordinate x: m;\nkinetic dot(x)^2;\neffect mine(x);\n",
+            b"model m;\ncoordinate x;\nkinetic dot(x)^2;\neffect mine(x);\n",
         ),
     ]);
     fs::create_dir(folder.path().join("effects")).unwrap();

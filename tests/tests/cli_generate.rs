@@ -65,3 +65,27 @@ fn overridden_parameters_become_the_nominal_ones() {
     let written = fs::read_to_string(folder.path().join("cartpole.rs")).unwrap();
     assert!(written.contains("7.25"), "the value is not in the module");
 }
+
+#[test]
+fn c_comes_as_header_and_source() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let arguments = [
+        "generate",
+        "models/fourbar.model",
+        "--to",
+        "c",
+        "--out",
+        out,
+    ];
+    let (stdout, _) = succeed(&arguments, "");
+    assert_eq!(
+        stdout.replace(out, "OUT"),
+        "wrote OUT/fourbar.h\nwrote OUT/fourbar.c\n"
+    );
+    for name in ["fourbar.h", "fourbar.c"] {
+        let written = fs::read_to_string(folder.path().join(name)).unwrap();
+        let reviewed = fs::read_to_string(root().join("generated/c").join(name)).unwrap();
+        assert_eq!(written, reviewed, "{name}");
+    }
+}

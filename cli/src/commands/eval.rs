@@ -26,7 +26,8 @@ Fields of an answer:
   M, bias, B, A, b     terms of the equation of motion (matrices as arrays of rows)
   a, lambda            accelerations and multipliers
   applied, Q           forces stated by the model at zero input; all forces together
-  c, c_dot             what the constraints demand to be zero, and its rate
+  c, c_dot             what the constraints demand to be zero, and its rate (of a
+                       nonholonomic constraint, which is itself a rate: c again)
   outputs              the model's outputs by name
 With --derivatives also da_dq, da_dv, da_du, da_dt (rows: coordinates; columns:
 variables), da_dparameters (by name), and the same for lambda.")]

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "\
 Examples:
   dynamics generate models/pendulum2.model --to rust --out src/generated
-  dynamics generate arm.model --effects my_effects --to rust --out src")]
+  dynamics generate arm.model --effects my_effects --to c --out firmware/src")]
 pub struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
@@ -33,6 +33,8 @@ pub struct Arguments {
 pub enum Language {
     /// A module that needs nothing but the crate `dynamics`
     Rust,
+    /// A header and a source file of C99 that need nothing but `math.h`
+    C,
 }
 
 /// Runs the command.
@@ -54,6 +56,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .replace('\\', "/");
     let files = match arguments.to {
         Language::Rust => vec![emit::rust_file(&loaded.compiled, &name)],
+        Language::C => emit::c(&loaded.compiled, &name).to_vec(),
     };
     make_folder(&arguments.out)?;
     let lines = write_all(&arguments.out, &files)?;

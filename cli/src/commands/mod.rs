@@ -31,9 +31,9 @@ pub enum Command {
 
     /// Turn a model into source code
     ///
-    /// Writes one module per model, named after the model, with the mass matrix, the
-    /// forces, the constraints and their derivatives: straight-line code that allocates
-    /// nothing, generic over the scalar. Each file is there whole or not at all.
+    /// Writes files named after the model, with the mass matrix, the forces, the
+    /// constraints and what follows from them: straight-line code that allocates nothing.
+    /// Each file is there whole or not at all; files that would not change are left alone.
     Generate(generate::Arguments),
 
     /// Simulate a model and write a log

@@ -118,7 +118,7 @@ pub(super) fn select(
         return Err(problems.into_error(&log.path));
     }
     let optional = |prefix: &str| {
-        let column = |name| log.channels.get(&format!("{prefix}{name}")).cloned();
+        let column = |name: &String| log.channels.get(&column(log, prefix, name)).cloned();
         coordinates.iter().map(column).collect()
     };
     let mut record = Record {
@@ -135,6 +135,18 @@ pub(super) fn select(
     Ok(record)
 }
 
+/// The column of a name: `q_arm` for the coordinate `arm`. A coordinate may also
+/// bear the whole name of its column, where what follows the prefix is no name by
+/// itself: `q_1`, with the velocity `dq_1`; likewise an input `u_1`.
+fn column(log: &Log, prefix: &str, name: &str) -> String {
+    let plain = format!("{prefix}{name}");
+    let own = if prefix == "u_" { "u_" } else { "q_" };
+    match name.strip_prefix(own).map(|rest| format!("{prefix}{rest}")) {
+        Some(whole) if !log.channels.contains_key(&plain) => whole,
+        _ => plain,
+    }
+}
+
 fn required(
     log: &Log,
     prefix: &str,
@@ -142,7 +154,7 @@ fn required(
     role: impl Fn() -> String,
     problems: &mut Problems,
 ) -> Option<Vec<f64>> {
-    let column = format!("{prefix}{name}");
+    let column = column(log, prefix, name);
     let values = log.channels.get(&column).cloned();
     if values.is_none() {
         let kind = ProblemKind::MissingColumn {

@@ -61,6 +61,11 @@ pub enum Warning {
         /// Stamp of the first.
         first: f64,
     },
+    /// A velocity or acceleration that somebody filtered before it was logged.
+    Filtered {
+        /// The column.
+        column: String,
+    },
     /// A channel never changes.
     Constant {
         /// The column.
@@ -147,6 +152,11 @@ impl fmt::Display for Warning {
             } => write!(
                 f,
                 "`{column}` jumps by a full turn {jumps} times, first at t = {first:.6} s; it was unwrapped"
+            ),
+            Self::Filtered { column } => write!(
+                f,
+                "the errors of `{column}` follow one another: it was filtered before it was logged, \
+                 and is left out; the position says more"
             ),
             Self::Constant { column, value } => {
                 write!(

@@ -1,10 +1,10 @@
 //! What the log says about the states: a curve through it, and what the sensors
 //! read beside the curve.
 
-use crate::log::Record;
+use crate::log::{Record, Warning};
 use crate::machine::States;
 use crate::regression::{Hold, Readings};
-use crate::smooth::{ChannelNoise, SmoothError, smooth};
+use crate::smooth::{ChannelNoise, SmoothError, Smoothed, smooth};
 use nalgebra::DVector;
 
 /// A record with the curve that is thought to run through it.
@@ -29,8 +29,11 @@ impl Observed {
     ///
     /// # Errors
     /// If the log cannot be smoothed.
-    pub fn new(record: Record, hold: Hold) -> Result<Self, SmoothError> {
-        let smoothed = smooth(&record)?;
+    pub fn new(mut record: Record, hold: Hold) -> Result<Self, SmoothError> {
+        let mut smoothed = smooth(&record)?;
+        if drop_filtered_channels(&mut record, &smoothed) {
+            smoothed = smooth(&record)?;
+        }
         let noise = |pick: fn(&ChannelNoise) -> Option<f64>| {
             smoothed
                 .iter()
@@ -98,4 +101,28 @@ impl Observed {
         };
         self.record.q.iter().map(sorted).collect()
     }
+}
+
+/// A velocity or acceleration whose errors follow one another this closely was
+/// filtered before it was logged: it carries no news, only somebody's idea of it.
+const FILTERED: f64 = 0.5;
+
+/// Takes out channels that are no sensor's; says whether there were any.
+fn drop_filtered_channels(record: &mut Record, smoothed: &[Smoothed]) -> bool {
+    let mut dropped = false;
+    for (i, smoothed) in smoothed.iter().enumerate() {
+        for innovations in &smoothed.innovations {
+            let channel = match innovations.channel {
+                "dq" => &mut record.dq[i],
+                "ddq" => &mut record.ddq[i],
+                _ => continue,
+            };
+            if innovations.lag_1 > FILTERED && channel.take().is_some() {
+                let column = format!("{}_{}", innovations.channel, record.coordinates[i]);
+                record.warnings.push(Warning::Filtered { column });
+                dropped = true;
+            }
+        }
+    }
+    dropped
 }

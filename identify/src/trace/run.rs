@@ -204,7 +204,11 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         .map(ToString::to_string);
     Ok(Outcome {
         verdict,
-        patched_model: patch(model_text, &found, &provenance),
+        // What does not explain the log is not written into the model.
+        patched_model: match verdict {
+            Verdict::Unknown => model_text.to_string(),
+            _ => patch(model_text, &found, &provenance),
+        },
         findings: found,
         before,
         after,

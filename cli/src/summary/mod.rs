@@ -1,8 +1,8 @@
 //! What a model contains, for `check`: as JSON, or as a page.
 
+mod page;
+
 use crate::model::Loaded;
-use crate::page::{Table, count, first_line};
-use crate::parameters::{bounds, number};
 use dynamics_codegen::derive::{Sensitivity, Variable};
 use dynamics_codegen::dimension::Dimension;
 use dynamics_codegen::graph::ExprId;
@@ -144,111 +144,6 @@ impl Summary {
             warnings: warnings(loaded),
         }
     }
-
-    /// As text for people.
-    pub fn page(&self) -> String {
-        let mut page = format!("{}  {}\n", self.model, self.file);
-        for line in self.description.lines() {
-            page.push_str(format!("  {line}").trim_end());
-            page.push('\n');
-        }
-        for (title, rows, required) in [
-            (
-                count(self.coordinates.len(), "coordinate"),
-                variables(&self.coordinates),
-                true,
-            ),
-            (
-                count(self.inputs.len(), "input"),
-                variables(&self.inputs),
-                true,
-            ),
-            (
-                count(self.parameters.len(), "parameter"),
-                self.parameter_rows(),
-                true,
-            ),
-            (
-                count(self.constraints.len(), "constraint"),
-                self.constraint_rows(),
-                true,
-            ),
-            (
-                count(self.effects.len(), "effect"),
-                self.effect_rows(),
-                false,
-            ),
-            (
-                count(self.outputs.len(), "output"),
-                variables(&self.outputs),
-                false,
-            ),
-            (
-                "operations per state".to_string(),
-                self.operations.rows(),
-                true,
-            ),
-        ] {
-            let rows = rows.render();
-            if required || !rows.is_empty() {
-                page.push_str(&format!("\n{title}\n{rows}"));
-            }
-        }
-        page
-    }
-
-    fn parameter_rows(&self) -> Table {
-        let mut table = Table::new("<><<<<");
-        for p in &self.parameters {
-            let bounds = bounds(
-                p.lower.unwrap_or(f64::NEG_INFINITY),
-                p.upper.unwrap_or(f64::INFINITY),
-            );
-            let bounds = if bounds.is_empty() {
-                bounds
-            } else {
-                format!("in {bounds}")
-            };
-            let mut remarks = Vec::new();
-            if p.value != p.nominal {
-                remarks.push(format!("nominal {}", number(p.nominal)));
-            }
-            if let Some(Prior { mean, sd }) = p.prior {
-                remarks.push(format!("prior {} ± {}", number(mean), number(sd)));
-            }
-            table.row([
-                &p.name,
-                &number(p.value),
-                &p.unit,
-                &bounds,
-                &remarks.join(", "),
-                first_line(&p.description),
-            ]);
-        }
-        table
-    }
-
-    fn constraint_rows(&self) -> Table {
-        let mut table = Table::new("<<<<");
-        for c in &self.constraints {
-            let time = if c.time_dependent {
-                "depends on time"
-            } else {
-                ""
-            };
-            table.row([c.name.as_str(), c.kind, time, first_line(&c.description)]);
-        }
-        table
-    }
-
-    fn effect_rows(&self) -> Table {
-        let mut table = Table::new("<<");
-        for e in &self.effects {
-            let call = format!("{}({})", e.effect, e.on.join(", "));
-            table.row([call.as_str(), first_line(&e.description)]);
-        }
-        table
-    }
 }
 
 impl Variables {
@@ -259,14 +154,6 @@ impl Variables {
             description: doc.to_string(),
         }
     }
-}
-
-fn variables(variables: &[Variables]) -> Table {
-    let mut table = Table::new("<<<");
-    for v in variables {
-        table.row([v.name.as_str(), &v.unit, first_line(&v.description)]);
-    }
-    table
 }
 
 fn unit(dimension: Option<Dimension>) -> String {
@@ -373,41 +260,6 @@ impl Operations {
             dynamics: count(&motion),
             derivatives: derivative_count(loaded),
         }
-    }
-
-    fn rows(&self) -> Table {
-        let mut table = Table::new("<><");
-        for (name, count, symbol) in [
-            ("mass_matrix", self.mass_matrix, "M"),
-            (
-                "bias_force",
-                self.bias_force,
-                "Q_C: fictitious and conservative forces",
-            ),
-            (
-                "applied_force",
-                self.applied_force,
-                "Q_D: stated forces at zero input",
-            ),
-            ("input_matrix", self.input_matrix, "B"),
-            ("force", self.force, "Q = Q_C + Q_D + B u"),
-            ("constraint_jacobian", self.constraint_jacobian, "A"),
-            ("constraint_bias", self.constraint_bias, "b"),
-            ("constraint_residual", self.constraint_residual, "c"),
-            ("constraint_rate", self.constraint_rate, "dc/dt"),
-            ("outputs", self.outputs, "outputs"),
-            ("dynamics", self.dynamics, "M, Q, A, b together"),
-            (
-                "derivatives",
-                self.derivatives,
-                "their derivatives by q, v, u",
-            ),
-        ] {
-            if count > 0 {
-                table.row([name, &count.to_string(), symbol]);
-            }
-        }
-        table
     }
 }
 

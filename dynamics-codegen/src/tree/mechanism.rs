@@ -1,0 +1,209 @@
+//! A tree in the form in which the recursions use it.
+
+use super::check;
+use super::frames;
+use super::inertia::PseudoInertia;
+use super::link;
+use super::placement::{self, Anchor};
+use super::regroup;
+use super::turn::Stage;
+use super::vector::{Rotation, Vector};
+use super::{Tree, TreeError};
+use crate::graph::{ExprId, Graph};
+
+/// More coordinates than this: no trials.
+const MANY: usize = 64;
+
+/// How a tree is prepared.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Entries of placement rotations and axes this close to 0 or ±1 are
+    /// rounded: files write π/2 with too few digits. `None` keeps every digit.
+    pub snap: Option<f64>,
+    /// Whether constant inertia that acts the same on the parent is moved there.
+    pub regroup: bool,
+    /// Where on their axes the link frames sit.
+    pub layout: Layout,
+}
+
+impl Default for Options {
+    /// Snapping at `1e-9`, regrouping, and the cheaper layout.
+    fn default() -> Self {
+        Self {
+            snap: Some(1e-9),
+            regroup: true,
+            layout: Layout::Cheapest,
+        }
+    }
+}
+
+/// Where on its joint axis the origin of a link frame sits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Layout {
+    /// Where the description puts it.
+    AsGiven,
+    /// Nearest to the parent's axis: distances lie along the parent's axis.
+    Distal,
+    /// Nearest to the first child's axis (modified Denavit–Hartenberg):
+    /// distances lie along the link's own axis.
+    Proximal,
+    /// The one of these three for which mass matrix and bias force together
+    /// cost the fewest operations; above 64 coordinates `Distal`, untried.
+    Cheapest,
+}
+
+/// A rotation that was rounded.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Snapped {
+    /// Of which body.
+    pub body: String,
+    /// The largest change of an entry.
+    pub change: f64,
+}
+
+/// Inertia that was moved to a parent.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Regrouped {
+    /// From which body.
+    pub body: String,
+    /// How many of its constants became zero.
+    pub constants: usize,
+}
+
+/// What the preparation did.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Report {
+    /// Rotations that were rounded, and by how much.
+    pub snapped: Vec<Snapped>,
+    /// Inertias that were regrouped.
+    pub regrouped: Vec<Regrouped>,
+    /// The layout in use.
+    pub layout: Option<Layout>,
+}
+
+/// A direction of motion in a link's frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Axis {
+    /// Rotation about a coordinate axis through the origin.
+    Angular(usize),
+    /// Translation along a unit vector.
+    Linear([f64; 3]),
+}
+
+/// One velocity variable of the recursions.
+#[derive(Debug, Clone)]
+pub(super) struct Freedom {
+    pub axis: Axis,
+    pub rate: ExprId,
+    /// `rate = Σ coefficient · v[index]`, the same for accelerations.
+    pub map: Vec<(usize, ExprId)>,
+}
+
+/// A moving link. `x_parent = R x_link + shift`, `R` the product of the stages.
+#[derive(Debug, Clone)]
+pub(super) struct Link {
+    pub parent: Option<usize>,
+    /// Constant stages first, then that of the joint.
+    pub stages: Vec<Stage>,
+    /// How many of the stages are constant.
+    pub constant_stages: usize,
+    pub shift: Vector,
+    pub freedoms: Vec<Freedom>,
+    pub inertia: PseudoInertia,
+    /// Pose in the world of the frame that stands in for a root's parent.
+    pub base: Base,
+    /// For a link that turns by a quaternion: its coordinates' indices,
+    pub spherical: Option<[usize; 4]>,
+    /// values,
+    pub quaternion: Option<[ExprId; 4]>,
+    /// and rates.
+    pub quaternion_rates: Option<[ExprId; 4]>,
+}
+
+/// The constant frame that carries a root link, seen from the world.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Base {
+    pub rotation: Rotation,
+    pub translation: Vector,
+}
+
+/// A tree of links with single-axis joints, ready for the recursions.
+#[derive(Debug, Clone)]
+pub struct Mechanism {
+    pub(super) links: Vec<Link>,
+    /// Per body of the tree: which link carries it, and where.
+    pub(super) anchors: Vec<Anchor>,
+    pub(super) gravity: Vector,
+    pub(super) coordinates: usize,
+    report: Report,
+}
+
+impl Mechanism {
+    /// Merges fixed joints, chooses link frames and regroups inertias.
+    ///
+    /// # Errors
+    /// If the tree is not one: see [`TreeError`].
+    pub fn new(graph: &mut Graph, tree: &Tree, options: Options) -> Result<Self, TreeError> {
+        check::tree(graph, tree)?;
+        let layouts = match options.layout {
+            // A trial derives everything: not for what is large anyway.
+            Layout::Cheapest if tree.coordinates > MANY => vec![Layout::Distal],
+            Layout::Cheapest => vec![Layout::Distal, Layout::Proximal, Layout::AsGiven],
+            layout => vec![layout],
+        };
+        let mut best: Option<(usize, Self)> = None;
+        for layout in layouts {
+            let mechanism = Self::with_layout(graph, tree, options, layout);
+            // The count is of a scratch copy: rejected layouts leave few nodes.
+            let cost = mechanism.cost(&mut graph.clone());
+            if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+                best = Some((cost, mechanism));
+            }
+        }
+        let (_, mechanism) = best.expect("at least one layout was tried");
+        Ok(mechanism)
+    }
+
+    fn with_layout(graph: &mut Graph, tree: &Tree, options: Options, layout: Layout) -> Self {
+        let mut report = Report {
+            layout: Some(layout),
+            ..Report::default()
+        };
+        let skeleton = placement::merge_fixed(graph, tree, options.snap, &mut report.snapped);
+        let frames = frames::choose(graph, &skeleton.joints, layout);
+        let mut links = link::links(graph, &skeleton.joints, &frames);
+        if options.regroup {
+            report.regrouped = regroup::regroup(graph, &mut links, &skeleton.joints);
+        }
+        let anchors = link::anchors(graph, &skeleton.anchors, &frames);
+        Self {
+            links,
+            anchors,
+            gravity: tree.gravity,
+            coordinates: tree.coordinates,
+            report,
+        }
+    }
+
+    /// Operations of mass matrix and bias force together.
+    fn cost(&self, graph: &mut Graph) -> usize {
+        let mut outputs: Vec<ExprId> = self.mass_matrix(graph).concat();
+        outputs.extend(self.bias_force(graph));
+        graph.operation_count(&outputs)
+    }
+
+    /// What the preparation did.
+    pub fn report(&self) -> &Report {
+        &self.report
+    }
+
+    /// How many generalised coordinates there are.
+    pub fn coordinates(&self) -> usize {
+        self.coordinates
+    }
+
+    /// Whether a quaternion is among the coordinates.
+    pub fn is_floating(&self) -> bool {
+        self.links.iter().any(|link| link.spherical.is_some())
+    }
+}

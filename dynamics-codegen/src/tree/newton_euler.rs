@@ -1,0 +1,298 @@
+//! Recursive Newton–Euler in link frames.
+
+use super::inertia::PseudoInertia;
+use super::mechanism::{Axis, Mechanism};
+use super::space::Space;
+use super::turn::{self, Matrix};
+use super::vector::{self, Vector};
+use crate::graph::{ExprId, Graph};
+
+/// How a link moves, in its own frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct State {
+    /// Angular velocity `ω`.
+    pub omega: Vector,
+    /// Velocity of the origin.
+    pub velocity: Vector,
+    /// Acceleration of the origin.
+    pub acceleration: Vector,
+    /// `U = [ω̇]ₓ + [ω]ₓ[ω]ₓ`: a point at `r` accelerates by `U r` against the origin.
+    pub second: SecondDerivative,
+    pub omega_dot: Vector,
+}
+
+/// `U = [ω̇]ₓ + [ω]ₓ[ω]ₓ` with the differences of its diagonal, which are
+/// cheaper than the diagonal.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SecondDerivative {
+    pub matrix: Matrix,
+    squares: Vector,
+}
+
+impl SecondDerivative {
+    fn new(g: &mut Graph, omega: Vector, omega_dot: Vector) -> Self {
+        let squares = omega.map(|x| g.mul(x, x));
+        let mut matrix = [vector::zero(g); 3];
+        for i in 0..3 {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let sum = g.add(squares[j], squares[k]);
+            matrix[i][i] = g.neg(sum);
+            let product = g.mul(omega[i], omega[j]);
+            matrix[i][j] = g.sub(product, omega_dot[k]);
+            matrix[j][i] = g.add(product, omega_dot[k]);
+        }
+        Self { matrix, squares }
+    }
+
+    /// `U r`
+    pub fn times(&self, g: &mut Graph, r: Vector) -> Vector {
+        turn::times(g, &self.matrix, r)
+    }
+
+    /// `U_kk − U_jj = ω_k² − ω_j²`
+    fn difference(&self, g: &mut Graph, k: usize, j: usize) -> ExprId {
+        g.sub(self.squares[k], self.squares[j])
+    }
+}
+
+/// Force, and moment about the origin, in a link's frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wrench {
+    pub moment: Vector,
+    pub force: Vector,
+}
+
+impl Wrench {
+    pub fn zero(g: &mut Graph) -> Self {
+        let zero = vector::zero(g);
+        Self {
+            moment: zero,
+            force: zero,
+        }
+    }
+
+    pub fn add(&self, g: &mut Graph, other: &Self) -> Self {
+        Self {
+            moment: vector::add(g, self.moment, other.moment),
+            force: vector::add(g, self.force, other.force),
+        }
+    }
+
+    /// What the wrench does along a freedom's axis.
+    pub fn along(&self, g: &mut Graph, axis: Axis) -> ExprId {
+        match axis {
+            Axis::Angular(k) => self.moment[k],
+            Axis::Linear(a) => {
+                let a = vector::constant(g, a);
+                vector::dot(g, a, self.force)
+            }
+        }
+    }
+}
+
+impl Mechanism {
+    /// `Q_C = −(C v + g)`: minus the inverse dynamics at rest acceleration
+    /// (MATH section 2), one entry per coordinate.
+    pub fn bias_force(&self, g: &mut Graph) -> Vec<ExprId> {
+        let rest = vec![g.zero(); self.coordinates];
+        let needed = self.inverse_dynamics(g, &rest);
+        needed.into_iter().map(|force| g.neg(force)).collect()
+    }
+
+    /// `M a − Q_C`: the generalised force that makes the tree accelerate by `a`.
+    ///
+    /// # Panics
+    /// If `acceleration` does not have one entry per coordinate.
+    pub fn inverse_dynamics(&self, g: &mut Graph, acceleration: &[ExprId]) -> Vec<ExprId> {
+        assert_eq!(
+            acceleration.len(),
+            self.coordinates,
+            "one acceleration per coordinate"
+        );
+        let states = self.states(g, acceleration, true);
+        let wrenches = self.wrenches(g, &states);
+        let forces = self.joint_forces(g, &wrenches);
+        Space::coordinates(self).force(g, &forces)
+    }
+
+    /// The motion of all links. With `gravity` the world accelerates upwards,
+    /// which acts as gravity does, and velocities are those against an inertial
+    /// frame that moves along with what slides before anything turns: forces
+    /// and their derivatives are the same (Galilei), and cheaper.
+    pub(super) fn states(
+        &self,
+        g: &mut Graph,
+        acceleration: &[ExprId],
+        gravity: bool,
+    ) -> Vec<State> {
+        let accelerations = Space::coordinates(self).rates(g, acceleration);
+        self.states_at(g, &accelerations, gravity)
+    }
+
+    /// As [`states`](Self::states), with an acceleration per link and freedom.
+    pub(super) fn states_at(
+        &self,
+        g: &mut Graph,
+        accelerations: &[Vec<ExprId>],
+        gravity: bool,
+    ) -> Vec<State> {
+        let mut states: Vec<State> = Vec::with_capacity(self.links.len());
+        for i in 0..self.links.len() {
+            let before = match self.links[i].parent {
+                Some(parent) => states[parent],
+                None => self.base_state(g, i, gravity),
+            };
+            states.push(self.step(g, i, &before, &accelerations[i], gravity));
+        }
+        states
+    }
+
+    fn base_state(&self, g: &mut Graph, link: usize, gravity: bool) -> State {
+        let zero = vector::zero(g);
+        let acceleration = if gravity {
+            let up = vector::neg(g, self.gravity);
+            let inward = vector::transpose(&self.links[link].base.rotation);
+            vector::rotate(g, &inward, up)
+        } else {
+            zero
+        };
+        State {
+            omega: zero,
+            velocity: zero,
+            acceleration,
+            second: SecondDerivative::new(g, zero, zero),
+            omega_dot: zero,
+        }
+    }
+
+    /// From a link to its child: shift, turn, add the joint's own motion.
+    fn step(
+        &self,
+        g: &mut Graph,
+        i: usize,
+        before: &State,
+        accelerations: &[ExprId],
+        relative: bool,
+    ) -> State {
+        let link = &self.links[i];
+        let lever = vector::cross(g, before.omega, link.shift);
+        let mut velocity = vector::add(g, before.velocity, lever);
+        let swing = before.second.times(g, link.shift);
+        let mut acceleration = vector::add(g, before.acceleration, swing);
+        for (freedom, &rate_change) in link.freedoms.iter().zip(accelerations) {
+            if let Axis::Linear(axis) = freedom.axis {
+                // The axis is fixed in the parent: a v, and 2 ω × a v + a v̇.
+                let axis = vector::constant(g, axis);
+                let sliding = vector::scale(g, freedom.rate, axis);
+                // A frame that does not turn may as well move along.
+                let rides = relative && before.omega.iter().all(|&x| g.is_zero(x));
+                if !rides {
+                    velocity = vector::add(g, velocity, sliding);
+                }
+                let doubled = sliding.map(|x| g.scale(2.0, x));
+                let coriolis = vector::cross(g, before.omega, doubled);
+                acceleration = vector::add(g, acceleration, coriolis);
+                let own = vector::scale(g, rate_change, axis);
+                acceleration = vector::add(g, acceleration, own);
+            }
+        }
+        let carried = turn::down(g, &link.stages, before.omega);
+        let mut omega = carried;
+        let mut omega_dot = turn::down(g, &link.stages, before.omega_dot);
+        for (freedom, &rate_change) in link.freedoms.iter().zip(accelerations) {
+            if let Axis::Angular(k) = freedom.axis {
+                omega[k] = g.add(omega[k], freedom.rate);
+                // ω_parent × (axis · v), then the joint's own acceleration.
+                let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+                let (along_i, along_j) = (
+                    g.mul(carried[j], freedom.rate),
+                    g.mul(carried[i], freedom.rate),
+                );
+                omega_dot[i] = g.add(omega_dot[i], along_i);
+                omega_dot[j] = g.sub(omega_dot[j], along_j);
+                omega_dot[k] = g.add(omega_dot[k], rate_change);
+            }
+        }
+        State {
+            omega,
+            velocity: turn::down(g, &link.stages, velocity),
+            acceleration: turn::down(g, &link.stages, acceleration),
+            second: SecondDerivative::new(g, omega, omega_dot),
+            omega_dot,
+        }
+    }
+
+    /// The wrench that each link's joint transmits, in that link's frame.
+    pub(super) fn wrenches(&self, g: &mut Graph, states: &[State]) -> Vec<Wrench> {
+        let mut wrenches: Vec<Wrench> = (self.links.iter().zip(states))
+            .map(|(link, state)| inertial_wrench(g, &link.inertia, state))
+            .collect();
+        for i in (0..self.links.len()).rev() {
+            if let Some(parent) = self.links[i].parent {
+                let carried = self.to_parent(g, i, &wrenches[i]);
+                wrenches[parent] = wrenches[parent].add(g, &carried);
+            }
+        }
+        wrenches
+    }
+
+    /// What each joint must apply, per freedom.
+    pub(super) fn joint_forces(&self, g: &mut Graph, wrenches: &[Wrench]) -> Vec<Vec<ExprId>> {
+        (self.links.iter().zip(wrenches))
+            .map(|(link, wrench)| {
+                let freedoms = link.freedoms.iter();
+                freedoms
+                    .map(|freedom| wrench.along(g, freedom.axis))
+                    .collect()
+            })
+            .collect()
+    }
+
+    /// A wrench on link `i`, seen from its parent's frame.
+    pub(super) fn to_parent(&self, g: &mut Graph, i: usize, wrench: &Wrench) -> Wrench {
+        let link = &self.links[i];
+        let force = turn::up(g, &link.stages, wrench.force);
+        let moment = turn::up(g, &link.stages, wrench.moment);
+        let lever = vector::cross(g, link.shift, force);
+        Wrench {
+            moment: vector::add(g, moment, lever),
+            force,
+        }
+    }
+}
+
+/// `f = m a + U h`, and `n` the skew part of `U S + a hᵀ`.
+fn inertial_wrench(g: &mut Graph, inertia: &PseudoInertia, state: &State) -> Wrench {
+    let (s, h, a) = (&inertia.second, inertia.first, state.acceleration);
+    let u = &state.second.matrix;
+    let direct = vector::scale(g, inertia.mass, a);
+    let swing = state.second.times(g, h);
+    let moment = std::array::from_fn(|i| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        // Row k times column j minus row j times column k of U S + a hᵀ.
+        let difference = state.second.difference(g, k, j);
+        let terms = [
+            (u[k][j], s[j][j], true),
+            (u[j][k], s[k][k], false),
+            (difference, s[j][k], true),
+            (u[k][i], s[i][j], true),
+            (u[j][i], s[i][k], false),
+            (a[k], h[j], true),
+            (a[j], h[k], false),
+        ];
+        let mut total = g.zero();
+        for (x, y, plus) in terms {
+            let term = g.mul(x, y);
+            total = if plus {
+                g.add(total, term)
+            } else {
+                g.sub(total, term)
+            };
+        }
+        total
+    });
+    Wrench {
+        moment,
+        force: vector::add(g, direct, swing),
+    }
+}
