@@ -28,18 +28,12 @@ pub struct ProcessNoise {
     /// Per coordinate: the standard deviation of a force that lasts
     /// [`CORRELATION`](Self::CORRELATION), in the coordinate's force unit.
     pub force_sd: DVector<f64>,
-    /// Per coordinate: the standard deviation of a slow error of the position sensor,
-    /// as an encoder that is not quite round has; it decays over
-    /// [`DRIFT`](Self::DRIFT). Zero where there is none.
-    pub drift_sd: DVector<f64>,
 }
 
 impl ProcessNoise {
     /// How long a force error is thought to last, s; it only sets the unit in
     /// which the intensity of white noise is expressed.
     pub const CORRELATION: f64 = 0.05;
-    /// How long a slow sensor error lasts, s.
-    pub const DRIFT: f64 = 0.1;
 }
 
 /// One scalar reading: `z = h·δ + noise`, and the gain that the filter gives it.
@@ -70,9 +64,6 @@ pub struct Whitener<'a> {
     log_sd: f64,
     /// Intervals across which nothing is predicted.
     gaps: Vec<bool>,
-    /// Slow sensor errors behind the departure in the filter's state: one per
-    /// coordinate, or none.
-    drifts: usize,
 }
 
 impl<'a> Whitener<'a> {
@@ -86,9 +77,8 @@ impl<'a> Whitener<'a> {
             covariance: Vec::with_capacity(dynamics.t.len()),
             log_sd: 0.0,
             gaps: gaps(&dynamics.t),
-            drifts: if noise.drift_sd.amax() > 0.0 { n } else { 0 },
         };
-        let initial = whitener.initial_covariance(noise);
+        let initial = whitener.initial_covariance();
         let intensity = noise.force_sd.map(|sd| sd * sd * ProcessNoise::CORRELATION);
         let mut covariance = initial.clone();
         for sample in 0..dynamics.t.len() {
@@ -101,13 +91,8 @@ impl<'a> Whitener<'a> {
                 initial.clone()
             } else {
                 let h = dynamics.t[sample + 1] - dynamics.t[sample];
-                let left = whitener.advance(sample, &covariance);
-                let mut next = whitener.advance(sample, &left.transpose());
-                let fade = fade(h);
-                for i in 0..whitener.drifts {
-                    next[(2 * n + i, 2 * n + i)] +=
-                        noise.drift_sd[i] * noise.drift_sd[i] * (1.0 - fade * fade);
-                }
+                let phi = &dynamics.transition[sample];
+                let mut next = phi * covariance * phi.transpose();
                 let mobility = &dynamics.mobility[sample];
                 let jolt = mobility * DMatrix::from_diagonal(&intensity) * mobility.transpose();
                 let mut add = |row: usize, column: usize, factor: f64| {
@@ -126,13 +111,10 @@ impl<'a> Whitener<'a> {
 
     /// Wide enough to leave the start to the data: the curve is within a few
     /// tens of sensor noises of the truth.
-    fn initial_covariance(&self, noise: &ProcessNoise) -> DMatrix<f64> {
+    fn initial_covariance(&self) -> DMatrix<f64> {
         let n = self.dynamics.coordinate_count();
         let h = self.dynamics.t[1] - self.dynamics.t[0];
-        let mut covariance = DMatrix::zeros(self.size(), self.size());
-        for i in 0..self.drifts {
-            covariance[(2 * n + i, 2 * n + i)] = noise.drift_sd[i] * noise.drift_sd[i];
-        }
+        let mut covariance = DMatrix::zeros(2 * n, 2 * n);
         for i in 0..n {
             let position = 30.0 * self.readings.position_sd[i];
             let rate = match &self.readings.velocity[i] {
@@ -143,49 +125,6 @@ impl<'a> Whitener<'a> {
             covariance[(n + i, n + i)] = rate * rate;
         }
         covariance
-    }
-
-    /// Entries of the filter's state.
-    fn size(&self) -> usize {
-        2 * self.dynamics.coordinate_count() + self.drifts
-    }
-
-    /// The state's transition across an interval, applied to columns.
-    fn advance(&self, sample: usize, state: &DMatrix<f64>) -> DMatrix<f64> {
-        let phi = &self.dynamics.transition[sample];
-        if self.drifts == 0 {
-            return phi * state;
-        }
-        let n = self.dynamics.coordinate_count();
-        let mut next = DMatrix::zeros(state.nrows(), state.ncols());
-        next.rows_mut(0, 2 * n)
-            .copy_from(&(phi * state.rows(0, 2 * n)));
-        let fade = self.fade(sample);
-        next.rows_mut(2 * n, self.drifts)
-            .copy_from(&(state.rows(2 * n, self.drifts) * fade));
-        next
-    }
-
-    /// Its transpose, applied to one column.
-    fn retreat(&self, sample: usize, adjoint: &DVector<f64>) -> DVector<f64> {
-        let phi = &self.dynamics.transition[sample];
-        if self.drifts == 0 {
-            return phi.tr_mul(adjoint);
-        }
-        let n = self.dynamics.coordinate_count();
-        let mut before = DVector::zeros(adjoint.len());
-        before
-            .rows_mut(0, 2 * n)
-            .copy_from(&phi.tr_mul(&adjoint.rows(0, 2 * n)));
-        let fade = self.fade(sample);
-        before
-            .rows_mut(2 * n, self.drifts)
-            .copy_from(&(adjoint.rows(2 * n, self.drifts) * fade));
-        before
-    }
-
-    fn fade(&self, sample: usize) -> f64 {
-        fade(self.dynamics.t[sample + 1] - self.dynamics.t[sample])
     }
 
     /// Takes in the readings of one sample, one scalar at a time.
@@ -222,19 +161,13 @@ impl<'a> Whitener<'a> {
     ) {
         let n = self.dynamics.coordinate_count();
         let (column, own) = match sensor {
-            Sensor::Position(i) if self.drifts > 0 => {
-                let column = covariance.column(i) + covariance.column(2 * n + i);
-                let own = column[i] + column[2 * n + i];
-                (column, own)
-            }
             Sensor::Position(i) => (covariance.column(i).into_owned(), covariance[(i, i)]),
             Sensor::Velocity(i) => (
                 covariance.column(n + i).into_owned(),
                 covariance[(n + i, n + i)],
             ),
             Sensor::Acceleration(i) => {
-                let slope = self.dynamics.slope[sample].row(i).transpose();
-                let row = slope.resize_vertically(covariance.nrows(), 0.0);
+                let row = self.dynamics.slope[sample].row(i).transpose();
                 let column = &*covariance * &row;
                 let own = row.dot(&column);
                 (column, own)
@@ -304,7 +237,7 @@ impl<'a> Whitener<'a> {
             None => all.columns(first, count).into_owned(),
             Some(weights) => DMatrix::from_column_slice(all.nrows(), 1, (all * weights).as_slice()),
         };
-        let mut state = DMatrix::zeros(self.size(), count);
+        let mut state = DMatrix::zeros(2 * n, count);
         let mut rows = DMatrix::zeros(self.updates.len(), count);
         let mut next = 0;
         for sample in 0..self.dynamics.t.len() {
@@ -325,12 +258,9 @@ impl<'a> Whitener<'a> {
             }
             if sample + 1 < self.dynamics.t.len() {
                 state = if self.gaps[sample] {
-                    DMatrix::zeros(self.size(), count)
+                    DMatrix::zeros(2 * n, count)
                 } else {
-                    let mut next = self.advance(sample, &state);
-                    let mut departure = next.rows_mut(0, 2 * n);
-                    departure += pick(&self.dynamics.forcing[sample]);
-                    next
+                    &self.dynamics.transition[sample] * state + pick(&self.dynamics.forcing[sample])
                 };
             }
         }
@@ -354,14 +284,11 @@ impl<'a> Whitener<'a> {
     ) -> DVector<f64> {
         let n = self.dynamics.coordinate_count();
         match sensor {
-            Sensor::Position(i) if self.drifts > 0 => {
-                (state.row(i) + state.row(2 * n + i)).transpose()
-            }
             Sensor::Position(i) => state.row(i).transpose(),
             Sensor::Velocity(i) => state.row(n + i).transpose(),
             Sensor::Acceleration(i) => {
                 let slope = self.dynamics.slope[sample].row(i);
-                (slope * state.rows(0, 2 * n) + direct.row(i)).transpose()
+                (slope * state + direct.row(i)).transpose()
             }
         }
     }
@@ -381,15 +308,15 @@ impl<'a> Whitener<'a> {
         let weights = coefficients.clone().insert_row(0, 1.0);
         let rows = self.whiten(0, 1, Some(&weights));
         let predicted = self.predict(&weights, &rows);
-        let mut adjoint = DVector::zeros(self.size());
+        let mut adjoint = DVector::zeros(2 * n);
         let mut smoothed = vec![DVector::zeros(2 * n); self.dynamics.t.len()];
         let mut next = self.updates.len();
         for sample in (0..self.dynamics.t.len()).rev() {
             if sample + 1 < self.dynamics.t.len() {
                 adjoint = if self.gaps[sample] {
-                    DVector::zeros(self.size())
+                    DVector::zeros(2 * n)
                 } else {
-                    self.retreat(sample, &adjoint)
+                    self.dynamics.transition[sample].tr_mul(&adjoint)
                 };
             }
             while next > 0 && self.updates[next - 1].sample as usize == sample {
@@ -397,21 +324,14 @@ impl<'a> Whitener<'a> {
                 let update = &self.updates[next];
                 let pull = update.gain.dot(&adjoint) + rows[(next, 0)] / update.sd;
                 match update.sensor {
-                    Sensor::Position(i) => {
-                        adjoint[i] -= pull;
-                        if self.drifts > 0 {
-                            adjoint[2 * n + i] -= pull;
-                        }
-                    }
+                    Sensor::Position(i) => adjoint[i] -= pull,
                     Sensor::Velocity(i) => adjoint[n + i] -= pull,
                     Sensor::Acceleration(i) => {
-                        let mut departure = adjoint.rows_mut(0, 2 * n);
-                        departure -= self.dynamics.slope[sample].row(i).transpose() * pull;
+                        adjoint -= self.dynamics.slope[sample].row(i).transpose() * pull;
                     }
                 }
             }
-            let state = &predicted[sample] - &self.covariance[sample] * &adjoint;
-            smoothed[sample] = state.rows(0, 2 * n).into_owned();
+            smoothed[sample] = &predicted[sample] - &self.covariance[sample] * &adjoint;
         }
         smoothed
     }
@@ -419,7 +339,7 @@ impl<'a> Whitener<'a> {
     /// One-step predictions of the departure, from known innovations.
     fn predict(&self, weights: &DVector<f64>, rows: &DMatrix<f64>) -> Vec<DVector<f64>> {
         let n = self.dynamics.coordinate_count();
-        let mut state: DVector<f64> = DVector::zeros(self.size());
+        let mut state = DVector::zeros(2 * n);
         let mut predicted = Vec::with_capacity(self.dynamics.t.len());
         let mut next = 0;
         for sample in 0..self.dynamics.t.len() {
@@ -431,23 +351,15 @@ impl<'a> Whitener<'a> {
             }
             if sample + 1 < self.dynamics.t.len() {
                 state = if self.gaps[sample] {
-                    DVector::zeros(self.size())
+                    DVector::zeros(2 * n)
                 } else {
-                    let column = DMatrix::from_column_slice(state.len(), 1, state.as_slice());
-                    let mut next = self.advance(sample, &column).column(0).into_owned();
-                    let mut departure = next.rows_mut(0, 2 * n);
-                    departure += &self.dynamics.forcing[sample] * weights;
-                    next
+                    &self.dynamics.transition[sample] * state
+                        + &self.dynamics.forcing[sample] * weights
                 };
             }
         }
         predicted
     }
-}
-
-/// What is left of a slow sensor error after `h` seconds.
-fn fade(h: f64) -> f64 {
-    (-h / ProcessNoise::DRIFT).exp()
 }
 
 /// Intervals more than five times as long as usual.

@@ -97,8 +97,8 @@ struct Search<'a> {
     observed: &'a mut Observed,
     values: Vec<f64>,
     terms: Vec<Term>,
-    /// How much is noise, as last found.
-    noise_level: Level,
+    /// Which share of the forces is noise, as last found.
+    noise_index: usize,
 }
 
 /// Selects terms for `observed`, whose curve is improved on the way.
@@ -112,7 +112,7 @@ pub fn select(dictionary: &Dictionary, observed: &mut Observed) -> Result<Select
         observed,
         values,
         terms: Vec::new(),
-        noise_level: Level::LOWEST,
+        noise_index: 0,
     };
     search.smooth_with_everything()?;
     let nominal_unexplained_share = search.share_without_columns()?;
@@ -140,7 +140,7 @@ pub fn select(dictionary: &Dictionary, observed: &mut Observed) -> Result<Select
             estimate,
             nominal_misfit: nominal_misfit.unwrap_or(f64::NAN),
             noise,
-            unexplained_share: NOISE_SHARES[search.noise_level.force],
+            unexplained_share: NOISE_SHARES[search.noise_index],
             nominal_unexplained_share,
             considered: first_round,
         });
@@ -239,23 +239,23 @@ impl Search<'_> {
     /// The curve where sensors and model agree if every candidate may help: no
     /// acceleration is believed that the model contradicts, no effect is denied.
     fn smooth_with_everything(&mut self) -> Result<(), SolveError> {
-        let (departure, level) = {
+        let (departure, index) = {
             let (dynamics, options) = self.dynamics()?;
             let readings = self.observed.readings();
             let columns = self.all_columns(&options);
             let Chosen {
                 parts: (whitener, gram),
-                level,
+                index,
                 ..
-            } = choose_noise(&dynamics, &readings, &columns, self.noise_level);
+            } = choose_noise(&dynamics, &readings, &columns, self.noise_index);
             let fit = gram.fit(&columns);
             let mut coefficients = DVector::zeros(dynamics.columns);
             for (&column, &value) in columns.iter().zip(fit.coefficients.iter()) {
                 coefficients[column] = value;
             }
-            (whitener.smooth(&coefficients), level)
+            (whitener.smooth(&coefficients), index)
         };
-        self.noise_level = level;
+        self.noise_index = index;
         self.observed.move_by(&departure);
         Ok(())
     }
@@ -265,19 +265,15 @@ impl Search<'_> {
         let (dynamics, _) = self.dynamics()?;
         let readings = self.observed.readings();
         let columns = self.accepted_parameters();
-        Ok(
-            NOISE_SHARES[choose_noise(&dynamics, &readings, &columns, self.noise_level)
-                .level
-                .force],
-        )
+        Ok(NOISE_SHARES[choose_noise(&dynamics, &readings, &columns, self.noise_index).index])
     }
 
     fn regress(&mut self) -> Result<(Gram, Vec<Option_>, ProcessNoise), SolveError> {
         let (dynamics, options) = self.dynamics()?;
         let readings = self.observed.readings();
         let columns = self.all_columns(&options);
-        let chosen = choose_noise(&dynamics, &readings, &columns, self.noise_level);
-        self.noise_level = chosen.level;
+        let chosen = choose_noise(&dynamics, &readings, &columns, self.noise_index);
+        self.noise_index = chosen.index;
         Ok((chosen.parts.1, options, chosen.noise))
     }
 
@@ -520,8 +516,8 @@ impl Search<'_> {
 struct Chosen<'a> {
     parts: (Whitener<'a>, Gram),
     noise: ProcessNoise,
-    /// How much noise of each kind.
-    level: Level,
+    /// Which of the shares.
+    index: usize,
     /// Negative log likelihood, up to a constant.
     cost: f64,
 }
@@ -554,17 +550,11 @@ pub fn likelier_hold(dictionary: &Dictionary, observed: &Observed) -> Result<Hol
             observed: &mut observed,
             values,
             terms: Vec::new(),
-            noise_level: Level::LOWEST,
+            noise_index: 0,
         };
         let (dynamics, options) = search.dynamics()?;
         let readings = search.observed.readings();
-        Ok(choose_noise(
-            &dynamics,
-            &readings,
-            &search.all_columns(&options),
-            Level::LOWEST,
-        )
-        .cost)
+        Ok(choose_noise(&dynamics, &readings, &search.all_columns(&options), 0).cost)
     };
     let (linear, previous) = (cost(Hold::Linear)?, cost(Hold::Previous)?);
     Ok(if previous < linear - TIE {
@@ -580,12 +570,11 @@ fn choose_noise<'a>(
     dynamics: &'a ErrorDynamics,
     readings: &'a Readings,
     columns: &[usize],
-    start: Level,
+    start: usize,
 ) -> Chosen<'a> {
-    let attempt = |level: Level| {
+    let attempt = |index: usize| {
         let noise = ProcessNoise {
-            force_sd: &dynamics.force_scale * NOISE_SHARES[level.force],
-            drift_sd: DVector::from_vec(readings.position_sd.clone()) * DRIFTS[level.drift],
+            force_sd: &dynamics.force_scale * NOISE_SHARES[index],
         };
         let whitener = Whitener::new(dynamics, readings, &noise);
         let gram = whitener.gram();
@@ -593,72 +582,28 @@ fn choose_noise<'a>(
         Chosen {
             parts: (whitener, gram),
             noise,
-            level,
+            index,
             cost,
         }
     };
-    // Downhill from where the last round ended, one step in one direction at a time.
+    // Downhill from where the last round ended.
     let mut best = attempt(start);
-    let mut seen = vec![start];
-    loop {
-        let next = best
-            .level
-            .neighbours()
-            .into_iter()
-            .find(|level| !seen.contains(level));
-        let Some(next) = next else { return best };
-        seen.push(next);
-        let other = attempt(next);
-        if other.cost < best.cost - SMALL_DIFFERENCE {
+    for downwards in [true, false] {
+        loop {
+            let next = if downwards {
+                best.index.checked_sub(1)
+            } else {
+                Some(best.index + 1)
+            };
+            let Some(next) = next.filter(|&next| next < NOISE_SHARES.len()) else {
+                break;
+            };
+            let other = attempt(next);
+            if other.cost >= best.cost {
+                break;
+            }
             best = other;
         }
     }
+    best
 }
-
-/// How much noise of each kind.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Level {
-    /// Index into [`NOISE_SHARES`].
-    force: usize,
-    /// Index into [`DRIFTS`].
-    drift: usize,
-}
-
-impl Level {
-    const LOWEST: Self = Self { force: 0, drift: 0 };
-
-    fn neighbours(self) -> Vec<Self> {
-        let Self { force, drift } = self;
-        let mut near = Vec::new();
-        if force + 1 < NOISE_SHARES.len() {
-            near.push(Self {
-                force: force + 1,
-                drift,
-            });
-        }
-        if drift + 1 < DRIFTS.len() {
-            near.push(Self {
-                force,
-                drift: drift + 1,
-            });
-        }
-        if force > 0 {
-            near.push(Self {
-                force: force - 1,
-                drift,
-            });
-        }
-        if drift > 0 {
-            near.push(Self {
-                force,
-                drift: drift - 1,
-            });
-        }
-        near
-    }
-}
-
-/// Slow errors of the position sensors to choose from, in units of their fast noise.
-const DRIFTS: [f64; 4] = [0.0, 3.0, 10.0, 30.0];
-/// Nats; noise models closer than this are the same.
-const SMALL_DIFFERENCE: f64 = 1.0;
