@@ -53,6 +53,24 @@ impl Record {
         segments(&self.t)
     }
 
+    /// Every `stride`-th sample, from the first on.
+    #[must_use]
+    pub fn thinned(&self, stride: usize) -> Record {
+        let stride = stride.max(1);
+        let thin = |values: &Vec<f64>| values.iter().step_by(stride).copied().collect::<Vec<f64>>();
+        let thin_optional = |values: &Option<Vec<f64>>| values.as_ref().map(thin);
+        Record {
+            coordinates: self.coordinates.clone(),
+            inputs: self.inputs.clone(),
+            t: thin(&self.t),
+            q: self.q.iter().map(thin).collect(),
+            dq: self.dq.iter().map(thin_optional).collect(),
+            ddq: self.ddq.iter().map(thin_optional).collect(),
+            u: self.u.iter().map(thin).collect(),
+            warnings: self.warnings.clone(),
+        }
+    }
+
     /// The samples of a range as a record of their own, for blocks and
     /// splits. The range is cut to the samples there are.
     #[must_use]
