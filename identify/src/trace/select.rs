@@ -380,7 +380,7 @@ impl Search<'_> {
         {
             if tried.len() < MAX_LEADERS {
                 // A candidate under which the machine cannot move is no explanation.
-                tried.extend(self.attempt(leader, noise).ok());
+                tried.extend(self.attempt(&[leader], noise).ok());
             }
         }
         // The price of parameters decides among those that fit equally well.
@@ -406,32 +406,88 @@ impl Search<'_> {
             })
             .collect();
         rivals.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let Some(attempt) = tried.into_iter().find(|a| a.candidate == chosen) else {
+        let whole = tried.into_iter().find(|a| a.candidate == chosen);
+        let Some(attempt) = whole else {
             return Ok(false);
+        };
+        let (attempt, chosen) = match self.in_two_parts(chosen, &attempt, considered, noise) {
+            Some((parts, pair)) => {
+                rivals.insert(
+                    0,
+                    (
+                        self.dictionary.candidates[chosen].subject.clone(),
+                        parts.cost - cost,
+                    ),
+                );
+                (parts, pair.to_vec())
+            }
+            None => (attempt, vec![chosen]),
         };
         self.values = attempt.values;
         *self.observed = attempt.observed;
-        self.terms.push(Term {
-            candidate: chosen,
-            evidence: best.score,
-            rivals,
-        });
+        for candidate in chosen {
+            let rivals = rivals.clone();
+            self.terms.push(Term {
+                candidate,
+                evidence: best.score,
+                rivals,
+            });
+        }
         Ok(true)
+    }
+
+    /// Two simple effects at the place of a rich one that explain the log as well with
+    /// fewer parameters: Coulomb and viscous friction, not Stribeck's.
+    fn in_two_parts(
+        &self,
+        rich: usize,
+        whole: &Attempt,
+        considered: &[Considered],
+        noise: &ProcessNoise,
+    ) -> Option<(Attempt, [usize; 2])> {
+        let on = self.dictionary.candidates[rich].subject.on();
+        let simple: Vec<&Considered> = considered
+            .iter()
+            .filter(|c| c.candidate != rich && c.gain > 0.0)
+            .filter(|c| self.dictionary.candidates[c.candidate].subject.on() == on)
+            .collect();
+        let mut best: Option<(Attempt, [usize; 2])> = None;
+        for (index, first) in simple.iter().enumerate() {
+            for second in &simple[index + 1..] {
+                if self.size(first.candidate) + self.size(second.candidate) >= self.size(rich) {
+                    continue;
+                }
+                let Ok(parts) = self.attempt(&[first, second], noise) else {
+                    continue;
+                };
+                let limit = best
+                    .as_ref()
+                    .map_or(whole.cost + TIE, |(best, _)| best.cost);
+                if parts.cost < limit {
+                    best = Some((parts, [first.candidate, second.candidate]));
+                }
+            }
+        }
+        best
     }
 
     fn size(&self, candidate: usize) -> usize {
         self.dictionary.candidates[candidate].parameters.len()
     }
 
-    /// The accepted terms and one more, fitted together.
-    fn attempt(&self, leader: &Considered, noise: &ProcessNoise) -> Result<Attempt, SolveError> {
+    /// The accepted terms and some more, fitted together.
+    fn attempt(&self, more: &[&Considered], noise: &ProcessNoise) -> Result<Attempt, SolveError> {
         let mut values = self.values.clone();
-        for &(parameter, value) in &leader.values {
-            values[parameter] = value;
+        let mut parameters = self.accepted_parameters();
+        let mut free = 0;
+        for leader in more {
+            for &(parameter, value) in &leader.values {
+                values[parameter] = value;
+            }
+            parameters.extend(&self.dictionary.candidates[leader.candidate].parameters);
+            free += self.size(leader.candidate);
         }
         let mut observed = self.observed.clone();
-        let mut parameters = self.accepted_parameters();
-        parameters.extend(&self.dictionary.candidates[leader.candidate].parameters);
         let tape = self.tape_for(&parameters);
         let estimate = refine(
             self.dictionary,
@@ -443,11 +499,11 @@ impl Search<'_> {
         )?;
         let rows = estimate.rows as f64;
         let scale = (estimate.misfit / rows).max(1.0);
-        let free = self.size(leader.candidate) as f64;
         // Nats under noise as large as this fit leaves, and the price.
-        let cost = 0.5 * estimate.misfit / scale + 0.5 * rows * scale.ln() + 0.5 * free * rows.ln();
+        let cost =
+            0.5 * estimate.misfit / scale + 0.5 * rows * scale.ln() + 0.5 * free as f64 * rows.ln();
         Ok(Attempt {
-            candidate: leader.candidate,
+            candidate: more[0].candidate,
             cost,
             values,
             observed,
