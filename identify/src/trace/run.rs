@@ -395,7 +395,7 @@ fn check_constraints(dictionary: &Dictionary, observed: &Observed) -> Result<(),
             for i in 0..travel.len() {
                 let slope = at.constraint_matrix[(row, i)];
                 noise += (slope * observed.position_sd[i]).powi(2);
-                scale = scale.max((slope * travel[i]).abs());
+                scale = scale.max((slope * travel[i].min(1.0)).abs());
             }
         }
         let violation = (square / terms.len() as f64).sqrt();
@@ -413,7 +413,7 @@ fn check_constraints(dictionary: &Dictionary, observed: &Observed) -> Result<(),
     Ok(())
 }
 
-/// A violation below this share of the coordinates' travel may be a geometry that
+/// A violation below this share of the coordinates' travel (a turn counts as 1 rad) may be a geometry that
 /// is a little off; above, it is another machine.
 const GROSS_VIOLATION: f64 = 0.05;
 

@@ -78,7 +78,7 @@ const MAX_LEADERS: usize = 5;
 const MAX_TERMS: usize = 24;
 
 /// A candidate's columns in the regression, for one shape.
-struct Option_ {
+struct ShapedCandidate {
     candidate: usize,
     shape: usize,
     columns: Vec<usize>,
@@ -149,7 +149,7 @@ pub fn select(dictionary: &Dictionary, observed: &mut Observed) -> Result<Select
 
 impl Search<'_> {
     /// Columns: every parameter at the current values, then the further shapes.
-    fn dynamics(&self) -> Result<(ErrorDynamics, Vec<Option_>), SolveError> {
+    fn dynamics(&self) -> Result<(ErrorDynamics, Vec<ShapedCandidate>), SolveError> {
         let dictionary = self.dictionary;
         let shaped: Vec<Vec<f64>> = (1..=dictionary.by_shape.len())
             .map(|shape| self.with_shape(shape))
@@ -189,11 +189,11 @@ impl Search<'_> {
         self.terms.iter().any(|term| term.candidate == candidate)
     }
 
-    fn options(&self) -> Vec<Option_> {
+    fn options(&self) -> Vec<ShapedCandidate> {
         let mut options = Vec::new();
         let mut first_column = self.values.len();
         for (index, candidate) in self.dictionary.candidates.iter().enumerate() {
-            options.push(Option_ {
+            options.push(ShapedCandidate {
                 candidate: index,
                 shape: 0,
                 columns: candidate.strengths.clone(),
@@ -207,7 +207,7 @@ impl Search<'_> {
                 let column_of = |s: &usize| strengths.iter().position(|x| x == s);
                 let columns = candidate.strengths.iter().filter_map(column_of);
                 let columns = columns.map(|c| first_column + c).collect();
-                options.push(Option_ {
+                options.push(ShapedCandidate {
                     candidate: index,
                     shape: shape + 1,
                     columns,
@@ -228,7 +228,7 @@ impl Search<'_> {
     }
 
     /// Every column that may matter.
-    fn all_columns(&self, options: &[Option_]) -> Vec<usize> {
+    fn all_columns(&self, options: &[ShapedCandidate]) -> Vec<usize> {
         let mut all = self.accepted_parameters();
         all.extend(options.iter().flat_map(|o| o.columns.iter().copied()));
         all.sort_unstable();
@@ -268,7 +268,7 @@ impl Search<'_> {
         Ok(NOISE_SHARES[choose_noise(&dynamics, &readings, &columns, self.noise_index).index])
     }
 
-    fn regress(&mut self) -> Result<(Gram, Vec<Option_>, ProcessNoise), SolveError> {
+    fn regress(&mut self) -> Result<(Gram, Vec<ShapedCandidate>, ProcessNoise), SolveError> {
         let (dynamics, options) = self.dynamics()?;
         let readings = self.observed.readings();
         let columns = self.all_columns(&options);
@@ -278,7 +278,7 @@ impl Search<'_> {
     }
 
     /// Every candidate's worth beside the accepted terms, best first.
-    fn score(&self, gram: &Gram, options: &[Option_]) -> Vec<Considered> {
+    fn score(&self, gram: &Gram, options: &[ShapedCandidate]) -> Vec<Considered> {
         let base = self.accepted_parameters();
         let base_misfit = gram.fit(&base).misfit;
         let all = self.all_columns(options);
@@ -321,7 +321,7 @@ impl Search<'_> {
         &self,
         gram: &Gram,
         base: &[usize],
-        option: &Option_,
+        option: &ShapedCandidate,
     ) -> Option<(Vec<usize>, Assignment)> {
         let candidate = &self.dictionary.candidates[option.candidate];
         let model = &self.dictionary.machine.compiled.model;
