@@ -22,6 +22,9 @@ pub fn review(compiled: &Compiled, source_name: &str) -> String {
     out
 }
 
+/// More operations than this are not written out.
+const LONG: usize = 60;
+
 struct Sheet<'a> {
     compiled: &'a Compiled,
     model: &'a Model,
@@ -60,6 +63,16 @@ impl<'a> Sheet<'a> {
                 .unwrap_or_else(|| "?".to_string())
         };
         self.model.graph.display(expr, name).to_string()
+    }
+
+    /// An expression if it fits on a few lines, else how long it is.
+    fn short(&self, expr: ExprId) -> String {
+        let operations = self.model.graph.operation_count(&[expr]);
+        if operations > LONG {
+            format!("({operations} operations, too long to write out)")
+        } else {
+            self.expression(expr)
+        }
     }
 
     fn write(&self, out: &mut String, source_name: &str) -> std::fmt::Result {
@@ -177,7 +190,7 @@ impl<'a> Sheet<'a> {
             writeln!(
                 out,
                 "    0 = {}",
-                self.expression(system.constraint_residual[row])
+                self.expression(constraint.residual)
             )?;
             for (c, &entry) in self
                 .model
@@ -190,14 +203,14 @@ impl<'a> Sheet<'a> {
                         out,
                         "    A[{}] = {}",
                         one_line(&c.name),
-                        self.expression(entry)
+                        self.short(entry)
                     )?;
                 }
             }
             writeln!(
                 out,
                 "    b = {}",
-                self.expression(system.constraint_bias[row])
+                self.short(system.constraint_bias[row])
             )?;
         }
         Ok(())
