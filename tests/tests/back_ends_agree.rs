@@ -80,9 +80,7 @@ const NOTHING: f64 = 1e-5;
 /// The largest difference, relative to the largest entry.
 fn deviation(found: &[f64], expected: &[f64]) -> f64 {
     assert_eq!(found.len(), expected.len());
-    let scale = expected
-        .iter()
-        .fold(NOTHING, |m, x| m.max(x.abs()));
+    let scale = expected.iter().fold(NOTHING, |m, x| m.max(x.abs()));
     let differences = found.iter().zip(expected).map(|(a, b)| (a - b).abs());
     let largest = differences.fold(
         0.0,

@@ -115,7 +115,12 @@ fn check(urdf: &Path, expected: &Value) {
     let jacobian = robot.tape(&system.output_jacobian.concat());
     let output_bias = robot.tape(&system.output_bias);
     let n = joints.len();
-    for (index, state) in expected["states"].as_array().expect("states").iter().enumerate() {
+    for (index, state) in expected["states"]
+        .as_array()
+        .expect("states")
+        .iter()
+        .enumerate()
+    {
         let place = format!("{name}, state {index}");
         let m = robot.square(&robot.evaluate(&mass_matrix, state));
         let ours = robot.evaluate(&bias, state);
@@ -135,7 +140,9 @@ fn check(urdf: &Path, expected: &Value) {
             .flat_map(|link| numbers(link)[..3].to_vec())
             .collect();
         let at = |what| (place.as_str(), what);
-        robot.worst.check(at("M"), &m, &numbers(&state["M"]), VALUES);
+        robot
+            .worst
+            .check(at("M"), &m, &numbers(&state["M"]), VALUES);
         let bias = numbers(&state["bias"]);
         robot.worst.check(at("bias"), &q_c, &bias, VALUES);
         robot.worst.check(at("J"), &j, &linear, VALUES);
@@ -162,7 +169,12 @@ fn check_motion(urdf: &Path, expected: &Value) {
         .collect();
     let tape = machine.sensitivity(&variables);
     let mut worst = Deviations::default();
-    for (index, state) in expected["states"].as_array().expect("states").iter().enumerate() {
+    for (index, state) in expected["states"]
+        .as_array()
+        .expect("states")
+        .iter()
+        .enumerate()
+    {
         let place = format!("{name}, state {index}");
         let of = |key: &str| -> Vec<Vec<f64>> {
             let values = to_ours(&order, &numbers(&state[key]));
@@ -174,7 +186,9 @@ fn check_motion(urdf: &Path, expected: &Value) {
             v: of("v"),
             u: of("tau"),
         };
-        let motions = machine.motion(&states, &[]).unwrap_or_else(|e| panic!("{place}: {e}"));
+        let motions = machine
+            .motion(&states, &[])
+            .unwrap_or_else(|e| panic!("{place}: {e}"));
         let a: Vec<f64> = order.iter().map(|&i| motions[0].acceleration[i]).collect();
         // Its digits depend on how well M can be inverted; Pinocchio's own a has no more.
         worst.check((&place, "a"), &a, &numbers(&state["a"]), 1e-9);
@@ -230,7 +244,11 @@ fn faulty_robots_are_refused() {
         .collect();
     files.sort();
     for file in files {
-        let name = file.file_name().expect("a file").to_string_lossy().into_owned();
+        let name = file
+            .file_name()
+            .expect("a file")
+            .to_string_lossy()
+            .into_owned();
         let text = std::fs::read_to_string(&file).expect("readable");
         let report = compile(&name, &text, &Library::empty()).expect_err("refused");
         let shown = report.to_string();
@@ -282,7 +300,10 @@ fn the_wheelbot_agrees_with_an_independent_derivation() {
             let size = expected.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
             // What is zero comes out as rounding of what it is a difference of.
             let floor = if size < 1e-9 { 1.0 } else { 0.0 };
-            let (ours, expected) = ([ours, &[floor]].concat(), [&expected[..], &[floor]].concat());
+            let (ours, expected) = (
+                [ours, &[floor]].concat(),
+                [&expected[..], &[floor]].concat(),
+            );
             worst.check((&place, name), &ours, &expected, tolerance);
         };
         check("M", &by_rows(&terms.mass_matrix), 1e-9);

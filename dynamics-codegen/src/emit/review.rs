@@ -187,11 +187,7 @@ impl<'a> Sheet<'a> {
             for line in plain_lines(&constraint.doc) {
                 writeln!(out, "    {line}")?;
             }
-            writeln!(
-                out,
-                "    0 = {}",
-                self.expression(constraint.residual)
-            )?;
+            writeln!(out, "    0 = {}", self.expression(constraint.residual))?;
             for (c, &entry) in self
                 .model
                 .coordinates
@@ -199,19 +195,10 @@ impl<'a> Sheet<'a> {
                 .zip(&system.constraint_matrix[row])
             {
                 if !self.model.graph.is_zero(entry) {
-                    writeln!(
-                        out,
-                        "    A[{}] = {}",
-                        one_line(&c.name),
-                        self.short(entry)
-                    )?;
+                    writeln!(out, "    A[{}] = {}", one_line(&c.name), self.short(entry))?;
                 }
             }
-            writeln!(
-                out,
-                "    b = {}",
-                self.short(system.constraint_bias[row])
-            )?;
+            writeln!(out, "    b = {}", self.short(system.constraint_bias[row]))?;
         }
         Ok(())
     }
