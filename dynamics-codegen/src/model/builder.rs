@@ -11,7 +11,6 @@ use crate::source::{Sources, Span};
 use crate::syntax::{
     Bounds, Expr, File, Heading, Name, PortKind, Prior, Statement, StatementKind, Unit, UnitBase,
 };
-use std::collections::HashMap;
 
 /// A model may have this many coordinates, inputs and constraints.
 const MAX_SIZE: usize = 256;
@@ -57,7 +56,9 @@ pub(super) struct Builder<'a> {
     pub effect: Option<usize>,
     diagnostics: &'a mut Vec<Diagnostic>,
     /// What each input's channel does, composed in the order of the text.
-    channels: Vec<ExprId>,
+    pub(super) channels: Vec<ExprId>,
+    /// Beside [`Model::states`]: where each is declared and given its rate.
+    pub(super) state_notes: Vec<super::state::StateNotes>,
     has_kinetic: bool,
     too_large: bool,
 }
@@ -74,6 +75,8 @@ impl<'a> Builder<'a> {
             time,
             coordinates: Vec::new(),
             inputs: Vec::new(),
+            delays: Vec::new(),
+            states: Vec::new(),
             parameters: Vec::new(),
             kinetic: zero,
             potential: zero,
@@ -91,6 +94,7 @@ impl<'a> Builder<'a> {
             effect: None,
             diagnostics,
             channels: Vec::new(),
+            state_notes: Vec::new(),
             has_kinetic: false,
             too_large: false,
         }
@@ -127,6 +131,9 @@ impl<'a> Builder<'a> {
                 }
                 StatementKind::Input { name, unit } => {
                     self.declare_input(name, unit.as_ref(), &statement.doc);
+                }
+                StatementKind::State { name, unit, .. } => {
+                    self.declare_state(name, unit.as_ref(), &statement.doc);
                 }
                 StatementKind::Constant { name, unit, value } => {
                     let declared = unit.as_ref().and_then(|unit| self.dimension(unit));
@@ -325,7 +332,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Binds a plain word; `false` (and a finding) if it is taken.
-    fn bind(&mut self, name: &Name, what: Binding) -> bool {
+    pub(super) fn bind(&mut self, name: &Name, what: Binding) -> bool {
         if RESERVED.contains(&name.text.as_str()) {
             let message = format!(
                 "`{}` has a meaning of its own and cannot be redefined",
@@ -362,7 +369,7 @@ impl<'a> Builder<'a> {
     }
 
     /// The dimension of a unit as written; `None` (and a finding) if it is unknown.
-    fn dimension(&mut self, unit: &Unit) -> Option<Dimension> {
+    pub(super) fn dimension(&mut self, unit: &Unit) -> Option<Dimension> {
         let mut product = Dimension::ONE;
         for factor in &unit.factors {
             let base = match &factor.base {
@@ -425,6 +432,7 @@ impl<'a> Builder<'a> {
         for (what, count) in [
             ("coordinates", self.model.coordinates.len()),
             ("inputs", self.model.inputs.len()),
+            ("states", self.model.states.len()),
         ] {
             if count > MAX_SIZE {
                 let message = format!("the model has {count} {what}; it may have {MAX_SIZE}");
@@ -468,6 +476,8 @@ impl<'a> Builder<'a> {
             }
             StatementKind::Force { on, value } => self.lower_force(on, value)?,
             StatementKind::Channel { name, value } => self.lower_channel(name, value)?,
+            StatementKind::State { name, initial, .. } => self.lower_initial(name, initial.as_ref())?,
+            StatementKind::Rate { name, value } => self.lower_rate(name, value)?,
             StatementKind::Constraint { name, left, right } => {
                 self.lower_constraint(name, left, right, &statement.doc)?;
             }
@@ -518,7 +528,7 @@ impl<'a> Builder<'a> {
             .iter()
             .find(|u| self.model.graph.depends_on(&[expr], u.symbol));
         match found.map(|u| u.name.clone()) {
-            None => Some(()),
+            None => self.refuse_memory(expr, span, role),
             Some(name) => self.report(
                 Diagnostic::error(span, format!("{role} contains the input `{name}`"))
                     .help("an input acts through `force`"),
@@ -574,7 +584,7 @@ impl<'a> Builder<'a> {
         self.unknown_place(name, "input", &known)
     }
 
-    fn unknown_place<T>(&mut self, name: &Name, what: &str, known: &[String]) -> Option<T> {
+    pub(super) fn unknown_place<T>(&mut self, name: &Name, what: &str, known: &[String]) -> Option<T> {
         if self.scope.unreadable.contains(&name.text) {
             return None;
         }
@@ -599,8 +609,7 @@ impl<'a> Builder<'a> {
             let role = format!("what arrives at `{}`", name.text);
             self.expect_dimension(quantity, dimension, value.span, &role)?;
         }
-        let commanded = self.model.inputs[index].symbol;
-        let replacement = HashMap::from([(commanded, self.channels[index])]);
+        let replacement = self.what_arrives(index, quantity.expr, value.span)?;
         self.channels[index] = self.model.graph.substitute(&[quantity.expr], &replacement)[0];
         Some(())
     }
@@ -679,20 +688,12 @@ impl<'a> Builder<'a> {
         {
             self.look_for_inertia();
         }
-        let replacements: HashMap<_, _> = self
-            .model
-            .inputs
-            .iter()
-            .zip(&self.channels)
-            .map(|(input, &arrives)| (input.symbol, arrives))
-            .collect();
-        self.model.forces = self
-            .model
-            .graph
-            .substitute(&self.model.forces.clone(), &replacements);
+        self.refuse_states_without_rate();
+        self.put_channels_into_forces(heading);
         for (input, &arrives) in self.model.inputs.iter_mut().zip(&self.channels) {
             input.arrives = arrives;
         }
+        self.drop_idle_delays();
         let failed = self
             .diagnostics
             .iter()
@@ -728,7 +729,7 @@ impl<'a> Builder<'a> {
 }
 
 /// A unit as written, normalised.
-fn unit_text(unit: &Unit) -> String {
+pub(super) fn unit_text(unit: &Unit) -> String {
     let mut text = String::new();
     for (position, factor) in unit.factors.iter().enumerate() {
         let base = match &factor.base {

@@ -1,15 +1,19 @@
 //! The checked model: names resolved, units checked, expressions on the graph.
 
 mod builder;
+mod delay;
 mod effects;
 mod library;
 mod lower;
 mod names;
 mod quantity;
+mod state;
 
 pub(crate) use builder::build;
+pub use delay::Delay;
 pub use effects::{Template, TemplateParameter};
 pub use library::{Library, LibraryError};
+pub use state::State;
 
 use crate::dimension::Dimension;
 use crate::graph::{ExprId, Graph, SymbolId};
@@ -143,6 +147,10 @@ pub struct Model {
     pub coordinates: Vec<Coordinate>,
     /// The inputs, in the order of the text.
     pub inputs: Vec<Input>,
+    /// Inputs as they were some time ago, wherever something asks for them.
+    pub delays: Vec<Delay>,
+    /// The first-order states, in the order of the text, then those of the effects.
+    pub states: Vec<State>,
     /// The parameters, in the order of the text, then those of the effects.
     pub parameters: Vec<Parameter>,
     /// Kinetic energy `T(q, v, t)`.
@@ -167,14 +175,15 @@ impl Model {
         self.parameters.iter().map(|p| p.nominal).collect()
     }
 
-    /// The time derivative's seeds: `q → v`, `t → 1` (velocities are not
-    /// differentiated: no statement may contain an acceleration).
+    /// The time derivative's seeds: `q → v`, `t → 1`, states → their rates (velocities
+    /// are not differentiated: no statement may contain an acceleration).
     pub(crate) fn time_seeds(&mut self) -> Vec<(SymbolId, ExprId)> {
         let one = self.graph.one();
         let mut seeds = vec![(self.time, one)];
         for c in &self.coordinates {
             seeds.push((c.position, self.graph.var(c.velocity)));
         }
+        seeds.extend(self.states.iter().map(|z| (z.symbol, z.rate)));
         seeds
     }
 }

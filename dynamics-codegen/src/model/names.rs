@@ -14,6 +14,8 @@ pub(super) enum Binding {
     Coordinate(usize),
     /// Index of a parameter.
     Parameter(usize),
+    /// Index of a state.
+    State(usize),
     /// A constant or a `let`: its expression, lowered when first used.
     Term(usize),
 }
@@ -63,7 +65,7 @@ pub(super) struct Scope {
 pub(super) const RESERVED: [&str; 2] = ["t", "pi"];
 
 /// The functions of the language with their number of arguments.
-pub(super) const FUNCTIONS: [(&str, usize); 21] = [
+pub(super) const FUNCTIONS: [(&str, usize); 22] = [
     ("sin", 1),
     ("cos", 1),
     ("tan", 1),
@@ -85,6 +87,7 @@ pub(super) const FUNCTIONS: [(&str, usize); 21] = [
     ("dot", 1),
     ("input", 1),
     ("coordinate", 1),
+    ("delay", 2),
 ];
 
 impl Scope {
@@ -110,6 +113,9 @@ impl Scope {
             }
             // These look names up among inputs and coordinates.
             ExprKind::Call(name, _) if ["input", "coordinate"].contains(&name.text.as_str()) => {}
+            ExprKind::Call(name, arguments) if name.text == "delay" => {
+                arguments.iter().skip(1).for_each(|expr| self.terms_in(expr, found));
+            }
             ExprKind::Call(_, arguments) => {
                 arguments.iter().for_each(|expr| self.terms_in(expr, found));
             }
