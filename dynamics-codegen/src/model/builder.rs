@@ -476,7 +476,9 @@ impl<'a> Builder<'a> {
             }
             StatementKind::Force { on, value } => self.lower_force(on, value)?,
             StatementKind::Channel { name, value } => self.lower_channel(name, value)?,
-            StatementKind::State { name, initial, .. } => self.lower_initial(name, initial.as_ref())?,
+            StatementKind::State { name, initial, .. } => {
+                self.lower_initial(name, initial.as_ref())?
+            }
             StatementKind::Rate { name, value } => self.lower_rate(name, value)?,
             StatementKind::Constraint { name, left, right } => {
                 self.lower_constraint(name, left, right, &statement.doc)?;
@@ -584,7 +586,12 @@ impl<'a> Builder<'a> {
         self.unknown_place(name, "input", &known)
     }
 
-    pub(super) fn unknown_place<T>(&mut self, name: &Name, what: &str, known: &[String]) -> Option<T> {
+    pub(super) fn unknown_place<T>(
+        &mut self,
+        name: &Name,
+        what: &str,
+        known: &[String],
+    ) -> Option<T> {
         if self.scope.unreadable.contains(&name.text) {
             return None;
         }

@@ -62,7 +62,10 @@ impl Builder<'_> {
         let quantity = self.lower(by)?;
         self.expect_dimension(quantity, Dimension::TIME, by.span, "a delay")?;
         let graph = &self.model.graph;
-        if graph.as_constant(quantity.expr).is_some_and(|tau| tau < 0.0) {
+        if graph
+            .as_constant(quantity.expr)
+            .is_some_and(|tau| tau < 0.0)
+        {
             return self.report(Diagnostic::error(by.span, "a delay is not negative"));
         }
         let parameters = self.model.parameters.iter().map(|p| p.symbol);
@@ -91,7 +94,12 @@ impl Builder<'_> {
             ExprKind::Name(name) => Some((name, of.span)),
             ExprKind::Call(function, arguments) if function.text == "input" => {
                 match arguments.as_slice() {
-                    [Expr { kind: ExprKind::Name(name), span }] => Some((name, *span)),
+                    [
+                        Expr {
+                            kind: ExprKind::Name(name),
+                            span,
+                        },
+                    ] => Some((name, *span)),
                     _ => None,
                 }
             }
@@ -116,7 +124,12 @@ impl Builder<'_> {
             return known.symbol;
         }
         let of = &self.model.inputs[input].name;
-        let count = self.model.delays.iter().filter(|d| d.input == input).count();
+        let count = self
+            .model
+            .delays
+            .iter()
+            .filter(|d| d.input == input)
+            .count();
         let name = match count {
             0 => format!("{of}_delayed"),
             n => format!("{of}_delayed_{}", n + 1),
@@ -159,7 +172,10 @@ impl Builder<'_> {
                 }
                 for state in remembered {
                     let state = &mut self.model.states[state];
-                    let moved = self.model.graph.substitute(&[state.rate, state.initial], &map);
+                    let moved = self
+                        .model
+                        .graph
+                        .substitute(&[state.rate, state.initial], &map);
                     (state.rate, state.initial) = (moved[0], moved[1]);
                 }
             }

@@ -114,7 +114,10 @@ impl Scope {
             // These look names up among inputs and coordinates.
             ExprKind::Call(name, _) if ["input", "coordinate"].contains(&name.text.as_str()) => {}
             ExprKind::Call(name, arguments) if name.text == "delay" => {
-                arguments.iter().skip(1).for_each(|expr| self.terms_in(expr, found));
+                arguments
+                    .iter()
+                    .skip(1)
+                    .for_each(|expr| self.terms_in(expr, found));
             }
             ExprKind::Call(_, arguments) => {
                 arguments.iter().for_each(|expr| self.terms_in(expr, found));

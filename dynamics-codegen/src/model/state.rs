@@ -3,10 +3,10 @@
 //! What a machine remembers beside positions and velocities: the bristles of a
 //! friction law, a drive's lag, the play of a gear.
 
+use super::Model;
 use super::builder::{Builder, unit_text};
 use super::names::Binding;
 use super::quantity::{Measure, Quantity};
-use super::Model;
 use crate::diagnostic::Diagnostic;
 use crate::dimension::Dimension;
 use crate::graph::{ExprId, SymbolId};
@@ -160,8 +160,9 @@ impl Builder<'_> {
     /// An expression with every input replaced by what arrives so far.
     fn as_it_arrives(&mut self, expr: ExprId) -> ExprId {
         let inputs = self.model.inputs.iter().zip(&self.channels);
-        let so_far: HashMap<SymbolId, ExprId> =
-            inputs.map(|(input, &channel)| (input.symbol, channel)).collect();
+        let so_far: HashMap<SymbolId, ExprId> = inputs
+            .map(|(input, &channel)| (input.symbol, channel))
+            .collect();
         self.model.graph.substitute(&[expr], &so_far)[0]
     }
 
@@ -181,9 +182,8 @@ impl Builder<'_> {
         if let Some(delay) = delays.find(|d| graph.depends_on(&[expr], d.symbol)) {
             let name = &self.model.inputs[delay.input].name;
             let message = format!("{role} contains the input `{name}`, delayed");
-            return self.report(
-                Diagnostic::error(span, message).help("an input acts through `force`"),
-            );
+            return self
+                .report(Diagnostic::error(span, message).help("an input acts through `force`"));
         }
         Some(())
     }

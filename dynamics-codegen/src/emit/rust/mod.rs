@@ -165,7 +165,8 @@ impl Unit<'_> {
         if model.delays.is_empty() {
             return;
         }
-        let mut doc = Doc::of("Delayed inputs, and which input each is. The caller keeps the past:");
+        let mut doc =
+            Doc::of("Delayed inputs, and which input each is. The caller keeps the past:");
         doc.line("");
         for delay in &model.delays {
             doc.line(format!(
