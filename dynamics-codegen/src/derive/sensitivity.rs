@@ -5,9 +5,10 @@
 //! `R = M a − Q − Aᵀλ` and `S = A a − b` differentiated at fixed `a, λ`: first
 //! derivatives only, no derivative of an inverse (MATH section 4).
 
-use super::System;
+use super::reading::Readings;
+use super::{System, force, inertial};
 use crate::graph::{ExprId, SymbolId};
-use crate::model::{Model, State};
+use crate::model::Model;
 
 /// What to differentiate by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -70,7 +71,7 @@ pub struct StateSlope {
 }
 
 /// The slopes that are not identically zero.
-fn state_slopes(model: &mut Model, variables: &[Variable]) -> Vec<StateSlope> {
+fn state_slopes(model: &mut Model, system: &System, variables: &[Variable]) -> Vec<StateSlope> {
     let mut slopes = Vec::new();
     for (index, &variable) in variables.iter().enumerate() {
         let Variable::Parameter(parameter) = variable else {
@@ -80,9 +81,10 @@ fn state_slopes(model: &mut Model, variables: &[Variable]) -> Vec<StateSlope> {
         let symbols: Vec<SymbolId> = seeds.iter().map(|(symbol, _)| *symbol).collect();
         let moved: Vec<usize> = (0..model.states.len())
             .filter(|&state| {
-                let State { rate, initial, .. } = model.states[state];
+                let (rate, initial) = (system.state_rates[state], system.initial_states[state]);
                 let mut all = vec![rate, initial];
-                all.extend(model.states_in(rate).iter().map(|&z| model.states[z].rate));
+                let others = model.states_in(model.states[state].rate);
+                all.extend(others.iter().map(|&z| system.state_rates[z]));
                 symbols.iter().any(|&s| model.graph.depends_on(&all, s))
             })
             .collect();
@@ -99,12 +101,8 @@ fn state_slopes(model: &mut Model, variables: &[Variable]) -> Vec<StateSlope> {
             seeds.push((model.states[state].symbol, model.graph.var(symbol)));
         }
         for (&state, &symbol) in moved.iter().zip(&own) {
-            let State {
-                rate,
-                initial,
-                symbol: z,
-                ..
-            } = model.states[state];
+            let (rate, initial) = (system.state_rates[state], system.initial_states[state]);
+            let z = model.states[state].symbol;
             let others: Vec<_> = seeds.iter().copied().filter(|(s, _)| *s != z).collect();
             slopes.push(StateSlope {
                 state,
@@ -148,7 +146,7 @@ impl Sensitivity {
                 model.graph.symbol(name)
             })
             .collect();
-        let memory = state_slopes(model, variables);
+        let memory = state_slopes(model, system, variables);
         let residuals = residuals(model, system, &acceleration, &multiplier);
         let columns = variables
             .iter()
@@ -179,16 +177,19 @@ fn residuals(
     acceleration: &[SymbolId],
     multiplier: &[SymbolId],
 ) -> Vec<ExprId> {
-    let graph = &mut model.graph;
+    let graph = &model.graph;
     let a: Vec<ExprId> = acceleration.iter().map(|&s| graph.var(s)).collect();
     let lambda: Vec<ExprId> = multiplier.iter().map(|&s| graph.var(s)).collect();
+    let readings = Readings::new(model);
+    let needed = inertial::inverse(model, &readings, &a);
+    let applied = force::forces(model, &readings).total;
+    let graph = &mut model.graph;
     let mut residuals = Vec::with_capacity(a.len() + lambda.len());
     for i in 0..a.len() {
-        let inertial = graph.inner_product(&system.mass_matrix[i], &a);
         let column: Vec<ExprId> = system.constraint_matrix.iter().map(|row| row[i]).collect();
         let constraint_force = graph.inner_product(&column, &lambda);
-        let forces = graph.add(system.force[i], constraint_force);
-        residuals.push(graph.sub(inertial, forces));
+        let forces = graph.add(applied[i], constraint_force);
+        residuals.push(graph.sub(needed[i], forces));
     }
     for (row, &b) in system.constraint_matrix.iter().zip(&system.constraint_bias) {
         let demanded = graph.inner_product(row, &a);

@@ -213,7 +213,8 @@ impl Builder<'_> {
     /// Every force sees what arrives in place of what was commanded.
     pub(super) fn put_channels_into_forces(&mut self, heading: Span) {
         let mut replacements = HashMap::new();
-        let forces = self.model.forces.clone();
+        let mut forces = self.model.forces.clone();
+        forces.extend(self.model.point_forces.iter().flat_map(|f| f.value));
         for input in 0..self.model.inputs.len() {
             let (symbol, arrives) = (self.model.inputs[input].symbol, self.channels[input]);
             replacements.insert(symbol, arrives);
@@ -236,12 +237,19 @@ impl Builder<'_> {
                 replacements.insert(delayed, earlier);
             }
         }
-        self.model.forces = self.model.graph.substitute(&forces, &replacements);
+        let mut seen = self.model.graph.substitute(&forces, &replacements);
+        let mut of_points = seen.split_off(self.model.forces.len()).into_iter();
+        for force in &mut self.model.point_forces {
+            let parts = force.value.iter_mut().zip(of_points.by_ref());
+            parts.for_each(|(entry, value)| *entry = value);
+        }
+        self.model.forces = seen;
     }
 
     /// Delays that composing has left without use.
     pub(super) fn drop_idle_delays(&mut self) {
         let mut used = self.model.forces.clone();
+        used.extend(self.model.point_forces.iter().flat_map(|f| f.value));
         used.extend(self.model.states.iter().flat_map(|z| [z.rate, z.initial]));
         used.extend(self.model.outputs.iter().map(|y| y.value));
         used.extend(self.model.inputs.iter().map(|u| u.arrives));
