@@ -45,6 +45,7 @@ fn states(case: &Case) -> States {
         q: columns("q"),
         v: columns("v"),
         u: columns("u"),
+        ..States::default()
     }
 }
 

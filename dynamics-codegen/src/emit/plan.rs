@@ -5,7 +5,7 @@ use super::symbols::Symbols;
 use crate::compile::Compiled;
 use crate::dimension::Dimension;
 use crate::graph::ExprId;
-use crate::model::Coordinate;
+use crate::model::{Coordinate, Model};
 
 /// A row or column of a quantity.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -117,6 +117,20 @@ pub fn quantities(compiled: &Compiled) -> Vec<Quantity> {
             "c_dot",
             &axes.constraint_rate,
             &system.constraint_rate,
+        ),
+        vector(
+            "state_rate",
+            "Rates `dz/dt` of the internal states",
+            "z_rate",
+            &axes.state_rate,
+            &system.state_rates,
+        ),
+        vector(
+            "initial_state",
+            "Values of the internal states at the beginning",
+            "z_start",
+            &axes.state,
+            &system.initial_states,
         ),
         vector(
             "outputs",
@@ -247,6 +261,8 @@ struct Axes {
     force: Vec<Entry>,
     acceleration: Vec<Entry>,
     input: Vec<Entry>,
+    state: Vec<Entry>,
+    state_rate: Vec<Entry>,
     constraint: Vec<Entry>,
     constraint_rate: Vec<Entry>,
     constraint_acceleration: Vec<Entry>,
@@ -285,14 +301,19 @@ impl Axes {
             });
             entries.collect()
         };
-        let inputs = model.inputs.iter().map(|u| Entry {
-            name: u.name.clone(),
-            unit: u.unit.clone(),
-        });
+        let states = |order: i32| -> Vec<Entry> {
+            let entries = model.states.iter().map(|z| Entry {
+                name: z.name.clone(),
+                unit: text(z.dimension.map(|d| over_time(d, order))),
+            });
+            entries.collect()
+        };
         Self {
             force: coordinates(&|c| text(c.dimension.map(|d| Dimension::ENERGY / d))),
             acceleration: coordinates(&|c| coordinate_unit(c, 2)),
-            input: inputs.collect(),
+            input: inputs(model),
+            state: states(0),
+            state_rate: states(1),
             constraint: holonomic_rates(0),
             constraint_rate: holonomic_rates(1),
             constraint_acceleration: holonomic_rates(2),
@@ -303,6 +324,19 @@ impl Axes {
                 .collect(),
         }
     }
+}
+
+/// The inputs as generated code has them: those of the model, then the delayed ones.
+pub(super) fn inputs(model: &Model) -> Vec<Entry> {
+    let commanded = model.inputs.iter().map(|u| Entry {
+        name: u.name.clone(),
+        unit: u.unit.clone(),
+    });
+    let delayed = model.delays.iter().map(|d| Entry {
+        name: d.name.clone(),
+        unit: model.inputs[d.input].unit.clone(),
+    });
+    commanded.chain(delayed).collect()
 }
 
 /// The unit of a coordinate's `order`-th derivative, in the words of the model.

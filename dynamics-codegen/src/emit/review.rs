@@ -42,6 +42,15 @@ impl<'a> Sheet<'a> {
         for u in &model.inputs {
             names.insert(u.symbol, format!("input({})", one_line(&u.name)));
         }
+        for d in &model.delays {
+            let of = one_line(&model.inputs[d.input].name);
+            let own = |id| one_line(model.graph.symbol_name(id));
+            let by = model.graph.display(d.by, own);
+            names.insert(d.symbol, format!("delay({of}, {by})"));
+        }
+        for z in &model.states {
+            names.insert(z.symbol, one_line(&z.name));
+        }
         for p in &model.parameters {
             names.insert(p.symbol, one_line(&p.name));
         }
@@ -84,6 +93,7 @@ impl<'a> Sheet<'a> {
         )?;
         paragraph(out, &self.model.doc)?;
         self.arguments(out)?;
+        self.states(out)?;
         self.parameters(out)?;
         super::review_bodies::bodies(out, self.model)?;
         self.dynamics(out)?;
@@ -120,6 +130,23 @@ impl<'a> Sheet<'a> {
             ]);
         }
         columns(out, &rows)
+    }
+
+    /// Only where there are any.
+    fn states(&self, out: &mut String) -> std::fmt::Result {
+        if self.model.states.is_empty() {
+            return Ok(());
+        }
+        heading(out, "states", self.model.states.len())?;
+        for z in &self.model.states {
+            writeln!(out, "  {} {}", one_line(&z.name), z.unit)?;
+            for line in plain_lines(&z.doc) {
+                writeln!(out, "    {line}")?;
+            }
+            writeln!(out, "    at first = {}", self.expression(z.initial))?;
+            writeln!(out, "    rate = {}", self.expression(z.rate))?;
+        }
+        Ok(())
     }
 
     fn parameters(&self, out: &mut String) -> std::fmt::Result {

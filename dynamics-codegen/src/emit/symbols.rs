@@ -13,6 +13,7 @@ pub(super) enum Role {
     Position(usize),
     Velocity(usize),
     Input(usize),
+    State(usize),
     Parameter(usize),
 }
 
@@ -75,6 +76,16 @@ impl Symbols {
                 code,
                 format!("u_{}", snake(&u.name)),
             );
+        }
+        for (i, d) in model.delays.iter().enumerate() {
+            let code = locals.claim(&format!("u_{}", d.name));
+            let role = Role::Input(model.inputs.len() + i);
+            add(d.symbol, role, code, format!("u_{}", snake(&d.name)));
+        }
+        for (i, z) in model.states.iter().enumerate() {
+            let code = locals.claim(&format!("z_{}", z.name));
+            let telling = format!("z_{}", snake(&z.name));
+            add(z.symbol, Role::State(i), code, telling);
         }
         for (i, p) in model.parameters.iter().enumerate() {
             add(

@@ -128,6 +128,7 @@ impl Unit<'_> {
                 Role::Position(i) => format!("q[{i}]"),
                 Role::Velocity(i) => format!("v[{i}]"),
                 Role::Input(i) => format!("u[{i}]"),
+                Role::State(i) => format!("z[{i}]"),
                 Role::Parameter(_) => continue,
             };
             w.line(&format!(

@@ -78,7 +78,7 @@ impl Unit<'_> {
         });
     }
 
-    /// `p: &Parameters<T>` and `x: &Point<T, n, k, 0>`, with `_` in front of what is
+    /// `p: &Parameters<T>` and `x: &Point<T, n, k, s>`, with `_` in front of what is
     /// not read.
     fn arguments(&self, body: &Body) -> [String; 2] {
         let parameter = |role: Role| matches!(role, Role::Parameter(_));
@@ -99,6 +99,7 @@ impl Unit<'_> {
                 Role::Position(i) => format!("q[{i}]"),
                 Role::Velocity(i) => format!("v[{i}]"),
                 Role::Input(i) => format!("u[{i}]"),
+                Role::State(i) => format!("z[{i}]"),
                 Role::Parameter(_) => continue,
             };
             w.line(format!("let {name} = x.{place};"));

@@ -22,10 +22,12 @@ pub use library::{DuplicateModel, File, module_name, rust_crate, rust_file};
 
 use super::header;
 use super::naming::type_name;
-use super::plan::{functions, quantities};
+use super::plan::{functions, inputs, quantities};
 use super::symbols::Symbols;
+use super::text::one_line;
 use crate::compile::Compiled;
-use documentation::Doc;
+use crate::model::Delay;
+use documentation::{Doc, code};
 use layout::{Array, Writer};
 
 /// Types that the module defines or imports.
@@ -111,13 +113,14 @@ impl<'a> Unit<'a> {
         self.system(w);
     }
 
-    /// `Point<T, n, k, 0>`
+    /// `Point<T, n, k, s>`
     fn point(&self) -> String {
         let model = &self.compiled.model;
         format!(
-            "Point<T, {}, {}, 0>",
+            "Point<T, {}, {}, {}>",
             model.coordinates.len(),
-            model.inputs.len()
+            inputs(model).len(),
+            model.states.len()
         )
     }
 
@@ -126,12 +129,18 @@ impl<'a> Unit<'a> {
         let model = &self.compiled.model;
         let coordinates = model.coordinates.iter().map(|c| c.name.as_str()).collect();
         size(w, "COORDINATE", "coordinates", coordinates);
+        let entries = inputs(model);
         size(
             w,
             "INPUT",
             "inputs",
-            model.inputs.iter().map(|u| u.name.as_str()).collect(),
+            entries.iter().map(|u| u.name.as_str()).collect(),
         );
+        self.delays(w);
+        if !model.states.is_empty() {
+            let states = model.states.iter().map(|z| z.name.as_str()).collect();
+            size(w, "STATE", "internal states", states);
+        }
         let constraints = model.constraints.iter().map(|c| c.name.as_str()).collect();
         size(w, "CONSTRAINT", "constraint rows", constraints);
         size(
@@ -146,6 +155,44 @@ impl<'a> Unit<'a> {
             "parameters",
             model.parameters.iter().map(|p| p.name.as_str()).collect(),
         );
+    }
+}
+
+impl Unit<'_> {
+    /// What a caller must know of inputs that arrive late.
+    fn delays(&self, w: &mut Writer) {
+        let model = &self.compiled.model;
+        if model.delays.is_empty() {
+            return;
+        }
+        let mut doc =
+            Doc::of("Delayed inputs, and which input each is. The caller keeps the past:");
+        doc.line("");
+        for delay in &model.delays {
+            doc.line(format!(
+                "* {} is {} as it was {} seconds ago",
+                code(&delay.name),
+                code(&model.inputs[delay.input].name),
+                code(&self.delay_text(delay)),
+            ));
+        }
+        w.doc(&doc);
+        let pairs = model.delays.iter().enumerate().map(|(index, delay)| {
+            let place = model.inputs.len() + index;
+            Array::Simple(format!("({place}, {})", delay.input))
+        });
+        let opening = format!(
+            "pub const DELAYED_INPUTS: [(usize, usize); {}] =",
+            model.delays.len()
+        );
+        w.constant(&opening, &Array::Row(pairs.collect()));
+        w.blank();
+    }
+
+    fn delay_text(&self, delay: &Delay) -> String {
+        let graph = &self.compiled.model.graph;
+        let name = |id| one_line(graph.symbol_name(id));
+        graph.display(delay.by, name).to_string()
     }
 }
 
