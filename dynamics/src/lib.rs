@@ -86,11 +86,16 @@ mod dual;
 pub mod integrate;
 pub mod linalg;
 mod scalar;
+mod sensitivity;
 mod simulate;
 mod system;
 
 pub use dual::Dual;
 pub use scalar::{Real, Scalar};
+pub use sensitivity::{
+    Differentiable, MotionDerivatives, ParameterDerivatives, ResidualDerivatives,
+    motion_by_parameters, motion_derivatives, motion_derivatives_full_rank,
+};
 pub use simulate::{Simulation, acceleration, acceleration_full_rank};
 pub use system::{Constraint, Equation, Point, System};
 

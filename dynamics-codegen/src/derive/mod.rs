@@ -1,11 +1,15 @@
 //! From a model to the terms of the constrained equation of motion.
 
 mod constraint;
+mod expansion;
 mod force;
 mod lagrange;
 mod sensitivity;
+mod term;
 
+pub use expansion::{Expansion, ItemError};
 pub use sensitivity::{Sensitivity, Variable};
+pub use term::{Group, Item, Term};
 
 use crate::graph::{ExprId, SymbolId};
 use crate::model::{ConstraintKind, Model};

@@ -78,7 +78,7 @@ impl Sensitivity {
 }
 
 /// `R = M a − Q − Aᵀλ` (`n`), then `S = A a − b` (`m`).
-fn residuals(
+pub(super) fn residuals(
     model: &mut Model,
     system: &System,
     acceleration: &[SymbolId],

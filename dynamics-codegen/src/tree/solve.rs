@@ -151,7 +151,7 @@ impl Factor {
     }
 
     /// `M a = Q + Aᵀλ`, `A a = b` through `G = A M⁻¹ Aᵀ` (MATH section 4).
-    fn constrained(
+    pub(crate) fn constrained(
         &self,
         g: &mut Graph,
         force: &[ExprId],
