@@ -39,7 +39,7 @@ void pendulum_mass_matrix(
     pendulum_real out[1][1])
 {
     (void)x;
-    const pendulum_real m_j1_j1 = p->I + p->m * (p->l * p->l);
+    const pendulum_real m_j1_j1 = p->m * (p->l * p->l) + p->I;
     out[0][0] = m_j1_j1;
 }
 
@@ -82,7 +82,8 @@ void pendulum_force(
     const pendulum_real q_j1 = x->q[0];
     const pendulum_real u_j1 = x->u[0];
     const pendulum_real sin_j1 = SIN(q_j1);
-    const pendulum_real force_j1 = u_j1 - p->l * (p->m * p->g) * sin_j1;
+    const pendulum_real l_m_g = p->l * (p->m * p->g);
+    const pendulum_real force_j1 = u_j1 - l_m_g * sin_j1;
     out[0] = force_j1;
 }
 
@@ -93,9 +94,10 @@ void pendulum_equation_of_motion(
 {
     const pendulum_real q_j1 = x->q[0];
     const pendulum_real u_j1 = x->u[0];
-    const pendulum_real m_j1_j1 = p->I + p->m * (p->l * p->l);
+    const pendulum_real m_j1_j1 = p->m * (p->l * p->l) + p->I;
     const pendulum_real sin_j1 = SIN(q_j1);
-    const pendulum_real force_j1 = u_j1 - p->l * (p->m * p->g) * sin_j1;
+    const pendulum_real l_m_g = p->l * (p->m * p->g);
+    const pendulum_real force_j1 = u_j1 - l_m_g * sin_j1;
     out->mass_matrix[0][0] = m_j1_j1;
     out->force[0] = force_j1;
 }

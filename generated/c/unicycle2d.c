@@ -51,8 +51,10 @@ void unicycle2d_mass_matrix(
     const unicycle2d_real m_x_theta = -(p->m * r_sin_theta);
     const unicycle2d_real m_y_theta = p->m * r_cos_theta;
     const unicycle2d_real w1 = REAL(2.0) * (r_cos_theta * r_cos_theta);
-    const unicycle2d_real w2 = REAL(2.0) * (r_sin_theta * r_sin_theta) + w1;
-    const unicycle2d_real m_theta_theta = p->I_G + REAL(0.5) * p->m * w2;
+    const unicycle2d_real r_sin_theta_sq = r_sin_theta * r_sin_theta;
+    const unicycle2d_real w2 = r_sin_theta_sq * REAL(2.0) + w1;
+    const unicycle2d_real w3 = REAL(0.5) * p->m;
+    const unicycle2d_real m_theta_theta = w3 * w2 + p->I_G;
     out[0][0] = p->m;
     out[0][1] = REAL(0.0);
     out[0][2] = m_x_theta;
@@ -87,11 +89,13 @@ void unicycle2d_bias_force(
     const unicycle2d_real bias_x = p->m * w2;
     const unicycle2d_real bias_y = p->m * w3;
     const unicycle2d_real w4 = dot_gx * r_d_theta_cos_theta;
-    const unicycle2d_real w5 = r_d_theta_sin_theta * dot_gy;
-    const unicycle2d_real w6 = REAL(-2.0) * (w5 + p->R * cos_theta * w3);
-    const unicycle2d_real w7 = REAL(-2.0) * (w4 - p->R * sin_theta * w2);
-    const unicycle2d_real w8 = REAL(-2.0) * w4 + REAL(-2.0) * w5;
-    const unicycle2d_real bias_theta = w1 * w8 - w1 * (w7 + w6);
+    const unicycle2d_real w5 = w4 - p->R * sin_theta * w2;
+    const unicycle2d_real w6 = r_d_theta_sin_theta * dot_gy;
+    const unicycle2d_real w7 = REAL(-2.0) * (p->R * cos_theta * w3 + w6);
+    const unicycle2d_real w8 = REAL(-2.0) * w6;
+    const unicycle2d_real w9 = w1 * (w4 * REAL(-2.0) + w8);
+    const unicycle2d_real w10 = w5 * REAL(-2.0) + w7;
+    const unicycle2d_real bias_theta = w9 - w1 * w10;
     out[0] = bias_x;
     out[1] = bias_y;
     out[2] = bias_theta;
@@ -149,13 +153,15 @@ void unicycle2d_force(
     const unicycle2d_real w2 = p->R * (dq_theta * d_theta_cos_theta);
     const unicycle2d_real w3 = p->R * (dq_theta * d_theta_sin_theta);
     const unicycle2d_real w4 = dot_gx * r_d_theta_cos_theta;
-    const unicycle2d_real w5 = r_d_theta_sin_theta * dot_gy;
-    const unicycle2d_real w6 = REAL(-2.0) * (w5 + p->R * cos_theta * w3);
-    const unicycle2d_real w7 = REAL(-2.0) * (w4 - p->R * sin_theta * w2);
-    const unicycle2d_real w8 = REAL(-2.0) * w4 + REAL(-2.0) * w5;
+    const unicycle2d_real w5 = w4 - p->R * sin_theta * w2;
+    const unicycle2d_real w6 = r_d_theta_sin_theta * dot_gy;
+    const unicycle2d_real w7 = REAL(-2.0) * (p->R * cos_theta * w3 + w6);
+    const unicycle2d_real w8 = REAL(-2.0) * w6;
+    const unicycle2d_real w9 = w1 * (w4 * REAL(-2.0) + w8);
+    const unicycle2d_real w10 = w5 * REAL(-2.0) + w7;
     const unicycle2d_real force_x = u_drive * cos_theta + p->m * w2;
     const unicycle2d_real force_y = u_drive * sin_theta + p->m * w3;
-    const unicycle2d_real force_theta = u_turn + (w1 * w8 - w1 * (w7 + w6));
+    const unicycle2d_real force_theta = u_turn + (w9 - w1 * w10);
     out[0] = force_x;
     out[1] = force_y;
     out[2] = force_theta;
@@ -189,7 +195,8 @@ void unicycle2d_constraint_bias(
     const unicycle2d_real sin_theta = SIN(q_theta);
     const unicycle2d_real cos_theta = COS(q_theta);
     const unicycle2d_real d_y_d_theta_sin_theta = dq_y * (dq_theta * sin_theta);
-    const unicycle2d_real w1 = dq_x * (dq_theta * cos_theta) + d_y_d_theta_sin_theta;
+    const unicycle2d_real d_theta_cos_theta = dq_theta * cos_theta;
+    const unicycle2d_real w1 = dq_x * d_theta_cos_theta + d_y_d_theta_sin_theta;
     const unicycle2d_real b_no_side_slip = -w1;
     out[0] = b_no_side_slip;
 }
@@ -205,7 +212,8 @@ void unicycle2d_constraint_residual(
     const unicycle2d_real dq_y = x->v[1];
     const unicycle2d_real sin_theta = SIN(q_theta);
     const unicycle2d_real cos_theta = COS(q_theta);
-    const unicycle2d_real c_no_side_slip = dq_x * sin_theta - dq_y * cos_theta;
+    const unicycle2d_real d_x_sin_theta = dq_x * sin_theta;
+    const unicycle2d_real c_no_side_slip = d_x_sin_theta - dq_y * cos_theta;
     out[0] = c_no_side_slip;
 }
 
@@ -220,7 +228,8 @@ void unicycle2d_constraint_rate(
     const unicycle2d_real dq_y = x->v[1];
     const unicycle2d_real sin_theta = SIN(q_theta);
     const unicycle2d_real cos_theta = COS(q_theta);
-    const unicycle2d_real c_dot_no_side_slip = dq_x * sin_theta - dq_y * cos_theta;
+    const unicycle2d_real d_x_sin_theta = dq_x * sin_theta;
+    const unicycle2d_real c_dot_no_side_slip = d_x_sin_theta - dq_y * cos_theta;
     out[0] = c_dot_no_side_slip;
 }
 
@@ -246,25 +255,30 @@ void unicycle2d_equation_of_motion(
     const unicycle2d_real d_theta_cos_theta = dq_theta * cos_theta;
     const unicycle2d_real r_d_theta_cos_theta = p->R * d_theta_cos_theta;
     const unicycle2d_real dot_gy = dq_y + r_d_theta_cos_theta;
-    const unicycle2d_real c_no_side_slip = dq_x * a_no_side_slip_x - dq_y * cos_theta;
+    const unicycle2d_real d_x_sin_theta = dq_x * a_no_side_slip_x;
+    const unicycle2d_real c_no_side_slip = d_x_sin_theta - dq_y * cos_theta;
     const unicycle2d_real m_x_theta = -(p->m * r_sin_theta);
     const unicycle2d_real m_y_theta = p->m * r_cos_theta;
     const unicycle2d_real w2 = REAL(2.0) * (r_cos_theta * r_cos_theta);
-    const unicycle2d_real w3 = REAL(2.0) * (r_sin_theta * r_sin_theta) + w2;
-    const unicycle2d_real m_theta_theta = p->I_G + w1 * w3;
+    const unicycle2d_real r_sin_theta_sq = r_sin_theta * r_sin_theta;
+    const unicycle2d_real w3 = r_sin_theta_sq * REAL(2.0) + w2;
+    const unicycle2d_real m_theta_theta = w1 * w3 + p->I_G;
     const unicycle2d_real w4 = p->R * (dq_theta * d_theta_cos_theta);
     const unicycle2d_real w5 = p->R * (dq_theta * d_theta_sin_theta);
     const unicycle2d_real w6 = dot_gx * r_d_theta_cos_theta;
     const unicycle2d_real w7 = r_d_theta_sin_theta * dot_gy;
-    const unicycle2d_real w8 = REAL(-2.0) * (w7 + r_cos_theta * w5);
-    const unicycle2d_real w9 = REAL(-2.0) * (w6 - r_sin_theta * w4) + w8;
-    const unicycle2d_real w10 = REAL(-2.0) * w6 + REAL(-2.0) * w7;
+    const unicycle2d_real w8 = REAL(-2.0) * (r_cos_theta * w5 + w7);
+    const unicycle2d_real w9 = w6 - r_sin_theta * w4;
+    const unicycle2d_real w10 = REAL(-2.0) * w7;
+    const unicycle2d_real w11 = w1 * (w6 * REAL(-2.0) + w10);
+    const unicycle2d_real w12 = w9 * REAL(-2.0) + w8;
     const unicycle2d_real force_x = u_drive * cos_theta + p->m * w4;
     const unicycle2d_real force_y = u_drive * a_no_side_slip_x + p->m * w5;
-    const unicycle2d_real force_theta = u_turn + (w1 * w10 - w1 * w9);
+    const unicycle2d_real force_theta = u_turn + (w11 - w1 * w12);
     const unicycle2d_real a_no_side_slip_y = -cos_theta;
-    const unicycle2d_real w11 = dq_x * d_theta_cos_theta + dq_y * d_theta_sin_theta;
-    const unicycle2d_real b_no_side_slip = -w11;
+    const unicycle2d_real d_y_d_theta_sin_theta = dq_y * d_theta_sin_theta;
+    const unicycle2d_real w13 = dq_x * d_theta_cos_theta + d_y_d_theta_sin_theta;
+    const unicycle2d_real b_no_side_slip = -w13;
     out->mass_matrix[0][0] = p->m;
     out->mass_matrix[0][1] = REAL(0.0);
     out->mass_matrix[0][2] = m_x_theta;

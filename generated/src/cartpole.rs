@@ -133,8 +133,9 @@ pub fn mass_matrix<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 1, 0>) -> [[T; 
     let m_x_x = p.mc + p.mp;
     let m_x_theta = p.mp * l_cos_theta;
     let w1 = T::from_f64(2.0) * (l_sin_theta * l_sin_theta);
-    let w2 = T::from_f64(2.0) * (l_cos_theta * l_cos_theta) + w1;
-    let m_theta_theta = p.I + T::from_f64(0.5) * p.mp * w2;
+    let l_cos_theta_sq = l_cos_theta * l_cos_theta;
+    let w2 = l_cos_theta_sq.mul_add(T::from_f64(2.0), w1);
+    let m_theta_theta = (T::from_f64(0.5) * p.mp).mul_add(w2, p.I);
     [[m_x_x, m_x_theta], [m_x_theta, m_theta_theta]]
 }
 
@@ -156,14 +157,16 @@ pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 1, 0>) -> [T; 2]
     let w2 = p.l * (dq_theta * d_theta_sin_theta);
     let bias_x = p.mp * w2;
     let dot_px_dot_py = dot_px * dot_py;
-    let w3 = p.l * cos_theta * w2 + dot_px_dot_py;
+    let l_cos_theta = p.l * cos_theta;
+    let w3 = l_cos_theta.mul_add(w2, dot_px_dot_py);
     let w4 = l_d_theta_cos_theta * dot_py;
-    let w5 = l_sin_theta * (p.l * (dq_theta * d_theta_cos_theta));
-    let w6 = T::from_f64(2.0) * (w4 + w5);
-    let w7 = T::from_f64(-2.0) * dot_px_dot_py;
-    let w8 = w1 * (w7 + T::from_f64(2.0) * w4);
-    let w9 = w1 * (T::from_f64(-2.0) * w3 + w6);
-    let bias_theta = w8 - l_sin_theta * (p.mp * p.g) - w9;
+    let w5 = p.l * (dq_theta * d_theta_cos_theta);
+    let w6 = T::from_f64(2.0) * l_sin_theta.mul_add(w5, w4);
+    let w7 = T::from_f64(2.0) * w4;
+    let w8 = w1 * dot_px_dot_py.mul_add(T::from_f64(-2.0), w7);
+    let w9 = l_sin_theta.neg_mul_add(p.mp * p.g, w8);
+    let w10 = w3.mul_add(T::from_f64(-2.0), w6);
+    let bias_theta = w1.neg_mul_add(w10, w9);
     [bias_x, bias_theta]
 }
 
@@ -201,15 +204,17 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 1, 0>) -> [T; 2] {
     let dot_py = p.l * d_theta_sin_theta;
     let w2 = p.l * (dq_theta * d_theta_sin_theta);
     let dot_px_dot_py = dot_px * dot_py;
-    let w3 = p.l * cos_theta * w2 + dot_px_dot_py;
+    let l_cos_theta = p.l * cos_theta;
+    let w3 = l_cos_theta.mul_add(w2, dot_px_dot_py);
     let w4 = l_d_theta_cos_theta * dot_py;
-    let w5 = l_sin_theta * (p.l * (dq_theta * d_theta_cos_theta));
-    let w6 = T::from_f64(2.0) * (w4 + w5);
-    let w7 = T::from_f64(-2.0) * dot_px_dot_py;
-    let w8 = w1 * (w7 + T::from_f64(2.0) * w4);
-    let w9 = w1 * (T::from_f64(-2.0) * w3 + w6);
-    let force_theta = w8 - l_sin_theta * (p.mp * p.g) - w9;
-    let force_x = u_x + p.mp * w2;
+    let w5 = p.l * (dq_theta * d_theta_cos_theta);
+    let w6 = T::from_f64(2.0) * l_sin_theta.mul_add(w5, w4);
+    let w7 = T::from_f64(2.0) * w4;
+    let w8 = w1 * dot_px_dot_py.mul_add(T::from_f64(-2.0), w7);
+    let w9 = l_sin_theta.neg_mul_add(p.mp * p.g, w8);
+    let w10 = w3.mul_add(T::from_f64(-2.0), w6);
+    let force_theta = w1.neg_mul_add(w10, w9);
+    let force_x = p.mp.mul_add(w2, u_x);
     [force_x, force_theta]
 }
 
@@ -249,18 +254,21 @@ pub fn equation_of_motion<T: Scalar>(
     let m_x_x = p.mc + p.mp;
     let m_x_theta = p.mp * l_cos_theta;
     let w2 = T::from_f64(2.0) * (l_sin_theta * l_sin_theta);
-    let w3 = T::from_f64(2.0) * (l_cos_theta * l_cos_theta) + w2;
-    let m_theta_theta = p.I + w1 * w3;
+    let l_cos_theta_sq = l_cos_theta * l_cos_theta;
+    let w3 = l_cos_theta_sq.mul_add(T::from_f64(2.0), w2);
+    let m_theta_theta = w1.mul_add(w3, p.I);
     let w4 = p.l * (dq_theta * d_theta_sin_theta);
     let dot_px_dot_py = dot_px * dot_py;
-    let w5 = l_d_theta_cos_theta * dot_py;
-    let w6 = l_sin_theta * (p.l * (dq_theta * d_theta_cos_theta));
-    let w7 = T::from_f64(-2.0) * (l_cos_theta * w4 + dot_px_dot_py);
-    let w8 = T::from_f64(-2.0) * dot_px_dot_py;
-    let w9 = w1 * (w8 + T::from_f64(2.0) * w5);
-    let w10 = w1 * (w7 + T::from_f64(2.0) * (w5 + w6));
-    let force_theta = w9 - l_sin_theta * (p.mp * p.g) - w10;
-    let force_x = u_x + p.mp * w4;
+    let w5 = l_cos_theta.mul_add(w4, dot_px_dot_py);
+    let w6 = l_d_theta_cos_theta * dot_py;
+    let w7 = p.l * (dq_theta * d_theta_cos_theta);
+    let w8 = T::from_f64(2.0) * l_sin_theta.mul_add(w7, w6);
+    let w9 = T::from_f64(2.0) * w6;
+    let w10 = w1 * dot_px_dot_py.mul_add(T::from_f64(-2.0), w9);
+    let w11 = l_sin_theta.neg_mul_add(p.mp * p.g, w10);
+    let w12 = w5.mul_add(T::from_f64(-2.0), w8);
+    let force_theta = w1.neg_mul_add(w12, w11);
+    let force_x = p.mp.mul_add(w4, u_x);
     EquationOfMotion {
         mass_matrix: [[m_x_x, m_x_theta], [m_x_theta, m_theta_theta]],
         force: [force_x, force_theta],

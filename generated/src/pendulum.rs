@@ -115,7 +115,7 @@ impl<T: Scalar> Pendulum<T> {
 /// Columns: `j1` (rad/s^2).
 /// The unit of an entry is its row's over its column's.
 pub fn mass_matrix<T: Scalar>(p: &Parameters<T>, _x: &Point<T, 1, 1, 0>) -> [[T; 1]; 1] {
-    let m_j1_j1 = p.I + p.m * (p.l * p.l);
+    let m_j1_j1 = p.m.mul_add(p.l * p.l, p.I);
     [[m_j1_j1]]
 }
 
@@ -152,7 +152,8 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 1, 1, 0>) -> [T; 1] {
     let q_j1 = x.q[0];
     let u_j1 = x.u[0];
     let sin_j1 = q_j1.sin();
-    let force_j1 = u_j1 - p.l * (p.m * p.g) * sin_j1;
+    let l_m_g = p.l * (p.m * p.g);
+    let force_j1 = l_m_g.neg_mul_add(sin_j1, u_j1);
     [force_j1]
 }
 
@@ -178,9 +179,10 @@ pub fn equation_of_motion<T: Scalar>(
 ) -> EquationOfMotion<T> {
     let q_j1 = x.q[0];
     let u_j1 = x.u[0];
-    let m_j1_j1 = p.I + p.m * (p.l * p.l);
+    let m_j1_j1 = p.m.mul_add(p.l * p.l, p.I);
     let sin_j1 = q_j1.sin();
-    let force_j1 = u_j1 - p.l * (p.m * p.g) * sin_j1;
+    let l_m_g = p.l * (p.m * p.g);
+    let force_j1 = l_m_g.neg_mul_add(sin_j1, u_j1);
     EquationOfMotion {
         mass_matrix: [[m_j1_j1]],
         force: [force_j1],

@@ -128,8 +128,10 @@ pub fn mass_matrix<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 2, 0>) -> [[T; 
     let m_x_theta = -(p.m * r_sin_theta);
     let m_y_theta = p.m * r_cos_theta;
     let w1 = T::from_f64(2.0) * (r_cos_theta * r_cos_theta);
-    let w2 = T::from_f64(2.0) * (r_sin_theta * r_sin_theta) + w1;
-    let m_theta_theta = p.I_G + T::from_f64(0.5) * p.m * w2;
+    let r_sin_theta_sq = r_sin_theta * r_sin_theta;
+    let w2 = r_sin_theta_sq.mul_add(T::from_f64(2.0), w1);
+    let w3 = T::from_f64(0.5) * p.m;
+    let m_theta_theta = w3.mul_add(w2, p.I_G);
     [
         [p.m, T::zero(), m_x_theta],
         [T::zero(), p.m, m_y_theta],
@@ -158,11 +160,13 @@ pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 2, 0>) -> [T; 3]
     let bias_x = p.m * w2;
     let bias_y = p.m * w3;
     let w4 = dot_gx * r_d_theta_cos_theta;
-    let w5 = r_d_theta_sin_theta * dot_gy;
-    let w6 = T::from_f64(-2.0) * (w5 + p.R * cos_theta * w3);
-    let w7 = T::from_f64(-2.0) * (w4 - p.R * sin_theta * w2);
-    let w8 = T::from_f64(-2.0) * w4 + T::from_f64(-2.0) * w5;
-    let bias_theta = w1 * w8 - w1 * (w7 + w6);
+    let w5 = (p.R * sin_theta).neg_mul_add(w2, w4);
+    let w6 = r_d_theta_sin_theta * dot_gy;
+    let w7 = T::from_f64(-2.0) * (p.R * cos_theta).mul_add(w3, w6);
+    let w8 = T::from_f64(-2.0) * w6;
+    let w9 = w1 * w4.mul_add(T::from_f64(-2.0), w8);
+    let w10 = w5.mul_add(T::from_f64(-2.0), w7);
+    let bias_theta = w1.neg_mul_add(w10, w9);
     [bias_x, bias_y, bias_theta]
 }
 
@@ -209,13 +213,15 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 2, 0>) -> [T; 3] {
     let w2 = p.R * (dq_theta * d_theta_cos_theta);
     let w3 = p.R * (dq_theta * d_theta_sin_theta);
     let w4 = dot_gx * r_d_theta_cos_theta;
-    let w5 = r_d_theta_sin_theta * dot_gy;
-    let w6 = T::from_f64(-2.0) * (w5 + p.R * cos_theta * w3);
-    let w7 = T::from_f64(-2.0) * (w4 - p.R * sin_theta * w2);
-    let w8 = T::from_f64(-2.0) * w4 + T::from_f64(-2.0) * w5;
-    let force_x = u_drive * cos_theta + p.m * w2;
-    let force_y = u_drive * sin_theta + p.m * w3;
-    let force_theta = u_turn + (w1 * w8 - w1 * (w7 + w6));
+    let w5 = (p.R * sin_theta).neg_mul_add(w2, w4);
+    let w6 = r_d_theta_sin_theta * dot_gy;
+    let w7 = T::from_f64(-2.0) * (p.R * cos_theta).mul_add(w3, w6);
+    let w8 = T::from_f64(-2.0) * w6;
+    let w9 = w1 * w4.mul_add(T::from_f64(-2.0), w8);
+    let w10 = w5.mul_add(T::from_f64(-2.0), w7);
+    let force_x = u_drive.mul_add(cos_theta, p.m * w2);
+    let force_y = u_drive.mul_add(sin_theta, p.m * w3);
+    let force_theta = u_turn + w1.neg_mul_add(w10, w9);
     [force_x, force_y, force_theta]
 }
 
@@ -241,7 +247,8 @@ pub fn constraint_bias<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 3, 2, 0>) -> 
     let dq_theta = x.v[2];
     let (sin_theta, cos_theta) = q_theta.sin_cos();
     let d_y_d_theta_sin_theta = dq_y * (dq_theta * sin_theta);
-    let w1 = dq_x * (dq_theta * cos_theta) + d_y_d_theta_sin_theta;
+    let d_theta_cos_theta = dq_theta * cos_theta;
+    let w1 = dq_x.mul_add(d_theta_cos_theta, d_y_d_theta_sin_theta);
     let b_no_side_slip = -w1;
     [b_no_side_slip]
 }
@@ -254,7 +261,8 @@ pub fn constraint_residual<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 3, 2, 0>)
     let dq_x = x.v[0];
     let dq_y = x.v[1];
     let (sin_theta, cos_theta) = q_theta.sin_cos();
-    let c_no_side_slip = dq_x * sin_theta - dq_y * cos_theta;
+    let d_x_sin_theta = dq_x * sin_theta;
+    let c_no_side_slip = dq_y.neg_mul_add(cos_theta, d_x_sin_theta);
     [c_no_side_slip]
 }
 
@@ -266,7 +274,8 @@ pub fn constraint_rate<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 3, 2, 0>) -> 
     let dq_x = x.v[0];
     let dq_y = x.v[1];
     let (sin_theta, cos_theta) = q_theta.sin_cos();
-    let c_dot_no_side_slip = dq_x * sin_theta - dq_y * cos_theta;
+    let d_x_sin_theta = dq_x * sin_theta;
+    let c_dot_no_side_slip = dq_y.neg_mul_add(cos_theta, d_x_sin_theta);
     [c_dot_no_side_slip]
 }
 
@@ -324,25 +333,30 @@ pub fn equation_of_motion<T: Scalar>(
     let d_theta_cos_theta = dq_theta * cos_theta;
     let r_d_theta_cos_theta = p.R * d_theta_cos_theta;
     let dot_gy = dq_y + r_d_theta_cos_theta;
-    let c_no_side_slip = dq_x * a_no_side_slip_x - dq_y * cos_theta;
+    let d_x_sin_theta = dq_x * a_no_side_slip_x;
+    let c_no_side_slip = dq_y.neg_mul_add(cos_theta, d_x_sin_theta);
     let m_x_theta = -(p.m * r_sin_theta);
     let m_y_theta = p.m * r_cos_theta;
     let w2 = T::from_f64(2.0) * (r_cos_theta * r_cos_theta);
-    let w3 = T::from_f64(2.0) * (r_sin_theta * r_sin_theta) + w2;
-    let m_theta_theta = p.I_G + w1 * w3;
+    let r_sin_theta_sq = r_sin_theta * r_sin_theta;
+    let w3 = r_sin_theta_sq.mul_add(T::from_f64(2.0), w2);
+    let m_theta_theta = w1.mul_add(w3, p.I_G);
     let w4 = p.R * (dq_theta * d_theta_cos_theta);
     let w5 = p.R * (dq_theta * d_theta_sin_theta);
     let w6 = dot_gx * r_d_theta_cos_theta;
     let w7 = r_d_theta_sin_theta * dot_gy;
-    let w8 = T::from_f64(-2.0) * (w7 + r_cos_theta * w5);
-    let w9 = T::from_f64(-2.0) * (w6 - r_sin_theta * w4) + w8;
-    let w10 = T::from_f64(-2.0) * w6 + T::from_f64(-2.0) * w7;
-    let force_x = u_drive * cos_theta + p.m * w4;
-    let force_y = u_drive * a_no_side_slip_x + p.m * w5;
-    let force_theta = u_turn + (w1 * w10 - w1 * w9);
+    let w8 = T::from_f64(-2.0) * r_cos_theta.mul_add(w5, w7);
+    let w9 = r_sin_theta.neg_mul_add(w4, w6);
+    let w10 = T::from_f64(-2.0) * w7;
+    let w11 = w1 * w6.mul_add(T::from_f64(-2.0), w10);
+    let w12 = w9.mul_add(T::from_f64(-2.0), w8);
+    let force_x = u_drive.mul_add(cos_theta, p.m * w4);
+    let force_y = u_drive.mul_add(a_no_side_slip_x, p.m * w5);
+    let force_theta = u_turn + w1.neg_mul_add(w12, w11);
     let a_no_side_slip_y = -cos_theta;
-    let w11 = dq_x * d_theta_cos_theta + dq_y * d_theta_sin_theta;
-    let b_no_side_slip = -w11;
+    let d_y_d_theta_sin_theta = dq_y * d_theta_sin_theta;
+    let w13 = dq_x.mul_add(d_theta_cos_theta, d_y_d_theta_sin_theta);
+    let b_no_side_slip = -w13;
     EquationOfMotion {
         mass_matrix: [
             [p.m, T::zero(), m_x_theta],

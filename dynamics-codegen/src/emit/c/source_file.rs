@@ -148,6 +148,13 @@ impl Unit<'_> {
                     constant(*sine, format!("SIN({argument})"));
                     constant(*cosine, format!("COS({argument})"));
                 }
+                Statement::SinCosEach(group) => {
+                    for c in group {
+                        let argument = self.write(&c.argument, body);
+                        constant(c.sine, format!("SIN({argument})"));
+                        constant(c.cosine, format!("COS({argument})"));
+                    }
+                }
             }
         }
     }

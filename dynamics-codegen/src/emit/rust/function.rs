@@ -4,7 +4,7 @@ use super::{Unit, result_name};
 use super::documentation::{Doc, of_quantity};
 use super::language::{Rust, numbers_as_stated};
 use super::layout::{Array, Writer};
-use crate::emit::body::{Body, Statement, Term};
+use crate::emit::body::{Body, Circular, Statement, Term};
 use crate::emit::plan::{Function, Quantity};
 use crate::emit::symbols::Argument;
 use crate::emit::written::Language;
@@ -134,6 +134,16 @@ impl Unit<'_> {
                     let argument = rust.write(argument, locals).within(Precedence::Atom);
                     let (sine, cosine) = (&locals[*sine], &locals[*cosine]);
                     w.line(format!("let ({sine}, {cosine}) = {argument}.sin_cos();"));
+                }
+                Statement::SinCosEach(group) => {
+                    let angle = |c: &Circular| Array::of(rust.write(&c.argument, locals).text);
+                    let angles = Array::Row(group.iter().map(angle).collect());
+                    w.array("let angles = ", &angles, ";");
+                    w.line("let circular = T::sin_cos_each(angles);");
+                    for (index, Circular { sine, cosine, .. }) in group.iter().enumerate() {
+                        let (sine, cosine) = (&locals[*sine], &locals[*cosine]);
+                        w.line(format!("let ({sine}, {cosine}) = circular[{index}];"));
+                    }
                 }
             }
         }
