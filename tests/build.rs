@@ -106,8 +106,8 @@ fn calls(out: &mut String, emission: &Emission<'_>, compiled: &Compiled) -> std:
     writeln!(out, "let _ = (&a, &lambda);\nmatch function {{")?;
     for (name, quantities) in emission.functions() {
         let takes = |which: fn(&Quantity) -> bool| quantities.iter().any(which);
-        let a = if takes(|q| q.item.term.takes_acceleration()) { ", &a" } else { "" };
-        let lambda = if takes(|q| q.item.term.takes_multipliers()) { ", &lambda" } else { "" };
+        let a = if takes(|q| q.item.is_some_and(|item| item.term.takes_acceleration())) { ", &a" } else { "" };
+        let lambda = if takes(|q| q.item.is_some_and(|item| item.term.takes_multipliers())) { ", &lambda" } else { "" };
         let single = quantities.len() == 1 && quantities[0].name == name;
         let values = quantities.iter().map(|q| {
             let field = if single { String::new() } else { format!(".{}", q.name) };

@@ -2,6 +2,7 @@
 
 use crate::derive::{System, derive};
 use crate::diagnostic::{Diagnostic, Report};
+use crate::emit::identifier;
 use crate::model::{Library, Model, build};
 use crate::source::Sources;
 use crate::syntax::parse;
@@ -40,9 +41,13 @@ pub struct Compiled {
 /// # Ok::<(), dynamics_codegen::Report>(())
 /// ```
 pub fn compile(name: &str, text: &str, library: &Library) -> Result<Compiled, Report> {
-    let mut sources = Sources::new();
     // Some editors put a byte-order mark in front.
-    let id = sources.add(name, text.strip_prefix('\u{feff}').unwrap_or(text));
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if is_urdf(text) {
+        return compile_urdf(name, text, library);
+    }
+    let mut sources = Sources::new();
+    let id = sources.add(name, text);
     let (file, mut diagnostics) = parse(&sources, id);
     let readable = diagnostics.is_empty();
     let model = file.and_then(|file| build(&file, &mut sources, library, &mut diagnostics));
@@ -63,6 +68,36 @@ pub fn compile(name: &str, text: &str, library: &Library) -> Result<Compiled, Re
             diagnostics,
         }),
     }
+}
+
+/// Whether a text is a robot description: a model never begins with `<`.
+pub fn is_urdf(text: &str) -> bool {
+    text.trim_start_matches('\u{feff}')
+        .trim_start()
+        .starts_with('<')
+}
+
+/// The model that says nothing but that its base is the robot description `path`:
+/// what effects can be written into.
+pub fn model_of_urdf(path: &str) -> String {
+    let stem = std::path::Path::new(path).file_stem();
+    let stem = stem.unwrap_or_default().to_string_lossy();
+    format!("model {};\n\nurdf {path:?};\n", identifier(&stem))
+}
+
+/// A robot description by itself: the model is called what the robot is called.
+fn compile_urdf(name: &str, text: &str, library: &Library) -> Result<Compiled, Report> {
+    const FILE: &str = "robot.urdf";
+    let mut library = library.clone();
+    library.add_file(FILE, name, text);
+    let mut compiled = compile(name, &model_of_urdf(FILE), &library)?;
+    if let Some(robot) = &mut compiled.model.robot {
+        robot.file = name.to_string();
+        if !robot.name.is_empty() {
+            compiled.model.name.clone_from(&robot.name);
+        }
+    }
+    Ok(compiled)
 }
 
 /// As [`compile`], for bytes as they come from a file.

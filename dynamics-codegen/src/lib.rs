@@ -19,7 +19,7 @@ pub mod tape;
 pub mod tree;
 pub mod urdf;
 
-pub use compile::{Compiled, compile, compile_bytes};
+pub use compile::{Compiled, compile, compile_bytes, is_urdf, model_of_urdf};
 pub use derive::System;
 pub use diagnostic::{Diagnostic, Report, Severity};
 pub use model::{Library, Model};

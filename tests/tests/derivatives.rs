@@ -62,7 +62,8 @@ impl<'a> Subject<'a> {
         let mut places = BTreeMap::new();
         for (name, quantities) in emission.functions() {
             for (index, quantity) in quantities.iter().enumerate() {
-                places.entry(quantity.item).or_insert((name.to_string(), index));
+                let item = quantity.item.expect("none is our own");
+                places.entry(item).or_insert((name.to_string(), index));
             }
         }
         Self {

@@ -60,7 +60,7 @@ fn driver(emission: &Emission<'_>, compiled: &Compiled) -> String {
         let _ = writeln!(c, "    (void){array};");
     }
     for (function, quantities) in emission.functions() {
-        let takes = |which: fn(Term) -> bool| quantities.iter().any(|q| which(q.item.term));
+        let takes = |which: fn(Term) -> bool| quantities.iter().filter_map(|q| q.item).any(|i| which(i.term));
         let a = if takes(Term::takes_acceleration) { ", a" } else { "" };
         let lambda = takes(Term::takes_multipliers) && !model.constraints.is_empty();
         let lambda = if lambda { ", lambda" } else { "" };

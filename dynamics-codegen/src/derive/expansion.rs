@@ -4,12 +4,13 @@
 //! graph, and `K ∂[a; −λ]/∂s = −∂[R; S]/∂s` is solved with the same factors, where
 //! `R` and `S` are differentiated at fixed `a, λ` (MATH section 4).
 
-use super::sensitivity::residuals;
-use super::{Group, Item, System, Term};
+use super::reading::Readings;
+use super::sensitivity::residuals_from;
+use super::{Group, Item, System, Term, force, inertial};
 use crate::compile::Compiled;
 use crate::graph::{ExprId, Node, SymbolId};
 use crate::model::Model;
-use crate::tree::Factor;
+use crate::tree::{Factor, Mechanism};
 use std::collections::{BTreeMap, HashMap};
 
 /// Why a model has no such function.
@@ -78,6 +79,11 @@ impl Expansion {
         }
     }
 
+    /// The terms of the equations.
+    pub fn system(&self) -> &System {
+        &self.system
+    }
+
     /// The entries of an item: rows, then columns, then what it is differentiated by.
     ///
     /// # Errors
@@ -116,6 +122,11 @@ impl Expansion {
         let term = match item.term {
             Term::InputMatrix if self.model.inputs.is_empty() => Some("input"),
             Term::Outputs | Term::OutputRates if self.model.outputs.is_empty() => Some("output"),
+            Term::OutputJacobian | Term::OutputBias
+                if self.system.positional_outputs.is_empty() =>
+            {
+                Some("output of positions alone")
+            }
             Term::ConstraintJacobian
             | Term::ConstraintBias
             | Term::ConstraintResidual
@@ -151,53 +162,97 @@ impl Expansion {
             Term::ConstraintRate => system.constraint_rate.clone(),
             Term::Outputs => system.outputs.clone(),
             Term::OutputRates => system.output_rates.clone(),
-            Term::InverseDynamics => self.inverse_dynamics(),
+            Term::OutputJacobian => system.output_jacobian.concat(),
+            Term::OutputBias => system.output_bias.clone(),
+            Term::InverseDynamics => self.inverse_dynamics(false),
             Term::ForwardDynamics => self.motion(false).acceleration,
             Term::ConstrainedAcceleration => self.motion(true).acceleration,
             Term::ConstrainedMultipliers => self.motion(true).multipliers,
-            Term::ForceResidual => self.residuals(true).0,
-            Term::AccelerationResidual => self.residuals(true).1,
+            Term::ForceResidual => {
+                let mut residuals = self.residuals(true, false);
+                residuals.truncate(self.acceleration.len());
+                residuals
+            }
+            Term::AccelerationResidual => self
+                .residuals(true, false)
+                .split_off(self.acceleration.len()),
+        }
+    }
+
+    /// The tree of bodies, if there is one whose coordinates are all free of constraints
+    /// (a quaternion's are not: derivatives by them are those of the expressions).
+    fn mechanism(&self) -> Option<Mechanism> {
+        let mechanism = self.model.mechanism.clone();
+        mechanism.filter(|m| !m.is_floating())
+    }
+
+    /// Whether the tree is all the inertia there is.
+    fn is_pure_tree(&self) -> bool {
+        let graph = &self.model.graph;
+        graph.is_zero(self.model.kinetic) && graph.is_zero(self.model.potential)
+    }
+
+    fn variables(&self, symbols: &[SymbolId]) -> Vec<ExprId> {
+        symbols.iter().map(|&s| self.model.graph.var(s)).collect()
+    }
+
+    /// `M a − Q_C` at the stated `a`; without what a tree of bodies needs if `rest`.
+    fn needed(&mut self, rest: bool) -> Vec<ExprId> {
+        let a = self.variables(&self.acceleration);
+        let readings = Readings::new(&self.model);
+        if rest {
+            inertial::inverse_of_energies(&mut self.model, &readings, &a)
+        } else {
+            inertial::inverse(&mut self.model, &readings, &a)
         }
     }
 
     /// `M a − Q_C − Q_D`
-    fn inverse_dynamics(&mut self) -> Vec<ExprId> {
+    fn inverse_dynamics(&mut self, rest: bool) -> Vec<ExprId> {
+        let needed = self.needed(rest);
         let graph = &mut self.model.graph;
-        let a: Vec<ExprId> = self.acceleration.iter().map(|&s| graph.var(s)).collect();
-        (0..a.len())
-            .map(|i| {
-                let inertial = graph.inner_product(&self.system.mass_matrix[i], &a);
-                let known = graph.add(self.system.bias_force[i], self.system.applied_force[i]);
-                graph.sub(inertial, known)
-            })
+        (needed.iter().zip(&self.system.applied_force))
+            .map(|(&needed, &applied)| graph.sub(needed, applied))
             .collect()
     }
 
-    /// `R` and `S` at stated `a, λ`; without constraints `M a − Q` and nothing.
-    fn residuals(&mut self, constrained: bool) -> (Vec<ExprId>, Vec<ExprId>) {
-        let system = if constrained {
-            self.system.clone()
+    /// `R` then `S` at stated `a, λ`; without constraints `M a − Q`.
+    fn residuals(&mut self, constrained: bool, rest: bool) -> Vec<ExprId> {
+        let needed = self.needed(rest);
+        let a = self.variables(&self.acceleration);
+        let (system, lambda) = if constrained {
+            (self.system.clone(), self.variables(&self.multipliers))
         } else {
-            System {
+            let system = System {
                 constraint_matrix: Vec::new(),
                 constraint_bias: Vec::new(),
                 ..self.system.clone()
-            }
+            };
+            (system, Vec::new())
         };
-        let multipliers: &[SymbolId] = if constrained { &self.multipliers } else { &[] };
-        let mut force = residuals(&mut self.model, &system, &self.acceleration, multipliers);
-        let acceleration = force.split_off(self.acceleration.len());
-        (force, acceleration)
+        residuals_from(&mut self.model, &system, &needed, &a, &lambda)
     }
 
     /// `a` and `λ`; `a = M⁻¹ Q` without constraints.
     fn motion(&mut self, constrained: bool) -> Motion {
-        let order = (0..self.system.mass_matrix.len()).collect();
+        let (rows, bias) = self.rows(constrained);
+        let mechanism = self.model.mechanism.as_ref();
+        let tree = mechanism.map_or_else(Vec::new, Mechanism::factor_order);
+        let others = (0..self.acceleration.len()).filter(|i| !tree.contains(i));
+        let order = others.chain(tree.iter().copied()).collect();
         let graph = &mut self.model.graph;
         let factor = Factor::new(graph, &self.system.mass_matrix, order);
-        let (rows, bias) = self.rows(constrained);
-        let graph = &mut self.model.graph;
-        let solution = factor.constrained(graph, &self.system.force, &rows, &bias);
+        let solution = match self.mechanism().filter(|_| self.is_pure_tree()) {
+            Some(mechanism) => {
+                let applied = self.applied();
+                let graph = &mut self.model.graph;
+                mechanism.constrained_forward_dynamics(graph, &applied, &rows, &bias)
+            }
+            None => {
+                let graph = &mut self.model.graph;
+                factor.constrained(graph, &self.system.force, &rows, &bias)
+            }
+        };
         Motion {
             factor,
             acceleration: solution.acceleration,
@@ -205,31 +260,108 @@ impl Expansion {
         }
     }
 
+    /// `Q_D + Q_u`
+    fn applied(&mut self) -> Vec<ExprId> {
+        let readings = Readings::new(&self.model);
+        force::forces(&mut self.model, &readings).total
+    }
+
     fn rows(&self, constrained: bool) -> (Vec<Vec<ExprId>>, Vec<ExprId>) {
         if constrained {
             let system = &self.system;
-            (system.constraint_matrix.clone(), system.constraint_bias.clone())
+            (
+                system.constraint_matrix.clone(),
+                system.constraint_bias.clone(),
+            )
         } else {
             (Vec::new(), Vec::new())
         }
     }
 
     fn slope(&mut self, term: Term, group: Group) -> Vec<ExprId> {
+        let n = self.acceleration.len();
         let columns = match term {
-            Term::ForwardDynamics => self.motion_slopes(false, group).0,
+            Term::ForwardDynamics => self.forward_slopes(group),
             Term::ConstrainedAcceleration => self.motion_slopes(true, group).0,
             Term::ConstrainedMultipliers => self.motion_slopes(true, group).1,
+            Term::InverseDynamics => self.recursive_slopes(group, |this, rest| {
+                this.inverse_dynamics(rest)
+            }),
+            Term::ForceResidual => self.recursive_slopes(group, |this, rest| {
+                let mut residuals = this.residuals(true, rest);
+                residuals.truncate(n);
+                residuals
+            }),
             _ => {
                 let values = self.value(term);
-                let by = self.symbols(group);
-                let graph = &mut self.model.graph;
-                by.iter().map(|&s| graph.derivatives(&values, s)).collect()
+                self.slopes_of(&values, group)
             }
         };
-        let rows = columns.first().map_or(0, Vec::len);
-        (0..rows)
-            .flat_map(|row| columns.iter().map(move |column| column[row]))
-            .collect()
+        rows_of(&columns)
+    }
+
+    fn slopes_of(&mut self, values: &[ExprId], group: Group) -> Vec<Vec<ExprId>> {
+        let by = self.symbols(group);
+        let graph = &mut self.model.graph;
+        by.iter().map(|&s| graph.derivatives(values, s)).collect()
+    }
+
+    /// Slopes of what contains the inverse dynamics of a tree as its first `n` entries:
+    /// those by recursion, the others on the graph. `values(…, true)` leaves the tree out.
+    fn recursive_slopes(
+        &mut self,
+        group: Group,
+        values: impl Fn(&mut Self, bool) -> Vec<ExprId>,
+    ) -> Vec<Vec<ExprId>> {
+        let by_state = matches!(group, Group::Position | Group::Velocity);
+        let Some(mechanism) = self.mechanism().filter(|_| by_state) else {
+            let values = values(self, false);
+            return self.slopes_of(&values, group);
+        };
+        let rest = values(self, true);
+        let mut columns = self.slopes_of(&rest, group);
+        let a = self.variables(&self.acceleration);
+        let graph = &mut self.model.graph;
+        let slopes = mechanism.inverse_dynamics_derivatives(graph, &a);
+        let slopes = match group {
+            Group::Position => slopes.position,
+            _ => slopes.velocity,
+        };
+        for (j, column) in columns.iter_mut().enumerate() {
+            for (entry, row) in column.iter_mut().zip(&slopes) {
+                *entry = graph.add(*entry, row[j]);
+            }
+        }
+        columns
+    }
+
+    /// `∂a/∂s` without constraints; of a tree by recursion.
+    fn forward_slopes(&mut self, group: Group) -> Vec<Vec<ExprId>> {
+        let recursive = matches!(group, Group::Position | Group::Velocity | Group::Input);
+        let mechanism = self.mechanism().filter(|_| recursive && self.is_pure_tree());
+        let Some(mechanism) = mechanism else {
+            return self.motion_slopes(false, group).0;
+        };
+        let applied = self.applied();
+        let changes = self.slopes_of(&applied, group);
+        let graph = &mut self.model.graph;
+        let slopes = mechanism.forward_dynamics_derivatives(graph, &applied);
+        let direct = match group {
+            Group::Position => Some(slopes.position),
+            Group::Velocity => Some(slopes.velocity),
+            _ => None,
+        };
+        let columns = changes.iter().enumerate().map(|(j, change)| {
+            let rows = slopes.force.iter().enumerate().map(|(i, inverse)| {
+                let through_force = graph.inner_product(inverse, change);
+                match &direct {
+                    Some(direct) => graph.add(direct[i][j], through_force),
+                    None => through_force,
+                }
+            });
+            rows.collect()
+        });
+        columns.collect()
     }
 
     /// `∂a/∂s` and `∂λ/∂s`, one column per variable of the group.
@@ -240,15 +372,12 @@ impl Expansion {
     ) -> (Vec<Vec<ExprId>>, Vec<Vec<ExprId>>) {
         let motion = self.motion(constrained);
         let (rows, _) = self.rows(constrained);
-        let (force, demand) = self.residuals(constrained);
-        let residuals = [force, demand].concat();
+        let changes = self.recursive_slopes(group, |this, rest| this.residuals(constrained, rest));
         let values = motion.acceleration.iter().chain(&motion.multipliers);
         let symbols = self.acceleration.iter().chain(&self.multipliers);
         let at: HashMap<SymbolId, ExprId> = symbols.copied().zip(values.copied()).collect();
-        let by = self.symbols(group);
         let graph = &mut self.model.graph;
-        let columns = by.into_iter().map(|symbol| {
-            let change = graph.derivatives(&residuals, symbol);
+        let columns = changes.into_iter().map(|change| {
             let change = graph.substitute(&change, &at);
             let opposite: Vec<ExprId> = change.into_iter().map(|x| graph.neg(x)).collect();
             let (force, demand) = opposite.split_at(motion.acceleration.len());
@@ -269,4 +398,12 @@ impl Expansion {
             Group::Time => vec![model.time],
         }
     }
+}
+
+/// Row by row from columns.
+fn rows_of(columns: &[Vec<ExprId>]) -> Vec<ExprId> {
+    let rows = columns.first().map_or(0, Vec::len);
+    (0..rows)
+        .flat_map(|row| columns.iter().map(move |column| column[row]))
+        .collect()
 }

@@ -29,6 +29,10 @@ pub enum Term {
     Outputs,
     /// Their rates along the motion, without the acceleration's part.
     OutputRates,
+    /// `J = ∂y/∂q` of the outputs that depend on positions and time alone.
+    OutputJacobian,
+    /// `J̇ v` of these: `ÿ = J a + J̇ v`.
+    OutputBias,
     /// `τ(q, v, a, t) = M a − Q_C − Q_D`, `n`: what inputs and constraints must supply.
     InverseDynamics,
     /// `a = M⁻¹ Q`, `n`, as if there were no constraint; `M` positive definite.
@@ -45,7 +49,7 @@ pub enum Term {
 
 impl Term {
     /// All of them.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 19] = [
         Self::MassMatrix,
         Self::BiasForce,
         Self::AppliedForce,
@@ -57,6 +61,8 @@ impl Term {
         Self::ConstraintRate,
         Self::Outputs,
         Self::OutputRates,
+        Self::OutputJacobian,
+        Self::OutputBias,
         Self::InverseDynamics,
         Self::ForwardDynamics,
         Self::ConstrainedAcceleration,
@@ -79,6 +85,8 @@ impl Term {
             Self::ConstraintRate => "constraint_rate",
             Self::Outputs => "outputs",
             Self::OutputRates => "output_rates",
+            Self::OutputJacobian => "output_jacobian",
+            Self::OutputBias => "output_bias",
             Self::InverseDynamics => "inverse_dynamics",
             Self::ForwardDynamics => "forward_dynamics",
             Self::ConstrainedAcceleration => "constrained_acceleration",

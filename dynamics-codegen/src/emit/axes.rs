@@ -1,9 +1,9 @@
 //! What the rows and columns of quantities belong to, with units.
 
 use super::plan::Entry;
-use crate::derive::{Group, Term};
+use crate::derive::{Expansion, Group, Term};
 use crate::dimension::Dimension;
-use crate::model::{ConstraintKind, Coordinate, Model};
+use crate::model::{ConstraintKind, Coordinate};
 
 /// Everything that a row or column can belong to.
 pub(super) struct Axes {
@@ -15,6 +15,7 @@ pub(super) struct Axes {
     constraint_acceleration: Vec<Entry>,
     output: Vec<Entry>,
     output_rate: Vec<Entry>,
+    positional_output_acceleration: Vec<Entry>,
     multiplier: Vec<Entry>,
     position: Vec<Entry>,
     velocity: Vec<Entry>,
@@ -23,7 +24,8 @@ pub(super) struct Axes {
 
 impl Axes {
     /// Those of a model.
-    pub fn new(model: &Model) -> Self {
+    pub fn new(expansion: &Expansion) -> Self {
+        let model = &expansion.model;
         let coordinates = |unit: &dyn Fn(&Coordinate) -> String| -> Vec<Entry> {
             let entry = |c: &Coordinate| Entry {
                 name: c.name.clone(),
@@ -80,6 +82,9 @@ impl Axes {
             constraint_acceleration: holonomic_rates(2),
             output: outputs(0),
             output_rate: outputs(1),
+            positional_output_acceleration: (expansion.system().positional_outputs.iter())
+                .map(|&index| outputs(2)[index].clone())
+                .collect(),
             multiplier: multipliers.collect(),
             position: coordinates(&|c| coordinate_unit(c, 0)),
             velocity: coordinates(&|c| coordinate_unit(c, 1)),
@@ -103,6 +108,8 @@ impl Axes {
             Term::ConstraintRate => &[&self.constraint_rate],
             Term::Outputs => &[&self.output],
             Term::OutputRates => &[&self.output_rate],
+            Term::OutputJacobian => &[&self.positional_output_acceleration, &self.acceleration],
+            Term::OutputBias => &[&self.positional_output_acceleration],
             Term::ForwardDynamics | Term::ConstrainedAcceleration => &[&self.acceleration],
             Term::ConstrainedMultipliers => &[&self.multiplier],
         };

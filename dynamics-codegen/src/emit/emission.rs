@@ -5,6 +5,7 @@ use super::functions::{FunctionError, Functions};
 use super::plan::{Plan, Quantity};
 use super::rust::{File, module_name};
 use crate::compile::Compiled;
+use crate::graph::{Graph, SymbolId};
 
 /// A model with the functions that are emitted for it: the terms of its equations,
 /// `equation_of_motion`, and those on request.
@@ -76,12 +77,24 @@ impl<'a> Emission<'a> {
     }
 
     /// The graph on which all quantities stand, with the symbols for `a` and `λ`.
-    pub fn graph(&self) -> &crate::graph::Graph {
+    pub fn graph(&self) -> &Graph {
         &self.plan.model.graph
     }
 
+    /// The same, to put quantities of your own on.
+    pub fn graph_mut(&mut self) -> &mut Graph {
+        &mut self.plan.model.graph
+    }
+
+    /// Adds a function that computes quantities of your own; one quantity of the function's
+    /// name by itself, else a struct. Names must be free and expressions must read no
+    /// symbol but [`arguments`](Self::arguments) without `a, λ`.
+    pub fn add(&mut self, function: &str, quantities: Vec<Quantity>) {
+        self.plan.add(function, quantities);
+    }
+
     /// The symbols that functions may read, in the order `t, q, v, u, parameters, a, λ`.
-    pub fn arguments(&self) -> Vec<crate::graph::SymbolId> {
+    pub fn arguments(&self) -> Vec<SymbolId> {
         self.plan.arguments()
     }
 

@@ -197,7 +197,7 @@ impl fmt::Display for Functions {
 }
 
 /// Terms that every emitted file holds.
-pub(super) const TERMS: [Term; 11] = [
+pub(super) const TERMS: [Term; 13] = [
     Term::MassMatrix,
     Term::BiasForce,
     Term::AppliedForce,
@@ -209,6 +209,8 @@ pub(super) const TERMS: [Term; 11] = [
     Term::ConstraintRate,
     Term::Outputs,
     Term::OutputRates,
+    Term::OutputJacobian,
+    Term::OutputBias,
 ];
 
 fn is_always_there(item: Item) -> bool {

@@ -18,6 +18,7 @@ mod header;
 mod naming;
 mod plan;
 mod review;
+mod review_bodies;
 mod rust;
 mod symbols;
 mod telling;

@@ -3,7 +3,9 @@
 use super::axes::Axes;
 use super::body::Body;
 use super::functions::{FunctionError, Functions, TERMS, Wish};
+use super::naming::snake;
 use super::symbols::Symbols;
+use super::text::one_line;
 use crate::compile::Compiled;
 use crate::derive::{Expansion, Group, Item, ItemError, System, Term};
 use crate::graph::{ExprId, SymbolId};
@@ -21,8 +23,8 @@ pub struct Entry {
 /// A vector, matrix or cube of the equation of motion.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Quantity {
-    /// What it is.
-    pub item: Item,
+    /// What it is; `None` for one that was [added](super::Emission::add).
+    pub item: Option<Item>,
     /// The emitted function's name.
     pub name: String,
     /// What it is, with its symbol in the thesis.
@@ -49,12 +51,30 @@ impl Quantity {
             }
         };
         Self {
-            item,
+            item: Some(item),
             name: item.to_string(),
             meaning,
             axes: own,
             entries,
             prefix,
+        }
+    }
+
+    /// One of your own: `entries` on the graph of the emission it is added to, the last
+    /// axis fastest. `name` becomes the name of a function or field.
+    ///
+    /// # Panics
+    /// If `entries` does not fill the axes.
+    pub fn own(name: &str, meaning: &str, axes: Vec<Vec<Entry>>, entries: Vec<ExprId>) -> Self {
+        let size: usize = axes.iter().map(Vec::len).product();
+        assert_eq!(size, entries.len(), "as many entries as the axes have");
+        Self {
+            item: None,
+            name: snake(name),
+            meaning: one_line(meaning),
+            axes,
+            entries,
+            prefix: snake(name),
         }
     }
 
@@ -74,7 +94,7 @@ impl Quantity {
         let mut notes: Vec<String> = axes
             .map(|(title, axis)| format!("{title}: {}.", list(axis)))
             .collect();
-        let by_time = self.item.by == Some(Group::Time);
+        let by_time = self.item.is_some_and(|item| item.by == Some(Group::Time));
         match (self.axes.len(), by_time) {
             (1, false) => {}
             (1, true) => notes.push("The unit of an entry is the stated one per second.".into()),
@@ -114,7 +134,7 @@ pub fn quantities(compiled: &Compiled) -> Vec<Quantity> {
 }
 
 fn terms(expansion: &mut Expansion) -> Vec<Quantity> {
-    let axes = Axes::new(&expansion.model);
+    let axes = Axes::new(expansion);
     let mut quantities = Vec::new();
     for item in TERMS.map(Item::of) {
         // What a model lacks it has no function for.
@@ -172,7 +192,7 @@ impl Plan {
             meaning: "Everything that the equation of motion needs".to_string(),
             quantities: terms
                 .into_iter()
-                .filter(|q| FUSED.contains(&q.item.term))
+                .filter(|q| q.item.is_some_and(|item| FUSED.contains(&item.term)))
                 .collect(),
             fused: true,
         });
@@ -214,7 +234,7 @@ fn requested_function(
     expansion: &mut Expansion,
     wish: &Wish,
 ) -> Result<Option<Function>, FunctionError> {
-    let axes = Axes::new(&expansion.model);
+    let axes = Axes::new(expansion);
     let mut quantities = Vec::new();
     let mut missing = None;
     for &item in &wish.items {
@@ -226,7 +246,7 @@ fn requested_function(
         }
     }
     // A bundle without what it is named after is none.
-    let headless = wish.is_fused() && wish.items.first() != quantities.first().map(|q| &q.item);
+    let headless = wish.is_fused() && wish.items.first().copied() != quantities.first().and_then(|q: &Quantity| q.item);
     match missing {
         Some(_) if (quantities.is_empty() || headless) && Functions::passes_over(wish) => Ok(None),
         Some(error) if quantities.is_empty() || headless => Err(error.into()),
@@ -246,6 +266,25 @@ fn list_of_meanings(quantities: &[Quantity]) -> String {
     names.join(", ")
 }
 
+impl Plan {
+    /// One more function: of one quantity by itself, or of several.
+    pub fn add(&mut self, name: &str, mut quantities: Vec<Quantity>) {
+        let single = quantities.len() == 1 && quantities[0].name == name;
+        self.functions.push(match quantities.pop() {
+            Some(only) if single => Function::single(only),
+            last => {
+                quantities.extend(last);
+                Function {
+                    name: snake(name),
+                    meaning: list_of_meanings(&quantities),
+                    quantities,
+                    fused: true,
+                }
+            }
+        });
+    }
+}
+
 impl Function {
     fn single(quantity: Quantity) -> Self {
         Self {
@@ -263,14 +302,14 @@ impl Function {
 
     /// Whether it is a function of an acceleration that the caller states.
     pub fn takes_acceleration(&self) -> bool {
-        let mut terms = self.quantities.iter().map(|q| q.item.term);
-        terms.any(Term::takes_acceleration)
+        let mut items = self.quantities.iter().filter_map(|q| q.item);
+        items.any(|item| item.term.takes_acceleration())
     }
 
     /// Whether it is a function of multipliers that the caller states.
     pub fn takes_multipliers(&self) -> bool {
-        let mut terms = self.quantities.iter().map(|q| q.item.term);
-        terms.any(Term::takes_multipliers)
+        let mut items = self.quantities.iter().filter_map(|q| q.item);
+        items.any(|item| item.term.takes_multipliers())
     }
 
     /// The straight lines that compute it.
@@ -325,6 +364,14 @@ fn describe(term: Term) -> (&'static str, &'static str) {
         Term::OutputRates => (
             "Rates of the outputs along the motion, without the acceleration's part",
             "out_rate",
+        ),
+        Term::OutputJacobian => (
+            "Jacobian `J = ∂y/∂q` of the outputs that depend on positions alone",
+            "jacobian",
+        ),
+        Term::OutputBias => (
+            "`J̇ v` of the outputs that depend on positions alone: `ÿ = J a + J̇ v`",
+            "out_bias",
         ),
         Term::InverseDynamics => (
             "Inverse dynamics `τ = M a − Q_C − Q_D`: what inputs and constraints must supply for the stated acceleration `a`",
