@@ -77,6 +77,8 @@
 //!   instead of `libm`; faster on hosts. Off by default.
 //! * `simd`: [`Scalar`] for `wide`'s `f64x4`, `f64x8`, `f32x8`, `f32x16`. Compile with
 //!   `-C target-cpu=native` to use more than the baseline instructions.
+//! * `derive`: `#[derive(Dynamics)]`, which makes a struct a [`System`] from the text of
+//!   a model.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -90,6 +92,8 @@ mod simulate;
 mod system;
 
 pub use dual::Dual;
+#[cfg(feature = "derive")]
+pub use dynamics_macros::Dynamics;
 pub use scalar::{Real, Scalar};
 pub use simulate::{Simulation, acceleration, acceleration_full_rank};
 pub use system::{Constraint, Equation, Point, System};

@@ -2,7 +2,7 @@
 
 use super::counts;
 use super::digest::digest;
-use super::text::one_line;
+use super::text::{decimal, one_line};
 use crate::compile::Compiled;
 
 /// The lines, without any comment sign: who made the file, from what, how much it
@@ -24,8 +24,15 @@ pub(super) fn lines(compiled: &Compiled, source_name: &str, language: &str) -> V
             shell_word(source_name)
         ),
         String::new(),
-        "Operations; what a function shares inside itself is counted once:".to_string(),
     ];
+    if !compiled.model.fixed.is_empty() {
+        let fixed = compiled.model.fixed.iter();
+        let fixed = fixed.map(|p| format!("{} = {}", one_line(&p.name), decimal(p.nominal)));
+        let fixed: Vec<String> = fixed.collect();
+        lines.push(format!("Folded in:  {}", fixed.join(", ")));
+        lines.push(String::new());
+    }
+    lines.push("Operations; what a function shares inside itself is counted once:".to_string());
     lines.extend(
         counts::table(compiled)
             .iter()

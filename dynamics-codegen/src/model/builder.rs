@@ -22,6 +22,7 @@ pub(crate) fn build(
     file: &File,
     sources: &mut Sources,
     library: &super::Library,
+    variables: &super::Variables,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<Model> {
     let name = match &file.heading {
@@ -34,7 +35,7 @@ pub(crate) fn build(
             return None;
         }
     };
-    let mut builder = Builder::new(name.text.clone(), file.doc.clone(), diagnostics);
+    let mut builder = Builder::new(name.text.clone(), file.doc.clone(), variables, diagnostics);
     let statements: Vec<&Statement> = file.statements.iter().collect();
     builder.declare(&statements);
     let unreadable = file.unreadable.iter().map(|name| name.text.clone());
@@ -55,6 +56,8 @@ pub(super) struct Builder<'a> {
     pub prefix: String,
     /// The effect at hand, while one is being applied.
     pub effect: Option<usize>,
+    /// Which parameters are not folded in.
+    pub variables: &'a super::Variables,
     diagnostics: &'a mut Vec<Diagnostic>,
     /// What each input's channel does, composed in the order of the text.
     channels: Vec<ExprId>,
@@ -63,7 +66,12 @@ pub(super) struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    fn new(name: String, doc: String, diagnostics: &'a mut Vec<Diagnostic>) -> Self {
+    fn new(
+        name: String,
+        doc: String,
+        variables: &'a super::Variables,
+        diagnostics: &'a mut Vec<Diagnostic>,
+    ) -> Self {
         let mut graph = Graph::new();
         let time = graph.symbol("t");
         let zero = graph.zero();
@@ -75,6 +83,7 @@ impl<'a> Builder<'a> {
             coordinates: Vec::new(),
             inputs: Vec::new(),
             parameters: Vec::new(),
+            fixed: Vec::new(),
             kinetic: zero,
             potential: zero,
             dissipation: zero,
@@ -89,6 +98,7 @@ impl<'a> Builder<'a> {
             term_path: Vec::new(),
             prefix: String::new(),
             effect: None,
+            variables,
             diagnostics,
             channels: Vec::new(),
             has_kinetic: false,
@@ -441,6 +451,7 @@ impl<'a> Builder<'a> {
         if self.too_large {
             return;
         }
+        self.fold();
         for statement in statements {
             self.lower_statement(statement);
         }
@@ -693,6 +704,7 @@ impl<'a> Builder<'a> {
         for (input, &arrives) in self.model.inputs.iter_mut().zip(&self.channels) {
             input.arrives = arrives;
         }
+        self.model.set_folded_aside(self.variables);
         let failed = self
             .diagnostics
             .iter()

@@ -2,6 +2,7 @@
 
 mod builder;
 mod effects;
+mod fold;
 mod library;
 mod lower;
 mod names;
@@ -9,6 +10,7 @@ mod quantity;
 
 pub(crate) use builder::build;
 pub use effects::{Template, TemplateParameter};
+pub use fold::Variables;
 pub use library::{Library, LibraryError};
 
 use crate::dimension::Dimension;
@@ -145,6 +147,9 @@ pub struct Model {
     pub inputs: Vec<Input>,
     /// The parameters, in the order of the text, then those of the effects.
     pub parameters: Vec<Parameter>,
+    /// What would be parameters had it not been folded in ([`Variables`]): each is its
+    /// nominal value, as a constant, wherever it stood.
+    pub fixed: Vec<Parameter>,
     /// Kinetic energy `T(q, v, t)`.
     pub kinetic: ExprId,
     /// Potential energy `V(q, t)`.
