@@ -3,5 +3,6 @@
 pub mod compiler;
 pub mod files;
 pub mod models;
+pub mod object_code;
 pub mod random;
 pub mod reference;
