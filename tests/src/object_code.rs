@@ -67,11 +67,9 @@ impl Libraries {
         std::fs::write(&file, source).expect("the folder is writable");
         let mut command = Command::new(std::env::var("RUSTC").unwrap_or_else(|_| "rustc".into()));
         command
-            .args([
-                "--edition=2024",
-                "--crate-type=lib",
-                "--crate-name=firmware",
-            ])
+            .args(["--edition=2024", "--crate-type=lib"])
+            // Its own: what rustc writes on the way is called after the crate.
+            .arg(format!("--crate-name={name}"))
             .args(["-Copt-level=3", "-Ccodegen-units=1", "-Cpanic=abort"])
             .arg(format!("--emit=obj={}", object.display()))
             .arg(format!("-Ldependency={}", self.folder.display()))
