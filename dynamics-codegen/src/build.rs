@@ -17,7 +17,7 @@
 //! }
 //! ```
 
-use crate::compile::{Compiled, compile_keeping, not_text};
+use crate::compile::{Compiled, compile_keeping, is_urdf, not_text};
 use crate::diagnostic::Report;
 use crate::emit;
 use crate::model::{Library, LibraryError, Variables};
@@ -85,7 +85,7 @@ pub fn module(path: impl AsRef<Path>) -> Result<(), Error> {
     ModelFile::new(path.as_ref()).write()
 }
 
-/// A model file, and what is to be made of it.
+/// A model file, or a robot description (URDF), and what is to be made of it.
 ///
 /// ```no_run
 /// use dynamics_codegen::build::ModelFile;
@@ -164,10 +164,16 @@ impl ModelFile {
                 files.push(place.join(template.file));
             }
         }
+        library.start_from(&self.root);
+        library.look_in(self.path.parent().unwrap_or(Path::new("")));
         let text = read_text(&files[0], &self.path)?;
         let name = self.path.display().to_string();
         let compiled =
             compile_keeping(&name, &text, &library, &self.variables).map_err(Error::Model)?;
+        let robot = compiled.model.robot.as_ref();
+        if let Some(robot) = robot.filter(|_| !is_urdf(&text)) {
+            files.push(files[0].with_file_name("").join(&robot.file));
+        }
         Ok(Read { compiled, files })
     }
 

@@ -2,6 +2,7 @@
 
 use crate::derive::{System, derive};
 use crate::diagnostic::{Diagnostic, Report};
+use crate::emit::identifier;
 use crate::model::{Library, Model, Variables, build};
 use crate::source::{Sources, Span};
 use crate::syntax::parse;
@@ -74,9 +75,13 @@ pub fn compile_keeping(
     library: &Library,
     variables: &Variables,
 ) -> Result<Compiled, Report> {
-    let mut sources = Sources::new();
     // Some editors put a byte-order mark in front.
-    let id = sources.add(name, text.strip_prefix('\u{feff}').unwrap_or(text));
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if is_urdf(text) {
+        return compile_urdf(name, text, library, variables);
+    }
+    let mut sources = Sources::new();
+    let id = sources.add(name, text);
     let (file, mut diagnostics) = parse(&sources, id);
     let readable = diagnostics.is_empty();
     let model =
@@ -98,6 +103,51 @@ pub fn compile_keeping(
             diagnostics,
         }),
     }
+}
+
+/// Whether a text is a robot description: a model never begins with `<`.
+pub fn is_urdf(text: &str) -> bool {
+    text.trim_start_matches('\u{feff}')
+        .trim_start()
+        .starts_with('<')
+}
+
+/// The model that says nothing but that its base is the robot description `path`:
+/// what effects can be written into.
+pub fn model_of_urdf(path: &str) -> String {
+    model_with_urdf(path, ";")
+}
+
+fn model_with_urdf(path: &str, options: &str) -> String {
+    let stem = std::path::Path::new(path).file_stem();
+    let stem = stem.unwrap_or_default().to_string_lossy();
+    format!("model {};\n\nurdf {path:?}{options}\n", identifier(&stem))
+}
+
+/// A robot description by itself: the model is called what the robot is called. What is
+/// named as variable may be an inertial parameter of any link.
+fn compile_urdf(
+    name: &str,
+    text: &str,
+    library: &Library,
+    variables: &Variables,
+) -> Result<Compiled, Report> {
+    const FILE: &str = "robot.urdf";
+    let mut library = library.clone();
+    library.add_file(FILE, name, text);
+    let options = match variables {
+        Variables::All => ";",
+        Variables::Only(_) => " { parameters: all; }",
+    };
+    let model = model_with_urdf(FILE, options);
+    let mut compiled = compile_keeping(name, &model, &library, variables)?;
+    if let Some(robot) = &mut compiled.model.robot {
+        robot.file = name.to_string();
+        if !robot.name.is_empty() {
+            compiled.model.name.clone_from(&robot.name);
+        }
+    }
+    Ok(compiled)
 }
 
 /// As [`compile`], for bytes as they come from a file.

@@ -20,7 +20,7 @@ pub mod tape;
 pub mod tree;
 pub mod urdf;
 
-pub use compile::{Compiled, compile, compile_bytes, compile_keeping};
+pub use compile::{Compiled, compile, compile_bytes, compile_keeping, is_urdf, model_of_urdf};
 pub use derive::System;
 pub use diagnostic::{Diagnostic, Report, Severity};
 pub use model::{Library, Model, Variables};

@@ -38,6 +38,7 @@ fn models() -> Vec<(String, String)> {
         .collect();
     found.sort();
     assert!(found.len() >= 8);
+    found.push(("bodies.model".into(), BODIES.into()));
     found
 }
 
@@ -74,6 +75,22 @@ fn folding_changes_no_value_and_saves_operations() {
         }
     }
 }
+
+const BODIES: &str = "
+    model swing;
+    coordinate yaw: rad;
+    coordinate pitch: rad;
+    input pitch: N*m;
+    parameter m: kg = 2;
+    parameter h: m = 0.3;
+    parameter i_t: kg*m^2 = 0.04;
+    parameter g: m/s^2 = 9.81;
+    frame hub = rotate_z(yaw) * translate(0, 0, h);
+    body bob { frame: hub * rotate_y(pitch) * translate(0, 0, -h); mass: m; inertia: diag(i_t, i_t, i_t/2); }
+    gravity (0, 0, -g);
+    force pitch = input(pitch);
+    output height = position(bob).z;
+";
 
 const SPRING: &str = "
     model spring;

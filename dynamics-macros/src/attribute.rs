@@ -6,13 +6,13 @@ use syn::{Attribute, DeriveInput, Error, Field, LitStr, Result};
 
 /// What `#[dynamics(…)]` on the struct says.
 pub struct Attributes {
-    /// The model's path, as written.
+    /// The path of the model or robot description, as written.
     pub model: LitStr,
     /// Folders of effect templates.
     pub effects: Vec<LitStr>,
 }
 
-const ON_STRUCT: [&str; 2] = ["model", "effects"];
+const ON_STRUCT: [&str; 3] = ["model", "urdf", "effects"];
 const ON_FIELD: [&str; 1] = ["parameter"];
 
 impl Attributes {
@@ -20,7 +20,7 @@ impl Attributes {
     pub fn of(item: &DeriveInput) -> Result<Self> {
         let (mut model, mut effects) = (None, Vec::new());
         each(&item.attrs, |meta| {
-            if meta.path.is_ident("model") {
+            if meta.path.is_ident("model") || meta.path.is_ident("urdf") {
                 once(&mut model, &meta)
             } else if meta.path.is_ident("effects") {
                 effects.push(text(&meta)?);
@@ -32,7 +32,7 @@ impl Attributes {
         let model = model.ok_or_else(|| {
             Error::new(
                 item.ident.span(),
-                "`#[derive(Dynamics)]` needs a model: add `#[dynamics(model = \"path/to/the.model\")]`",
+                "`#[derive(Dynamics)]` needs a model: add `#[dynamics(model = \"path/to/the.model\")]`, or `urdf = \"…\"`",
             )
         })?;
         Ok(Self { model, effects })

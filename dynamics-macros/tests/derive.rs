@@ -45,6 +45,18 @@ where
     drag: T,
 }
 
+/// A robot description; the mass of the last link, which carries loads, varies.
+#[derive(Dynamics)]
+#[dynamics(urdf = "tests/models/arm.urdf")]
+struct Arm<T> {
+    lower_mass: T,
+}
+
+/// A model on top of one.
+#[derive(Dynamics)]
+#[dynamics(model = "tests/models/held.model")]
+struct Held;
+
 fn point<T: Scalar>(theta: T) -> Point<T, 2, 1, 0> {
     let number = T::from_f64;
     Point {
@@ -169,12 +181,53 @@ fn structs_of_a_function() {
     assert_eq!(Cart { mp: 1.0 }.mass_matrix(&x)[(0, 0)], 2.0);
 }
 
+/// The textbook's double pendulum: angles from hanging down, the second relative.
+#[test]
+fn robot_descriptions_are_models() {
+    let (l1, c1, c2, m1, m2) = (0.4, 0.2, 0.15, 2.0, 1.5);
+    let (i1, i2) = (0.03, 0.01);
+    let x = Point {
+        t: 0.0,
+        q: [0.3, -0.8],
+        v: [0.0; 2],
+        u: [0.0; 2],
+        z: [],
+    };
+    let (s1, s12) = (x.q[0].sin(), (x.q[0] + x.q[1]).sin());
+    let terms = Arm { lower_mass: m2 }.equation(&x);
+    let elbow = i2 + m2 * c2 * c2;
+    let coupling = elbow + m2 * l1 * c2 * x.q[1].cos();
+    let shoulder = i1 + m1 * c1 * c1 + i2 + m2 * (l1 * l1 + c2 * c2 + 2.0 * l1 * c2 * x.q[1].cos());
+    let mass = [[shoulder, coupling], [coupling, elbow]];
+    let weight = -9.81 * m2 * c2 * s12;
+    let force = [weight - 9.81 * (m1 * c1 + m2 * l1) * s1, weight];
+    for i in 0..2 {
+        assert!(
+            (terms.force[i] - force[i]).abs() < 1e-12,
+            "{i}: {}",
+            terms.force[i]
+        );
+        for j in 0..2 {
+            assert!((terms.mass_matrix[(i, j)] - mass[i][j]).abs() < 1e-14);
+        }
+    }
+    assert_eq!(Arm::<f64>::nominal().lower_mass, 1.0);
+    assert_eq!(Held.constraint_jacobian(&x), [[0.0, 1.0]]);
+}
+
 /// Cargo learns from the compiler which files to watch: those the models were made from.
 #[test]
 fn a_change_of_the_model_builds_anew() {
     let test = std::env::current_exe().unwrap();
     let watched = std::fs::read_to_string(test.with_extension("d")).unwrap();
-    for file in ["cart.model", "damped.model", "cubic_drag.model"] {
+    let files = [
+        "cart.model",
+        "damped.model",
+        "cubic_drag.model",
+        "held.model",
+        "arm.urdf",
+    ];
+    for file in files {
         assert!(watched.contains(file), "{file} is not among {watched}");
     }
 }

@@ -2,13 +2,17 @@
 
 mod constraint;
 mod force;
+mod inertial;
 mod lagrange;
+mod output;
+mod reading;
 mod sensitivity;
 
 pub use sensitivity::{Sensitivity, Variable};
 
 use crate::graph::{ExprId, SymbolId};
 use crate::model::{ConstraintKind, Model};
+use reading::Readings;
 
 /// The terms of `M a = Q + Aᵀλ`, `A a = b` [3.17, 3.38] on the model's graph.
 /// With `n` coordinates, `m` constraints and `k` inputs:
@@ -38,28 +42,42 @@ pub struct System {
     pub outputs: Vec<ExprId>,
     /// Per output: its derivative along the motion, without acceleration.
     pub output_rates: Vec<ExprId>,
+    /// Which outputs `y` depend on positions and time alone.
+    pub positional_outputs: Vec<usize>,
+    /// Of these, `J = ∂y/∂q`, one row each.
+    pub output_jacobian: Vec<Vec<ExprId>>,
+    /// Of these, `J̇ v` (with what time adds): `ÿ = J a + J̇ v`.
+    pub output_bias: Vec<ExprId>,
+    /// Kinetic energy `T(q, v, t)` of all that the model states.
+    pub kinetic_energy: ExprId,
+    /// Potential energy `V(q, t)`; of bodies, that of gravity.
+    pub potential_energy: ExprId,
 }
 
 /// Derives the system. The graph grows; nothing in it changes.
 pub fn derive(model: &mut Model) -> System {
-    let lagrange::Lagrange {
+    let readings = Readings::new(model);
+    let inertial::Inertial {
         mass_matrix,
         bias_force,
-    } = lagrange::equations(model);
+        kinetic_energy,
+        potential_energy,
+    } = inertial::terms(model, &readings);
     let force::Forces {
         applied_force,
         input_matrix,
         total,
-    } = force::forces(model);
+    } = force::forces(model, &readings);
     let force = (0..model.coordinates.len())
         .map(|i| model.graph.add(bias_force[i], total[i]))
         .collect();
-    let rows: Vec<constraint::Row> = (0..model.constraints.len())
-        .map(|index| constraint::row(model, index))
+    let constraints: Vec<_> = (model.constraints.iter())
+        .map(|c| (c.residual, c.kind))
         .collect();
-    let outputs: Vec<ExprId> = model.outputs.iter().map(|output| output.value).collect();
-    let seeds = model.time_seeds();
-    let output_rates = model.graph.directional(&outputs, &seeds);
+    let rows: Vec<constraint::Row> = (constraints.into_iter())
+        .map(|(residual, kind)| constraint::row(model, &readings, residual, kind))
+        .collect();
+    let outputs = output::outputs(model, &readings);
     System {
         mass_matrix,
         bias_force,
@@ -71,8 +89,13 @@ pub fn derive(model: &mut Model) -> System {
         constraint_residual: rows.iter().map(|row| row.residual).collect(),
         constraint_rate: rows.iter().map(|row| row.rate).collect(),
         constraint_kinds: model.constraints.iter().map(|c| c.kind).collect(),
-        outputs,
-        output_rates,
+        outputs: outputs.values,
+        output_rates: outputs.rates,
+        positional_outputs: outputs.positional,
+        output_jacobian: outputs.jacobian,
+        output_bias: outputs.bias,
+        kinetic_energy,
+        potential_energy,
     }
 }
 

@@ -5,7 +5,8 @@
 //! `R = M a − Q − Aᵀλ` and `S = A a − b` differentiated at fixed `a, λ`: first
 //! derivatives only, no derivative of an inverse (MATH section 4).
 
-use super::System;
+use super::reading::Readings;
+use super::{System, force, inertial};
 use crate::graph::{ExprId, SymbolId};
 use crate::model::Model;
 
@@ -84,16 +85,19 @@ fn residuals(
     acceleration: &[SymbolId],
     multiplier: &[SymbolId],
 ) -> Vec<ExprId> {
-    let graph = &mut model.graph;
+    let graph = &model.graph;
     let a: Vec<ExprId> = acceleration.iter().map(|&s| graph.var(s)).collect();
     let lambda: Vec<ExprId> = multiplier.iter().map(|&s| graph.var(s)).collect();
+    let readings = Readings::new(model);
+    let needed = inertial::inverse(model, &readings, &a);
+    let applied = force::forces(model, &readings).total;
+    let graph = &mut model.graph;
     let mut residuals = Vec::with_capacity(a.len() + lambda.len());
     for i in 0..a.len() {
-        let inertial = graph.inner_product(&system.mass_matrix[i], &a);
         let column: Vec<ExprId> = system.constraint_matrix.iter().map(|row| row[i]).collect();
         let constraint_force = graph.inner_product(&column, &lambda);
-        let forces = graph.add(system.force[i], constraint_force);
-        residuals.push(graph.sub(inertial, forces));
+        let forces = graph.add(applied[i], constraint_force);
+        residuals.push(graph.sub(needed[i], forces));
     }
     for (row, &b) in system.constraint_matrix.iter().zip(&system.constraint_bias) {
         let demanded = graph.inner_product(row, &a);

@@ -15,6 +15,7 @@ mod header;
 mod naming;
 mod plan;
 mod review;
+mod review_bodies;
 mod rust;
 mod symbols;
 mod telling;

@@ -5,7 +5,7 @@ use super::symbols::Symbols;
 use crate::compile::Compiled;
 use crate::dimension::Dimension;
 use crate::graph::ExprId;
-use crate::model::{Coordinate, Model};
+use crate::model::Coordinate;
 
 /// A row or column of a quantity.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -51,8 +51,8 @@ impl Quantity {
 
 /// The quantities of a model that have any entry, in the order of emission.
 pub fn quantities(compiled: &Compiled) -> Vec<Quantity> {
-    let (model, system) = (&compiled.model, &compiled.system);
-    let axes = Axes::new(model);
+    let system = &compiled.system;
+    let axes = Axes::new(compiled);
     let flat = |rows: &[Vec<ExprId>]| rows.concat();
     let all = [
         matrix(
@@ -131,6 +131,20 @@ pub fn quantities(compiled: &Compiled) -> Vec<Quantity> {
             "out_rate",
             &axes.output_rate,
             &system.output_rates,
+        ),
+        matrix(
+            "output_jacobian",
+            "Jacobian `J = ∂y/∂q` of the outputs that depend on positions alone",
+            "jacobian",
+            (&axes.positional_output_acceleration, &axes.acceleration),
+            flat(&system.output_jacobian),
+        ),
+        vector(
+            "output_bias",
+            "`J̇ v` of the outputs that depend on positions alone: `ÿ = J a + J̇ v`",
+            "out_bias",
+            &axes.positional_output_acceleration,
+            &system.output_bias,
         ),
     ];
     all.into_iter().filter(|q| !q.entries.is_empty()).collect()
@@ -238,10 +252,12 @@ struct Axes {
     constraint_acceleration: Vec<Entry>,
     output: Vec<Entry>,
     output_rate: Vec<Entry>,
+    positional_output_acceleration: Vec<Entry>,
 }
 
 impl Axes {
-    fn new(model: &Model) -> Self {
+    fn new(compiled: &Compiled) -> Self {
+        let model = &compiled.model;
         let coordinates = |unit: &dyn Fn(&Coordinate) -> String| -> Vec<Entry> {
             let entry = |c: &Coordinate| Entry {
                 name: c.name.clone(),
@@ -282,6 +298,9 @@ impl Axes {
             constraint_acceleration: holonomic_rates(2),
             output: outputs(0),
             output_rate: outputs(1),
+            positional_output_acceleration: (compiled.system.positional_outputs.iter())
+                .map(|&index| outputs(2)[index].clone())
+                .collect(),
         }
     }
 }

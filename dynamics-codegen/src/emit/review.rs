@@ -42,6 +42,9 @@ impl<'a> Sheet<'a> {
         for p in &model.parameters {
             names.insert(p.symbol, one_line(&p.name));
         }
+        for k in &model.kinematics {
+            names.insert(k.symbol, one_line(model.graph.symbol_name(k.symbol)));
+        }
         Self {
             compiled,
             model,
@@ -69,6 +72,7 @@ impl<'a> Sheet<'a> {
         paragraph(out, &self.model.doc)?;
         self.arguments(out)?;
         self.parameters(out)?;
+        super::review_bodies::bodies(out, self.model)?;
         self.dynamics(out)?;
         self.constraints(out)?;
         self.outputs(out)?;
@@ -122,18 +126,16 @@ impl<'a> Sheet<'a> {
 
     fn dynamics(&self, out: &mut String) -> std::fmt::Result {
         writeln!(out, "\nenergies and forces")?;
-        let mut rows = vec![
-            ["kinetic".to_string(), self.expression(self.model.kinetic)],
-            [
-                "potential".to_string(),
-                self.expression(self.model.potential),
-            ],
+        let mut rows = Vec::new();
+        let stated = [
+            ("kinetic", self.model.kinetic),
+            ("potential", self.model.potential),
+            ("dissipation", self.model.dissipation),
         ];
-        if !self.model.graph.is_zero(self.model.dissipation) {
-            rows.push([
-                "dissipation".to_string(),
-                self.expression(self.model.dissipation),
-            ]);
+        for (what, expr) in stated {
+            if !self.model.graph.is_zero(expr) {
+                rows.push([what.to_string(), self.expression(expr)]);
+            }
         }
         for (c, &force) in self.model.coordinates.iter().zip(&self.model.forces) {
             if !self.model.graph.is_zero(force) {
@@ -142,6 +144,15 @@ impl<'a> Sheet<'a> {
                     self.expression(force),
                 ]);
             }
+        }
+        for force in &self.model.point_forces {
+            let what = if force.torque { "torque" } else { "force" };
+            let frame = one_line(&self.model.tree.bodies[force.frame].name);
+            let value = force.value.map(|component| self.expression(component));
+            rows.push([
+                format!("{what} at {frame}"),
+                format!("({})", value.join(", ")),
+            ]);
         }
         columns(out, &rows)
     }
@@ -267,7 +278,7 @@ fn paragraph(out: &mut String, text: &str) -> std::fmt::Result {
     Ok(())
 }
 
-fn heading(out: &mut String, title: &str, count: usize) -> std::fmt::Result {
+pub(super) fn heading(out: &mut String, title: &str, count: usize) -> std::fmt::Result {
     match count {
         0 => writeln!(out, "\n{title}: none"),
         _ => writeln!(out, "\n{title}: {count}"),
@@ -291,7 +302,7 @@ fn prior(p: &Parameter) -> String {
 }
 
 /// Rows with their cells in columns; a column in which nothing stands is left out.
-fn columns<const N: usize>(out: &mut String, rows: &[[String; N]]) -> std::fmt::Result {
+pub(super) fn columns<const N: usize>(out: &mut String, rows: &[[String; N]]) -> std::fmt::Result {
     let width = |cell: &String| cell.chars().count();
     let widths: [usize; N] =
         std::array::from_fn(|i| rows.iter().map(|row| width(&row[i])).max().unwrap_or(0));

@@ -1,7 +1,7 @@
 //! Statements to a model: names declared, then everything lowered.
 
 use super::effects::Templates;
-use super::names::{Binding, Declared, RESERVED, Scope, Term, TermState};
+use super::names::{Binding, Declared, RESERVED, Scope, Term, TermState, VECTORS};
 use super::quantity::{Measure, Quantity};
 use super::{Constraint, ConstraintKind, Coordinate, Input, Model, Output, Parameter};
 use crate::diagnostic::{Diagnostic, Severity, nearest};
@@ -9,12 +9,14 @@ use crate::dimension::Dimension;
 use crate::graph::{ExprId, Graph};
 use crate::source::{Sources, Span};
 use crate::syntax::{
-    Bounds, Expr, File, Heading, Name, PortKind, Prior, Statement, StatementKind, Unit, UnitBase,
+    Bounds, Expr, ExprKind, File, Heading, Name, PortKind, Prior, Statement, StatementKind, Unit,
+    UnitBase,
 };
+use crate::tree::{Body, Inertia, Joint, Mechanism, Options, Placement, Tree};
 use std::collections::HashMap;
 
 /// A model may have this many coordinates, inputs and constraints.
-const MAX_SIZE: usize = 256;
+pub(super) const MAX_SIZE: usize = 256;
 
 /// Builds the model that `file` describes. Findings are added to `diagnostics`;
 /// `None` if there is an error among them.
@@ -37,7 +39,9 @@ pub(crate) fn build(
     };
     let mut builder = Builder::new(name.text.clone(), file.doc.clone(), variables, diagnostics);
     let statements: Vec<&Statement> = file.statements.iter().collect();
-    builder.declare(&statements);
+    let states_gravity = |s: &&Statement| matches!(s.kind, StatementKind::Gravity(_));
+    builder.states_gravity = statements.iter().any(states_gravity);
+    builder.declare(&statements, sources, library);
     let unreadable = file.unreadable.iter().map(|name| name.text.clone());
     builder.scope.unreadable = unreadable.collect();
     builder.refuse_excess(name.span);
@@ -61,8 +65,13 @@ pub(super) struct Builder<'a> {
     diagnostics: &'a mut Vec<Diagnostic>,
     /// What each input's channel does, composed in the order of the text.
     channels: Vec<ExprId>,
-    has_kinetic: bool,
-    too_large: bool,
+    pub has_kinetic: bool,
+    pub too_large: bool,
+    /// Whether the model says itself what gravity is.
+    pub states_gravity: bool,
+    /// Whether the robot description underneath could not be read: what it holds is
+    /// not there, and not to be complained about.
+    pub unreadable_base: bool,
 }
 
 impl<'a> Builder<'a> {
@@ -88,6 +97,12 @@ impl<'a> Builder<'a> {
             potential: zero,
             dissipation: zero,
             forces: Vec::new(),
+            point_forces: Vec::new(),
+            tree: world(zero),
+            mechanism: None,
+            bodies: Vec::new(),
+            kinematics: Vec::new(),
+            robot: None,
             constraints: Vec::new(),
             outputs: Vec::new(),
             effects: Vec::new(),
@@ -103,6 +118,8 @@ impl<'a> Builder<'a> {
             channels: Vec::new(),
             has_kinetic: false,
             too_large: false,
+            states_gravity: false,
+            unreadable_base: false,
         }
     }
 
@@ -129,9 +146,19 @@ impl<'a> Builder<'a> {
     }
 
     /// First pass: every name, so that the order of the text does not matter.
-    pub fn declare(&mut self, statements: &[&Statement]) {
+    pub fn declare(
+        &mut self,
+        statements: &[&Statement],
+        sources: &mut Sources,
+        library: &super::Library,
+    ) {
         for statement in statements {
             match &statement.kind {
+                StatementKind::Urdf { file, options } => {
+                    self.declare_robot(file, options, sources, library);
+                }
+                StatementKind::Frame { name, value } => self.declare_frame(name, value),
+                StatementKind::Body(body) => self.declare_body(body),
                 StatementKind::Coordinate { name, unit } => {
                     self.declare_coordinate(name, unit.as_ref(), &statement.doc);
                 }
@@ -196,20 +223,27 @@ impl<'a> Builder<'a> {
         let dimension = unit.and_then(|unit| self.dimension(unit));
         let symbol = self.model.graph.symbol(format!("u_{}", name.text));
         let arrives = self.model.graph.var(symbol);
-        let declared = Declared {
-            what: self.model.inputs.len(),
-            span: name.span,
-        };
-        self.scope.inputs.insert(name.text.clone(), declared);
-        self.channels.push(arrives);
-        self.model.inputs.push(Input {
+        let input = Input {
             name: name.text.clone(),
             dimension,
             unit: unit.map_or_else(String::new, unit_text),
             symbol,
             arrives,
             doc: doc.to_string(),
-        });
+            assumed: false,
+        };
+        self.push_input(input, name.span);
+    }
+
+    /// Adds an input whose name is free.
+    pub fn push_input(&mut self, input: Input, span: Span) {
+        let declared = Declared {
+            what: self.model.inputs.len(),
+            span,
+        };
+        self.scope.inputs.insert(input.name.clone(), declared);
+        self.channels.push(input.arrives);
+        self.model.inputs.push(input);
     }
 
     fn declare_term(
@@ -335,7 +369,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Binds a plain word; `false` (and a finding) if it is taken.
-    fn bind(&mut self, name: &Name, what: Binding) -> bool {
+    pub fn bind(&mut self, name: &Name, what: Binding) -> bool {
         if RESERVED.contains(&name.text.as_str()) {
             let message = format!(
                 "`{}` has a meaning of its own and cannot be redefined",
@@ -363,7 +397,7 @@ impl<'a> Builder<'a> {
         true
     }
 
-    fn duplicate(&mut self, name: &Name, first: Span) {
+    pub fn duplicate(&mut self, name: &Name, first: Span) {
         self.report::<()>(
             Diagnostic::error(name.span, format!("`{}` is defined twice", name.text))
                 .label("again here")
@@ -408,10 +442,7 @@ impl<'a> Builder<'a> {
                 ),
             );
         };
-        let declared = match kind {
-            PortKind::Coordinate => self.model.coordinates[index].dimension,
-            PortKind::Input => self.model.inputs[index].dimension,
-        };
+        let declared = self.port_dimension(kind, index);
         let of = |f: fn(Dimension) -> Dimension| Some(declared.map(f));
         match function.text.as_str() {
             "unit" => of(|d| d),
@@ -455,6 +486,7 @@ impl<'a> Builder<'a> {
         for statement in statements {
             self.lower_statement(statement);
         }
+        self.resolve_frames();
         // Terms that nothing uses are still checked.
         for index in 0..self.scope.terms.len() {
             self.resolve_term(index);
@@ -479,23 +511,48 @@ impl<'a> Builder<'a> {
             }
             StatementKind::Force { on, value } => self.lower_force(on, value)?,
             StatementKind::Channel { name, value } => self.lower_channel(name, value)?,
+            StatementKind::Body(body) => {
+                self.has_kinetic = true;
+                self.lower_body(body, &statement.doc)?;
+            }
+            StatementKind::Gravity(components) => self.lower_gravity(components)?,
+            StatementKind::PointForce(force) => self.lower_point_force(force)?,
             StatementKind::Constraint { name, left, right } => {
                 self.lower_constraint(name, left, right, &statement.doc)?;
             }
             StatementKind::Output { name, value } => {
-                let quantity = self.lower(value)?;
-                if self.model.outputs.iter().any(|y| y.name == name.text) {
-                    let message = format!("there are two outputs named `{}`", name.text);
-                    return self.report(Diagnostic::error(name.span, message));
-                }
-                self.model.outputs.push(Output {
-                    name: name.text.clone(),
-                    value: quantity.expr,
-                    dimension: quantity.measure.known(),
-                    doc: statement.doc.clone(),
-                });
+                self.lower_output(name, value, &statement.doc)?;
             }
             _ => {}
+        }
+        Some(())
+    }
+
+    /// One output, or one per component of a vector: `output tip = position(tool);`.
+    fn lower_output(&mut self, name: &Name, value: &Expr, doc: &str) -> Option<()> {
+        let components = match &value.kind {
+            ExprKind::Call(function, arguments) if VECTORS.contains(&function.text.as_str()) => {
+                let vector = self.vector(function, arguments, value.span)?;
+                let mut components = Vec::new();
+                for (index, letter) in ["x", "y", "z"].into_iter().enumerate() {
+                    let name = format!("{}_{letter}", name.text);
+                    components.push((name, vector(self, index)?));
+                }
+                components
+            }
+            _ => vec![(name.text.clone(), self.lower(value)?)],
+        };
+        for (text, quantity) in components {
+            if self.model.outputs.iter().any(|y| y.name == text) {
+                let message = format!("there are two outputs named `{text}`");
+                return self.report(Diagnostic::error(name.span, message));
+            }
+            self.model.outputs.push(Output {
+                name: text,
+                value: quantity.expr,
+                dimension: quantity.measure.known(),
+                doc: doc.to_string(),
+            });
         }
         Some(())
     }
@@ -514,6 +571,10 @@ impl<'a> Builder<'a> {
             .iter()
             .find(|c| self.model.graph.depends_on(&[expr], c.velocity));
         match found.map(|c| c.name.clone()) {
+            None if self.model.contains_velocity(expr) => self.report(Diagnostic::error(
+                span,
+                format!("{role} contains the velocity of a frame"),
+            )),
             None => Some(()),
             Some(name) => self.report(Diagnostic::error(
                 span,
@@ -585,8 +646,8 @@ impl<'a> Builder<'a> {
         self.unknown_place(name, "input", &known)
     }
 
-    fn unknown_place<T>(&mut self, name: &Name, what: &str, known: &[String]) -> Option<T> {
-        if self.scope.unreadable.contains(&name.text) {
+    pub fn unknown_place<T>(&mut self, name: &Name, what: &str, known: &[String]) -> Option<T> {
+        if self.unreadable_base || self.scope.unreadable.contains(&name.text) {
             return None;
         }
         let error = Diagnostic::error(
@@ -639,16 +700,9 @@ impl<'a> Builder<'a> {
         let residual = self.model.graph.sub(a.expr, b.expr);
         self.refuse_inputs(residual, span, "a constraint")?;
         let graph = &self.model.graph;
-        let coordinates = &self.model.coordinates;
-        let kind = if coordinates
-            .iter()
-            .any(|c| graph.depends_on(&[residual], c.velocity))
-        {
+        let kind = if self.model.contains_velocity(residual) {
             ConstraintKind::Nonholonomic
-        } else if coordinates
-            .iter()
-            .any(|c| graph.depends_on(&[residual], c.position))
-        {
+        } else if self.model.contains_position(residual) {
             ConstraintKind::Holonomic
         } else {
             return self.report(
@@ -670,10 +724,13 @@ impl<'a> Builder<'a> {
 
     /// Closes the model: puts the channels in, and looks at the whole.
     fn finish(mut self, heading: Span) -> Option<Model> {
-        if self.too_large || !self.scope.unreadable.is_empty() {
+        if self.too_large || !self.scope.unreadable.is_empty() || self.unreadable_base {
             return None;
         }
-        if self.model.coordinates.is_empty() {
+        if self.model.coordinates.is_empty() && self.model.robot.is_some() {
+            let message = "the robot description has no joint that moves";
+            self.report::<()>(Diagnostic::error(heading, message));
+        } else if self.model.coordinates.is_empty() {
             self.report::<()>(
                 Diagnostic::error(heading, "the model has no coordinate")
                     .help("declare what moves: `coordinate x: m;`"),
@@ -681,7 +738,7 @@ impl<'a> Builder<'a> {
         } else if !self.has_kinetic {
             self.report::<()>(
                 Diagnostic::error(heading, "the model has no kinetic energy")
-                    .help("state it: `kinetic m/2*dot(x)^2;`"),
+                    .help("state it, `kinetic m/2*dot(x)^2;`, or a body that has it"),
             );
         } else if self
             .diagnostics
@@ -701,15 +758,43 @@ impl<'a> Builder<'a> {
             .model
             .graph
             .substitute(&self.model.forces.clone(), &replacements);
+        for force in &mut self.model.point_forces {
+            let value = self.model.graph.substitute(&force.value, &replacements);
+            force.value = [value[0], value[1], value[2]];
+        }
         for (input, &arrives) in self.model.inputs.iter_mut().zip(&self.channels) {
             input.arrives = arrives;
         }
         self.model.set_folded_aside(self.variables);
-        let failed = self
-            .diagnostics
-            .iter()
-            .any(|d| d.severity == Severity::Error);
-        (!failed).then_some(self.model)
+        if !self.failed() {
+            self.prepare_tree(heading);
+        }
+        (!self.failed()).then_some(self.model)
+    }
+
+    /// Makes the tree ready for derivation, if there is more to it than the world.
+    fn prepare_tree(&mut self, heading: Span) {
+        if self.model.tree.bodies.len() == 1 {
+            return;
+        }
+        self.model.tree.coordinates = self.model.coordinates.len();
+        // What a file rounds has been rounded when it was read.
+        let options = Options {
+            snap: None,
+            ..Options::default()
+        };
+        match Mechanism::new(&mut self.model.graph, &self.model.tree, options) {
+            Ok(mechanism) => self.model.mechanism = Some(mechanism),
+            Err(error) => {
+                let message = format!("the bodies do not form a machine: {error}");
+                self.report::<()>(Diagnostic::error(heading, message));
+            }
+        }
+    }
+
+    /// What has been found so far.
+    pub fn findings(&self) -> &[Diagnostic] {
+        self.diagnostics
     }
 
     /// A coordinate without kinetic energy makes `M` singular: allowed (a
@@ -717,10 +802,9 @@ impl<'a> Builder<'a> {
     fn look_for_inertia(&mut self) {
         for index in 0..self.model.coordinates.len() {
             let coordinate = &self.model.coordinates[index];
-            if self
-                .model
-                .graph
-                .depends_on(&[self.model.kinetic], coordinate.velocity)
+            let in_energy = [self.model.kinetic];
+            if self.moves_bodies(index)
+                || self.model.graph.depends_on(&in_energy, coordinate.velocity)
             {
                 continue;
             }
@@ -736,6 +820,30 @@ impl<'a> Builder<'a> {
                 .help("fine if constraints determine it; otherwise add its part to `kinetic`"),
             );
         }
+    }
+}
+
+/// A tree of nothing but the world.
+fn world(zero: ExprId) -> Tree {
+    let placement = Placement {
+        rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        translation: [zero; 3],
+    };
+    let world = Body {
+        name: "world".to_string(),
+        parent: None,
+        placement,
+        joint: Joint::Fixed,
+        inertia: Inertia {
+            mass: zero,
+            center: [zero; 3],
+            tensor: [[zero; 3]; 3],
+        },
+    };
+    Tree {
+        bodies: vec![world],
+        gravity: [zero; 3],
+        coordinates: 0,
     }
 }
 

@@ -60,10 +60,16 @@ impl Builder<'_> {
     /// Turns the parameters declared so far into constants, apart from those that stay
     /// variable. Their values are final, and nothing has been built from them yet.
     pub(super) fn fold(&mut self) {
-        for parameter in &self.model.parameters {
-            if !self.variables.contains(&parameter.name) {
-                self.model.graph.fix(parameter.symbol, parameter.nominal);
-            }
+        for index in 0..self.model.parameters.len() {
+            self.fold_parameter(index);
+        }
+    }
+
+    /// As [`fold`](Self::fold), for one of them.
+    pub(super) fn fold_parameter(&mut self, index: usize) {
+        let parameter = &self.model.parameters[index];
+        if !self.variables.contains(&parameter.name) {
+            self.model.graph.fix(parameter.symbol, parameter.nominal);
         }
     }
 

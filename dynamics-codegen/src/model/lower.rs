@@ -2,7 +2,7 @@
 
 use super::Coordinate;
 use super::builder::Builder;
-use super::names::{Binding, FUNCTIONS, Scope, TermState};
+use super::names::{Binding, FUNCTIONS, Scope, TermState, VECTORS};
 use super::quantity::{Measure, Quantity};
 use crate::diagnostic::{Diagnostic, nearest};
 use crate::dimension::Dimension;
@@ -46,6 +46,7 @@ impl Builder<'_> {
             ExprKind::Product(first, rest) => self.lower_product(first, rest),
             ExprKind::Power(base, exponent) => self.lower_power(base, exponent),
             ExprKind::Call(name, arguments) => self.lower_call(name, arguments, expr.span),
+            ExprKind::Member(inner, member) => self.lower_member(inner, member),
         }
     }
 
@@ -68,6 +69,12 @@ impl Builder<'_> {
             return match kind {
                 PortKind::Coordinate => self.position(index),
                 PortKind::Input => self.input_symbol(index),
+                PortKind::Body => {
+                    let message = format!("`{name}` is a body, not a number");
+                    let help =
+                        format!("read something off it: `position({name}).x`, `mass({name})`");
+                    self.report(Diagnostic::error(span, message).help(help))
+                }
             };
         }
         match self
@@ -94,7 +101,7 @@ impl Builder<'_> {
     }
 
     fn unknown_name(&mut self, name: &str, span: Span) -> Lowered {
-        if self.scope.unreadable.contains(name) {
+        if self.unreadable_base || self.scope.unreadable.contains(name) {
             return None;
         }
         let error =
@@ -350,6 +357,7 @@ impl Builder<'_> {
         }
         match name.text.as_str() {
             "dot" => self.lower_dot(&arguments[0], span),
+            "mass" => self.lower_mass(&arguments[0]),
             "input" | "coordinate" => self.lower_lookup(&name.text, &arguments[0]),
             "atan2" | "min" | "max" => self.lower_two(&name.text, &arguments[0], &arguments[1]),
             function => self.lower_one(function, &arguments[0]),
@@ -358,6 +366,11 @@ impl Builder<'_> {
 
     fn unknown_function(&mut self, name: &Name) -> Lowered {
         let error = Diagnostic::error(name.span, format!("there is no function `{}`", name.text));
+        if VECTORS.contains(&name.text.as_str()) {
+            let message = format!("`{}(…)` is a vector, not a number", name.text);
+            let help = format!("take a component: `{}(…).x`", name.text);
+            return self.report(Diagnostic::error(name.span, message).help(help));
+        }
         if self.scope.all_names().any(|known| known == name.text) {
             let help = format!("a product is written with `*`: `{}*(…)`", name.text);
             return self.report(error.help(help));
@@ -418,6 +431,10 @@ impl Builder<'_> {
                     "energies, forces and constraints depend on positions and velocities only",
                 ));
             }
+        }
+        if self.model.contains_velocity(inner.expr) {
+            let message = "`dot` of something that already contains a velocity";
+            return self.report(Diagnostic::error(span, message).label("an acceleration"));
         }
         for index in 0..self.model.inputs.len() {
             if self

@@ -1,21 +1,29 @@
 //! The checked model: names resolved, units checked, expressions on the graph.
 
+mod bodies;
 mod builder;
 mod effects;
 mod fold;
+mod frames;
+mod kinematic;
 mod library;
 mod lower;
 mod names;
 mod quantity;
+mod robot;
 
+pub use bodies::{NamedBody, PointForce};
 pub(crate) use builder::build;
 pub use effects::{Template, TemplateParameter};
 pub use fold::Variables;
+pub use kinematic::{Kinematic, Reading};
 pub use library::{Library, LibraryError};
+pub use robot::RobotBase;
 
 use crate::dimension::Dimension;
 use crate::graph::{ExprId, Graph, SymbolId};
 use crate::syntax::PortKind;
+use crate::tree::{Mechanism, Tree};
 
 /// A generalised coordinate.
 #[derive(Debug, Clone)]
@@ -47,6 +55,9 @@ pub struct Input {
     pub symbol: SymbolId,
     /// What arrives: the command itself unless an effect is in the way.
     pub arrives: ExprId,
+    /// Whether nobody stated it: a robot description has motors at all its joints,
+    /// a log need not know all of them.
+    pub assumed: bool,
     /// What the model says about it.
     pub doc: String,
 }
@@ -158,6 +169,18 @@ pub struct Model {
     pub dissipation: ExprId,
     /// Generalised forces stated outright, one sum per coordinate.
     pub forces: Vec<ExprId>,
+    /// Forces and torques at frames.
+    pub point_forces: Vec<PointForce>,
+    /// Bodies, frames and gravity; the first body is the world.
+    pub tree: Tree,
+    /// The tree, ready for derivation; `None` if nothing asks for it.
+    pub mechanism: Option<Mechanism>,
+    /// The bodies that have a name.
+    pub bodies: Vec<NamedBody>,
+    /// The symbols that stand for what is read off frames.
+    pub kinematics: Vec<Kinematic>,
+    /// The robot description underneath, if any.
+    pub robot: Option<RobotBase>,
     /// The constraints, in the order of the text.
     pub constraints: Vec<Constraint>,
     /// The outputs, in the order of the text.
@@ -170,16 +193,5 @@ impl Model {
     /// The nominal parameter values, in the order of [`parameters`](Self::parameters).
     pub fn nominal_parameters(&self) -> Vec<f64> {
         self.parameters.iter().map(|p| p.nominal).collect()
-    }
-
-    /// The time derivative's seeds: `q → v`, `t → 1` (velocities are not
-    /// differentiated: no statement may contain an acceleration).
-    pub(crate) fn time_seeds(&mut self) -> Vec<(SymbolId, ExprId)> {
-        let one = self.graph.one();
-        let mut seeds = vec![(self.time, one)];
-        for c in &self.coordinates {
-            seeds.push((c.position, self.graph.var(c.velocity)));
-        }
-        seeds
     }
 }

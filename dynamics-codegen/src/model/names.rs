@@ -54,6 +54,7 @@ pub(super) struct Scope {
     pub inputs: BTreeMap<String, Declared<usize>>,
     /// In a template: what the ports are bound to.
     pub ports: BTreeMap<String, (PortKind, usize)>,
+    pub frames: super::frames::Frames,
     pub terms: Vec<Term>,
     /// Names whose definition could not be read: not there, and not to be complained about.
     pub unreadable: BTreeSet<String>,
@@ -63,7 +64,7 @@ pub(super) struct Scope {
 pub(super) const RESERVED: [&str; 2] = ["t", "pi"];
 
 /// The functions of the language with their number of arguments.
-pub(super) const FUNCTIONS: [(&str, usize); 21] = [
+pub(super) const FUNCTIONS: [(&str, usize); 22] = [
     ("sin", 1),
     ("cos", 1),
     ("tan", 1),
@@ -85,6 +86,21 @@ pub(super) const FUNCTIONS: [(&str, usize); 21] = [
     ("dot", 1),
     ("input", 1),
     ("coordinate", 1),
+    ("mass", 1),
+];
+
+/// Functions that read numbers or bodies by name.
+const LOOKUPS: [&str; 3] = ["input", "coordinate", "mass"];
+
+/// Functions of frames and bodies with three components.
+pub(super) const VECTORS: [&str; 7] = [
+    "center",
+    "position",
+    "velocity",
+    "angular_velocity",
+    "axis_x",
+    "axis_y",
+    "axis_z",
 ];
 
 impl Scope {
@@ -108,8 +124,10 @@ impl Scope {
                 self.terms_in(first, found);
                 rest.iter().for_each(|(_, expr)| self.terms_in(expr, found));
             }
-            // These look names up among inputs and coordinates.
-            ExprKind::Call(name, _) if ["input", "coordinate"].contains(&name.text.as_str()) => {}
+            // These look names up among inputs, coordinates, frames and bodies.
+            ExprKind::Call(name, _) if LOOKUPS.contains(&name.text.as_str()) => {}
+            ExprKind::Call(name, _) if VECTORS.contains(&name.text.as_str()) => {}
+            ExprKind::Member(inner, _) => self.terms_in(inner, found),
             ExprKind::Call(_, arguments) => {
                 arguments.iter().for_each(|expr| self.terms_in(expr, found));
             }

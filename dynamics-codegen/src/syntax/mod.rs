@@ -1,6 +1,7 @@
 //! From text to a syntax tree that keeps its places.
 
 mod ast;
+mod body;
 mod expression;
 mod lexical;
 mod statement;
@@ -12,6 +13,26 @@ pub use lexical::MAX_BYTES;
 use crate::diagnostic::Diagnostic;
 use crate::source::{SourceId, Sources};
 use stream::Stream;
+
+/// A name as it is written in a model: as a word if it is one, else in quotes.
+///
+/// ```
+/// use dynamics_codegen::syntax::written_name;
+///
+/// assert_eq!(written_name("joint_1"), "joint_1");
+/// assert_eq!(written_name("joint 1"), "\"joint 1\"");
+/// ```
+pub fn written_name(name: &str) -> String {
+    let starts = |c: char| c.is_ascii_alphabetic() || c == '_';
+    let word = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+        && name.starts_with(starts)
+        && name != "_";
+    if word {
+        name.to_string()
+    } else {
+        format!("{name:?}")
+    }
+}
 
 /// Parses one file: a model or an effect template.
 ///

@@ -49,6 +49,7 @@ fn link(g: &mut Graph, joint: &MovingJoint, frame: &LinkFrame, parent: Option<&L
         shift,
         freedoms,
         inertia: seen_from(g, frame, &joint.inertia),
+        driven: joint.driven,
         base,
         spherical: quaternion.map(|q| q.map(|c| c.index)),
         quaternion: quaternion.map(|q| q.map(|c| c.q)),

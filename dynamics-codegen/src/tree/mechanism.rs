@@ -95,8 +95,13 @@ pub(super) enum Axis {
 pub(super) struct Freedom {
     pub axis: Axis,
     pub rate: ExprId,
-    /// `rate = Σ coefficient · v[index]`, the same for accelerations.
+    /// `rate = Σ coefficient · v[index]` (and what depends on time alone);
+    /// accelerations likewise, plus the drift.
     pub map: Vec<(usize, ExprId)>,
+    /// The rates of the coefficients, if they are not those of a quaternion.
+    pub map_rate: Vec<(usize, ExprId)>,
+    /// Acceleration at `a = 0`.
+    pub drift: ExprId,
 }
 
 /// A moving link. `x_parent = R x_link + shift`, `R` the product of the stages.
@@ -110,6 +115,8 @@ pub(super) struct Link {
     pub shift: Vector,
     pub freedoms: Vec<Freedom>,
     pub inertia: PseudoInertia,
+    /// Whether an expression drives it.
+    pub driven: bool,
     /// Pose in the world of the frame that stands in for a root's parent.
     pub base: Base,
     /// For a link that turns by a quaternion: its coordinates' indices,
@@ -202,8 +209,21 @@ impl Mechanism {
         self.coordinates
     }
 
+    /// Whether every joint follows one coordinate in a fixed ratio (or is a
+    /// floating body's): what the straight-line solutions and the recursive
+    /// derivatives are written for.
+    pub fn is_simple(&self) -> bool {
+        let used = self.elimination_order().len() + self.quaternions();
+        used == self.coordinates && self.links.iter().all(|link| !link.driven)
+    }
+
     /// Whether a quaternion is among the coordinates.
     pub fn is_floating(&self) -> bool {
-        self.links.iter().any(|link| link.spherical.is_some())
+        self.quaternions() > 0
+    }
+
+    fn quaternions(&self) -> usize {
+        let spherical = self.links.iter().filter(|link| link.spherical.is_some());
+        spherical.count()
     }
 }

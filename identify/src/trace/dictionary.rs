@@ -8,7 +8,7 @@
 
 use crate::machine::{Machine, SensitivityTape};
 use dynamics_codegen::derive::Variable;
-use dynamics_codegen::syntax::PortKind;
+use dynamics_codegen::syntax::{PortKind, written_name};
 use dynamics_codegen::{Library, Report, compile};
 use std::collections::{BTreeMap, HashMap};
 
@@ -105,6 +105,7 @@ impl Dictionary {
         let places = places(&plain.model, library);
         let mut extended = text.to_string();
         for (template, on) in &places {
+            let on: Vec<String> = on.iter().map(|name| written_name(name)).collect();
             extended.push_str(&format!("\neffect {template}({});", on.join(", ")));
         }
         let compiled = compile(name, &extended, library)?;
@@ -289,6 +290,7 @@ fn places(model: &dynamics_codegen::Model, library: &Library) -> Vec<(String, Ve
         match kind {
             PortKind::Coordinate => model.coordinates.iter().map(|c| c.name.clone()).collect(),
             PortKind::Input => model.inputs.iter().map(|u| u.name.clone()).collect(),
+            PortKind::Body => model.moving_bodies().map(|b| b.name.clone()).collect(),
         }
     };
     let mut places = Vec::new();
