@@ -20,7 +20,7 @@ mod fits;
 #[path = "figures_5_5_to_5_7/panels.rs"]
 mod panels;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+fn main() -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
     let folder = chart::folder()?;
     let (figure, worst) = panels::samples(60)?;
     chart::draw(&folder.join("figure_5_5.svg"), 2, &figure)?;

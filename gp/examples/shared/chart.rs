@@ -149,7 +149,7 @@ impl Layer {
     }
 }
 
-type Failure = Box<dyn std::error::Error>;
+type Failure = Box<dyn std::error::Error + Send + Sync>;
 
 /// Draw panels row by row into `path`, `columns` beside one another.
 pub fn draw(path: &Path, columns: usize, panels: &[Panel]) -> Result<(), Failure> {
