@@ -1,5 +1,6 @@
 //! From a measured log to the effect a model lacks.
 
+pub mod fit;
 pub mod log;
 pub mod machine;
 pub mod regression;

@@ -2,6 +2,7 @@
 
 pub mod check;
 pub mod eval;
+pub mod fit;
 pub mod generate;
 pub mod simulate;
 pub mod trace;
@@ -52,6 +53,8 @@ pub enum Command {
     /// into a copy of the model; the errors before and after are those on data that
     /// neither fitting nor selection saw.
     Trace(trace::Arguments),
+    /// Fit inertias, friction and couplings to measured forces
+    Fit(fit::Arguments),
 }
 
 impl Command {
@@ -66,6 +69,7 @@ impl Command {
             Self::Generate(arguments) => generate::run(&arguments),
             Self::Simulate(arguments) => simulate::run(&arguments),
             Self::Trace(arguments) => trace::run(&arguments),
+            Self::Fit(arguments) => fit::run(&arguments),
         }
     }
 }

@@ -7,10 +7,12 @@ mod inertial;
 mod lagrange;
 mod output;
 mod reading;
+mod regressor;
 mod sensitivity;
 mod term;
 
 pub use expansion::{Expansion, ItemError};
+pub use regressor::{InertialRegressor, STANDARD};
 pub use sensitivity::{Sensitivity, StateSlope, Variable};
 pub use term::{Group, Item, Term};
 

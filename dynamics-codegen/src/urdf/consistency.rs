@@ -177,6 +177,7 @@ pub(super) fn check_mobility(robot: &Robot, findings: &mut Vec<Diagnostic>) {
     let bodies = &merged.bodies;
     let distal = distal(&merged);
     let mut moves: Vec<bool> = vec![false; bodies.len()];
+    let mut carries: Vec<bool> = vec![false; bodies.len()];
     for (i, body) in bodies.iter().enumerate() {
         let Some(joint) = &body.joint else { continue };
         let leaf = distal[i].bodies == 1;
@@ -191,29 +192,35 @@ pub(super) fn check_mobility(robot: &Robot, findings: &mut Vec<Diagnostic>) {
         // A joint that follows moves its inertia with the joint it follows.
         let coordinate = joint.mimic.filter(|m| m.multiplier != 0.0);
         moves[i] |= something;
+        carries[i] |= distal[i].mass > 0.0;
         if let Some(mimic) = coordinate {
             moves[mimic.source] |= something;
+            carries[mimic.source] |= distal[i].mass > 0.0;
         }
     }
-    for (body, moves) in bodies.iter().zip(moves) {
+    for ((body, moves), carries) in bodies.iter().zip(moves).zip(carries) {
         let Some(joint) = &body.joint else { continue };
         if joint.mimic.is_none() && !moves {
-            findings.push(immobile(&joint.name, joint.span, joint.kind));
+            findings.push(immobile(&joint.name, joint.span, joint.kind, carries));
         }
     }
 }
 
-fn immobile(name: &str, span: Span, kind: JointKind) -> Diagnostic {
+fn immobile(name: &str, span: Span, kind: JointKind, carries: bool) -> Diagnostic {
     let lacks = match kind {
         JointKind::Revolute { .. } => "inertia about its axis",
         _ => "mass",
     };
-    Diagnostic::error(
-        span,
-        format!("joint `{}` moves nothing that has {lacks}", shown(name)),
-    )
-    .label("its acceleration would be undetermined")
-    .help("give a link beyond it an <inertial>, or make the joint type=\"fixed\"")
+    let message = format!("joint `{}` moves nothing that has {lacks}", shown(name));
+    if carries {
+        // A design without the rotor: forces follow from motion, motion not from forces.
+        return Diagnostic::warning(span, message)
+            .label("its acceleration is undetermined")
+            .help("give a link beyond it its inertia, or add that of the rotor to the model: `effect armature(joint) { … }`");
+    }
+    Diagnostic::error(span, message)
+        .label("its acceleration would be undetermined")
+        .help("give a link beyond it an <inertial>, or make the joint type=\"fixed\"")
 }
 
 /// What hangs on a joint.

@@ -1,0 +1,93 @@
+//! `dynamics fit`: inertias, friction and couplings of a machine whose forces were measured.
+
+use crate::mistake::Mistake;
+use crate::model::ModelArguments;
+use crate::output;
+use clap::{Args, ValueEnum};
+use dynamics_codegen::Model;
+use identify::fit::{Inertia, Request, fit, page};
+use identify::log::Log;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `fit`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  dynamics fit arm.urdf log.csv.gz
+  dynamics fit arm.urdf train.csv --test test.csv --inertia consistent --json
+
+Without --test the last third of the log is kept apart and judged by.")]
+pub struct Arguments {
+    #[command(flatten)]
+    model: ModelArguments,
+
+    /// The log to learn from, with columns `t`, `q_<coordinate>` and `u_<input>`
+    #[arg(value_name = "LOG")]
+    log: PathBuf,
+
+    /// A second log of the same machine, to judge by
+    #[arg(long, value_name = "LOG")]
+    test: Option<PathBuf>,
+
+    /// How inertial parameters are treated
+    #[arg(long, value_enum, value_name = "HOW", default_value = "linear")]
+    inertia: InertiaArgument,
+
+    /// Print one JSON object instead of a page
+    #[arg(long)]
+    json: bool,
+}
+
+/// How inertial parameters are treated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum InertiaArgument {
+    /// They are the model's
+    Fixed,
+    /// Linear regression, near the model's where the log is silent
+    Linear,
+    /// Only numbers that a rigid body can have
+    Consistent,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// If model and log cannot be used together.
+pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let loaded = arguments.model.load()?;
+    let model = &loaded.compiled.model;
+    let train = read(&arguments.log, model)?;
+    let test = arguments.test.as_deref().map(|path| read(path, model));
+    let test = test.transpose()?;
+    let request = Request {
+        compiled: &loaded.compiled,
+        parameters: &loaded.parameters,
+        train: &train,
+        test: test.as_ref(),
+        inertia: match arguments.inertia {
+            InertiaArgument::Fixed => Inertia::Fixed,
+            InertiaArgument::Linear => Inertia::Linear,
+            InertiaArgument::Consistent => Inertia::Consistent,
+        },
+    };
+    let found = fit(&request).map_err(|error| Mistake::new(error.to_string()))?;
+    for warning in &found.warnings {
+        output::complain(&format!("warning: {warning}"));
+    }
+    let mut out = output::stdout();
+    if arguments.json {
+        serde_json::to_writer_pretty(&mut out, &found)?;
+        writeln!(out)?;
+    } else {
+        out.write_all(page(&found).as_bytes())?;
+    }
+    Ok(out.flush()?)
+}
+
+fn read(path: &Path, model: &Model) -> Result<Log, Mistake> {
+    let mut log = Log::read(path).map_err(|error| Mistake::new(error.to_string()))?;
+    let assumed = model.inputs.iter().filter(|input| input.assumed);
+    log.assume_no_input(assumed.map(|input| input.name.as_str()));
+    Ok(log)
+}

@@ -1,0 +1,283 @@
+//! The equations along a log: whitened, projected, block by block as Gram matrices.
+
+use super::FitError;
+use super::columns::Columns;
+use crate::log::Record;
+use crate::machine::{Machine, States};
+use crate::smooth::smooth;
+use dynamics_codegen::Column;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// Blocks of a log that stand and fall together.
+pub(super) const BLOCKS: usize = 12;
+/// More equations than this say no more.
+const MOST_SAMPLES: usize = 20_000;
+
+/// The band in which accelerations are known: forces outside it cannot be explained, and
+/// both sides of the equation are limited to it by the same window, without phase.
+#[derive(Debug, Clone)]
+struct Band {
+    window: Vec<f64>,
+    stride: usize,
+}
+
+impl Band {
+    /// For motion that answers within `response` s, at samples `step` s apart.
+    fn new(response: f64, step: f64, samples: usize) -> Self {
+        let half = if step > 0.0 {
+            (response / step).round() as usize
+        } else {
+            0
+        };
+        let half = half.min(samples / 20);
+        let length = 2 * half + 1;
+        let hann = |k: usize| {
+            let phase = (k + 1) as f64 / (length + 1) as f64;
+            1.0 - (2.0 * std::f64::consts::PI * phase).cos()
+        };
+        let window: Vec<f64> = (0..length).map(hann).collect();
+        let sum: f64 = window.iter().sum();
+        Self {
+            window: window.iter().map(|w| w / sum).collect(),
+            // Four samples per window keep what it lets pass.
+            stride: (length / 4).max(samples.div_ceil(MOST_SAMPLES)).max(1),
+        }
+    }
+
+    /// The mean under the window around every `stride`-th sample; at the ends, of what
+    /// there is.
+    fn limit(&self, values: &[f64]) -> Vec<f64> {
+        let half = self.window.len() / 2;
+        (0..values.len())
+            .step_by(self.stride)
+            .map(|center| {
+                let first = center.saturating_sub(half);
+                let last = (center + half).min(values.len() - 1);
+                let weights = &self.window[first + half - center..=last + half - center];
+                let sum: f64 = weights.iter().sum();
+                let pairs = weights.iter().zip(&values[first..=last]);
+                pairs.map(|(w, x)| w * x).sum::<f64>() / sum
+            })
+            .collect()
+    }
+}
+
+/// `r = X x` along a log.
+#[derive(Debug, Clone)]
+pub(super) struct Equations {
+    /// Per coordinate, a value per sample: what the model leaves unexplained.
+    residual: Vec<Vec<f64>>,
+    /// Per column, per coordinate, a value per sample.
+    columns: Vec<Vec<Vec<f64>>>,
+    /// Per sample, directions that no multiplier reaches (`n×(n−m)`, orthonormal);
+    /// empty without constraints.
+    free: Vec<DMatrix<f64>>,
+    /// Per block of consecutive samples: `XᵀX`, `Xᵀr`, `rᵀr`, whitened by `scale`.
+    pub blocks: Vec<Block>,
+    /// Standard deviation of what the columns cannot explain, per coordinate.
+    pub scale: Vec<f64>,
+    /// Effective over actual number of equations: errors follow one another.
+    pub news: f64,
+}
+
+/// A block's share of the normal equations.
+#[derive(Debug, Clone)]
+pub(super) struct Block {
+    pub gram: DMatrix<f64>,
+    pub moment: DVector<f64>,
+    pub square: f64,
+}
+
+impl Equations {
+    pub fn new(
+        machine: &Machine,
+        columns: &Columns,
+        parameters: &[f64],
+        record: &Record,
+    ) -> Result<Self, FitError> {
+        let smoothed = smooth(record)?;
+        let states = States {
+            t: record.t.clone(),
+            q: smoothed.iter().map(|s| s.q.clone()).collect(),
+            v: smoothed.iter().map(|s| s.v.clone()).collect(),
+            u: record.u.clone(),
+            ..States::default()
+        };
+        let a: Vec<Vec<f64>> = smoothed.iter().map(|s| s.a.clone()).collect();
+        let terms = machine.terms(&states, parameters);
+        let n = machine.coordinate_count();
+        let mut residual = vec![Vec::with_capacity(terms.len()); n];
+        let mut free = Vec::new();
+        for (sample, terms) in terms.iter().enumerate() {
+            let acceleration = DVector::from_fn(n, |i, _| a[i][sample]);
+            let left = &terms.force - &terms.mass_matrix * acceleration;
+            for i in 0..n {
+                residual[i].push(left[i]);
+            }
+            if machine.constraint_count() > 0 {
+                free.push(null_space(&terms.constraint_matrix));
+            }
+        }
+        let fastest: Vec<f64> = (states.v.iter())
+            .map(|v| v.iter().fold(0.0_f64, |m, x| m.max(x.abs())))
+            .collect();
+        let each = |c: &'_ [Vec<f64>]| -> Vec<Vec<f64>> { c.to_vec() };
+        let table = [
+            vec![states.t.clone()],
+            each(&states.q),
+            each(&states.v),
+            each(&states.u),
+        ];
+        let mut inputs: Vec<Column<'_>> = table.iter().flatten().map(|c| Column::Each(c)).collect();
+        // Memory does not enter the inertial columns.
+        let model = &machine.compiled.model;
+        inputs.extend((0..model.delays.len() + model.states.len()).map(|_| Column::Same(0.0)));
+        inputs.extend(parameters.iter().map(|&p| Column::Same(p)));
+        inputs.extend(a.iter().map(|c| Column::Each(c)));
+        let columns = columns.evaluate(&inputs, &states.v, &a, &fastest);
+        let step = record.step();
+        let response = smoothed.iter().map(|s| s.smoother.response(step));
+        let band = Band::new(response.fold(0.0, f64::max), step, record.len());
+        let residual: Vec<Vec<f64>> = residual.iter().map(|r| band.limit(r)).collect();
+        let columns: Vec<Vec<Vec<f64>>> = (columns.par_iter())
+            .map(|column| column.iter().map(|c| band.limit(c)).collect())
+            .collect();
+        let free = free.into_iter().step_by(band.stride).collect();
+        let mut equations = Self {
+            scale: residual
+                .iter()
+                .map(|r| rms(r).max(f64::MIN_POSITIVE))
+                .collect(),
+            residual,
+            columns,
+            free,
+            blocks: Vec::new(),
+            news: 1.0,
+        };
+        equations.gather();
+        Ok(equations)
+    }
+
+    fn samples(&self) -> usize {
+        self.residual.first().map_or(0, Vec::len)
+    }
+
+    /// The normal equations of all blocks at the present scale.
+    fn gather(&mut self) {
+        let samples = self.samples();
+        let bounds: Vec<usize> = (0..=BLOCKS).map(|b| b * samples / BLOCKS).collect();
+        self.blocks = bounds
+            .windows(2)
+            .map(|pair| self.block(pair[0], pair[1]))
+            .collect();
+    }
+
+    fn block(&self, from: usize, to: usize) -> Block {
+        let (n, p) = (self.residual.len(), self.columns.len());
+        let width = self.free.first().map_or(n, DMatrix::ncols);
+        let rows = (to - from) * width;
+        let mut x = DMatrix::zeros(rows, p);
+        let mut r = DVector::zeros(rows);
+        for sample in from..to {
+            let first = (sample - from) * width;
+            let put = |values: &dyn Fn(usize) -> f64, target: &mut dyn FnMut(usize, f64)| match self
+                .free
+                .get(sample)
+            {
+                None => (0..n).for_each(|i| target(i, values(i) / self.scale[i])),
+                Some(z) => (0..width).for_each(|k| {
+                    let sum = (0..n).map(|i| z[(i, k)] * values(i)).sum();
+                    target(k, sum);
+                }),
+            };
+            put(&|i| self.residual[i][sample], &mut |k, value| {
+                r[first + k] = value
+            });
+            for (column, values) in self.columns.iter().enumerate() {
+                put(&|i| values[i][sample], &mut |k, value| {
+                    x[(first + k, column)] = value
+                });
+            }
+        }
+        Block {
+            gram: x.tr_mul(&x),
+            moment: x.tr_mul(&r),
+            square: r.norm_squared(),
+        }
+    }
+
+    /// What is left per coordinate with the corrections `x`; under constraints what is
+    /// left in the directions that no multiplier reaches.
+    fn left(&self, x: &[f64]) -> Vec<Vec<f64>> {
+        let mut left = self.residual.clone();
+        for (column, &value) in self.columns.iter().zip(x).filter(|(_, x)| **x != 0.0) {
+            for (left, column) in left.iter_mut().zip(column) {
+                for (left, c) in left.iter_mut().zip(column) {
+                    *left -= value * c;
+                }
+            }
+        }
+        for (sample, z) in self.free.iter().enumerate() {
+            let all = DVector::from_fn(left.len(), |i, _| left[i][sample]);
+            let seen = z * z.tr_mul(&all);
+            for i in 0..left.len() {
+                left[i][sample] = seen[i];
+            }
+        }
+        left
+    }
+
+    /// Root mean square of what is left, per coordinate.
+    pub fn rms(&self, x: &[f64]) -> Vec<f64> {
+        self.left(x).iter().map(|left| rms(left)).collect()
+    }
+
+    /// Takes the scale and the memory of the errors from what `x` leaves.
+    pub fn reweigh(&mut self, x: &[f64]) {
+        let left = self.left(x);
+        if self.free.is_empty() {
+            self.scale = left.iter().map(|l| rms(l).max(f64::MIN_POSITIVE)).collect();
+        }
+        let correlation = |left: &Vec<f64>| {
+            let (mut follow, mut square) = (0.0, 0.0);
+            for pair in left.windows(2) {
+                follow += pair[0] * pair[1];
+                square += pair[0] * pair[0];
+            }
+            if square > 0.0 {
+                (follow / square).clamp(0.0, 0.999)
+            } else {
+                0.0
+            }
+        };
+        let mean = left.iter().map(correlation).sum::<f64>() / left.len().max(1) as f64;
+        // An autoregressive error of first order.
+        self.news = (1.0 - mean) / (1.0 + mean);
+        self.gather();
+    }
+}
+
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
+/// An orthonormal basis of `N(A)`, as columns.
+fn null_space(a: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = a.ncols();
+    let values = (a.transpose() * a).symmetric_eigen();
+    let largest = values.eigenvalues.max().max(f64::MIN_POSITIVE);
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&i, &j| values.eigenvalues[i].total_cmp(&values.eigenvalues[j]));
+    let free = order
+        .iter()
+        .filter(|&&i| values.eigenvalues[i] <= 1e-10 * largest);
+    // Redundant rows leave more: all samples are to have the same width.
+    let width = n - a.nrows().min(n);
+    let kept: Vec<usize> = free
+        .copied()
+        .chain(order.iter().copied())
+        .take(width)
+        .collect();
+    DMatrix::from_fn(n, width, |i, k| values.eigenvectors[(i, kept[k])])
+}

@@ -1,0 +1,160 @@
+//! `fit` on a real arm, and on a machine whose forces are known.
+
+use dynamics_codegen::{Library, compile_bytes};
+use identify::fit::{Fit, Inertia, Request, fit};
+use identify::log::Log;
+use identify::machine::{Machine, States};
+use integration_tests::shared;
+use std::fmt::Write;
+use std::path::Path;
+
+fn library(path: &Path) -> Library {
+    let mut library = Library::builtin();
+    library.look_in(path.parent().expect("a folder"));
+    library
+}
+
+/// Stäubli TX40, motor torques: friction in every joint, rotors, and the two joints of
+/// the wrist that one motor drives together. Judged by the last third of the log.
+#[test]
+fn a_measured_arm_gives_away_friction_rotors_and_coupling() {
+    let Some(urdf) = shared::file("data/measured/tx40/tx40.urdf") else {
+        return;
+    };
+    let bytes = std::fs::read(&urdf).expect("readable");
+    let compiled = compile_bytes("tx40.urdf", &bytes, &library(&urdf)).expect("a robot");
+    let log = Log::read(urdf.with_file_name("log.csv.gz")).expect("a log");
+    let request = Request {
+        compiled: &compiled,
+        parameters: &[],
+        train: &log,
+        test: None,
+        inertia: Inertia::Linear,
+    };
+    let found = fit(&request).expect("it can be fitted");
+    let has = |term: &str, on: &[&str]| found.terms.iter().any(|t| t.term == term && t.on == on);
+    for joint in 1..=6 {
+        let joint = format!("joint_{joint}");
+        assert!(has("friction", &[&joint]), "friction in {joint}: {found:?}");
+    }
+    assert!(has("joint_coupling", &["joint_5", "joint_6"]));
+    let rotors = found.terms.iter().filter(|t| t.term == "armature").count();
+    assert!(rotors >= 4, "{rotors} rotors");
+    for term in &found.terms {
+        for (name, value) in &term.coefficients {
+            assert!(value.std.is_finite() && value.std > 0.0);
+            let dissipates = term.term == "friction" || term.term == "armature";
+            assert!(!dissipates || value.value > 0.0, "{term:?}: {name}");
+        }
+    }
+    println!("{:.2} -> {:.2} N·m", found.before.total, found.after.total);
+    assert!(found.before.total > 10.0);
+    assert!(found.after.total < 2.2, "{}", found.after.total);
+}
+
+const ARM: &str = "
+    model arm; coordinate a: rad; coordinate b: rad; input a: N*m; input b: N*m;
+    body upper { frame: rotate_z(a); mass: 2; center: (0.2, 0, 0); inertia: diag(0.02, 0.02, 0.02); }
+    body lower { frame: upper * translate(0.4, 0, 0) * rotate_z(b); mass: 1;
+                 center: (0.15, 0, 0); inertia: diag(0.01, 0.01, 0.01); }
+    gravity (0, -9.81, 0);
+    force a = input(a); force b = input(b);
+";
+
+/// A motion on which everything shows, with torques that follow from it: those of the
+/// model, `d v + f tanh(v/0.05)` in joint a, and a rotor at joint b.
+fn log(seed: u32, rotor: f64, viscous: f64, coulomb: f64, heavier: f64) -> Log {
+    let text = ARM.replace("mass: 1;", &format!("mass: {};", 1.0 + heavier));
+    let compiled = compile_bytes("arm.model", text.as_bytes(), &Library::empty()).expect("a model");
+    let machine = Machine::new(compiled);
+    let mut csv = String::from("t,q_a,q_b,u_a,u_b\n");
+    let mut noise = f64::from(seed);
+    for k in 0..4000 {
+        let t = 0.005 * f64::from(k);
+        let wave = |w: &[(f64, f64)]| -> [f64; 3] {
+            let sum = |f: fn(f64, f64, f64) -> f64| w.iter().map(|&(s, o)| f(s, o, t)).sum::<f64>();
+            [
+                sum(|s, o, t| s * (o * t).sin()),
+                sum(|s, o, t| s * o * (o * t).cos()),
+                sum(|s, o, t| -s * o * o * (o * t).sin()),
+            ]
+        };
+        let a = wave(&[(0.8, 1.3), (0.3, 3.1), (0.1, 5.7)]);
+        let b = wave(&[(0.7, 1.7), (0.4, 2.6), (0.1, 6.3)]);
+        let states = States {
+            t: vec![t],
+            q: vec![vec![a[0]], vec![b[0]]],
+            v: vec![vec![a[1]], vec![b[1]]],
+            u: vec![vec![0.0], vec![0.0]],
+            ..States::default()
+        };
+        let terms = &machine.terms(&states, &[])[0];
+        let m = &terms.mass_matrix;
+        let needed = |i: usize| m[(i, 0)] * a[2] + m[(i, 1)] * b[2] - terms.force[i];
+        let u_a = needed(0) + viscous * a[1] + coulomb * (a[1] / 0.05).tanh();
+        let u_b = needed(1) + rotor * b[2];
+        // Some noise on the torques, the same every time.
+        noise = (noise * 1.618_033_988 + 0.37).fract();
+        let n = 0.02 * (noise - 0.5);
+        writeln!(
+            csv,
+            "{t},{},{},{},{}",
+            a[0] + 1e-5 * n,
+            b[0] - 1e-5 * n,
+            u_a + n,
+            u_b - n
+        )
+        .unwrap();
+    }
+    Log::from_bytes("arm.csv", csv.as_bytes()).expect("a log")
+}
+
+fn fit_arm(log: &Log, inertia: Inertia) -> Fit {
+    let compiled = compile_bytes("arm.model", ARM.as_bytes(), &Library::empty()).expect("a model");
+    let request = Request {
+        compiled: &compiled,
+        parameters: &[],
+        train: log,
+        test: None,
+        inertia,
+    };
+    fit(&request).expect("it can be fitted")
+}
+
+#[test]
+fn what_was_put_in_comes_out() {
+    let found = fit_arm(&log(1, 0.05, 0.4, 0.6, 0.0), Inertia::Fixed);
+    let value = |term: &str, on: &str, name: &str| {
+        let found = found.terms.iter().find(|t| t.term == term && t.on == [on]);
+        found.unwrap_or_else(|| panic!("{term}({on})")).coefficients[name].value
+    };
+    assert!((value("friction", "a", "viscous") - 0.4).abs() < 0.02);
+    assert!((value("friction", "a", "coulomb") - 0.6).abs() < 0.03);
+    assert!((value("armature", "b", "inertia") - 0.05).abs() < 0.001);
+    assert!(found.after.total < 0.05 * found.before.total, "{found:?}");
+}
+
+/// A wrong mass is a wrong mass: inertias are corrected where that predicts.
+#[test]
+fn wrong_inertias_are_corrected() {
+    for inertia in [Inertia::Linear, Inertia::Consistent] {
+        let found = fit_arm(&log(2, 0.0, 0.0, 0.0, 0.25), inertia);
+        assert_eq!(found.inertia, inertia, "{found:?}");
+        assert!(found.after.total < 0.1 * found.before.total, "{found:?}");
+        assert!(found.base_parameters < found.inertial.len());
+        if inertia == Inertia::Consistent {
+            for body in found.inertial.chunks(10) {
+                let [x, y, z] = [4, 5, 6].map(|k| body[k].estimate.value);
+                assert!(body[0].estimate.value > 0.0 && x + y > z && y + z > x && z + x > y);
+            }
+        }
+    }
+}
+
+/// Where nothing is missing, nothing is found.
+#[test]
+fn a_right_model_is_left_alone() {
+    let found = fit_arm(&log(3, 0.0, 0.0, 0.0, 0.0), Inertia::Linear);
+    assert!(found.terms.is_empty(), "{found:?}");
+    assert!(found.inertial.is_empty(), "{found:?}");
+}
