@@ -10,8 +10,9 @@
 //! second. Sensors show angles (noise 5e-6 rad) and torques; both pass the same
 //! low-pass filter, velocity and acceleration come from differences, and the
 //! acceleration gets noise of 0.1 rad/s². Training points are the farthest of one
-//! run; the states held out are of the other run, with another seed, at equal
-//! distances in time. Errors are against the noise-free truth at these states.
+//! run; the states held out are farthest points of the other run, with another
+//! seed, and a second set of its states at equal distances in time. Errors are
+//! against the noise-free truth at these states.
 
 #[path = "robot_arm/arm.rs"]
 mod arm;
@@ -69,11 +70,12 @@ fn plan(quick: bool) -> Plan {
 fn print(score: &Score, seconds: f64) {
     let joints: Vec<String> = score.joints.iter().map(|j| format!("{j:.3}")).collect();
     println!(
-        "{:>5}  {:<24} {:.4}  [{}]  {:.1e}  ({seconds:.0} s)",
+        "{:>5}  {:<24} {:.4}  [{}]  {:.4}  {:.1e}  ({seconds:.0} s)",
         score.size,
         score.kind.name(),
         score.error,
         joints.join(" "),
+        score.even,
         score.constraint
     );
 }
@@ -149,7 +151,9 @@ fn main() -> Result<(), Failure> {
     );
     let known = study::analytical(&data.arm, arm::TRUE_END, &data.test)?;
     let known = study::mean(&study::errors(&known, &data.test));
-    println!("mean absolute error / (rad/s²), by joint, and largest |A a - b| / (m/s²)");
+    println!(
+        "mean absolute error at farthest points / (rad/s²) [by joint], at equal distances in time, and largest |A a - b| / (m/s²)"
+    );
     println!("       {:<24} {known:.4}", "analytical model");
     let told = |s: &Score| print(s, clock.elapsed().as_secs_f64());
     let (scores, fits) = study::curves(&data, &plan, &told)?;

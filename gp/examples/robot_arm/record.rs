@@ -165,18 +165,24 @@ pub fn input(x: &State) -> Vec<f64> {
     [x.q, x.v, x.u].concat()
 }
 
-/// Scaling of the inputs, and the first `count` samples in farthest-point order.
-pub fn select(samples: &[Sample], count: usize) -> Result<(Scaling, Vec<Sample>), Failure> {
-    let rows: Vec<Vec<f64>> = samples.iter().map(|s| input(&s.x)).collect();
-    let raw = Inputs::from_rows(&rows)?;
-    let scaling = Scaling::of_inputs(&raw)?;
-    let chosen = farthest_points(&scaling.inputs(&raw)?, count, 0)?;
-    let picked = chosen.into_iter().map(|i| samples[i].clone()).collect();
-    Ok((scaling, picked))
+/// Kernel inputs of samples, not scaled.
+fn raw(samples: &[Sample]) -> gp::Result<Inputs> {
+    Inputs::from_rows(&samples.iter().map(|s| input(&s.x)).collect::<Vec<_>>())
 }
 
-/// Samples at equal distances, `count` of them.
-pub fn spread(samples: &[Sample], count: usize) -> Vec<Sample> {
+/// Mean and standard deviation of the inputs.
+pub fn scaling(samples: &[Sample]) -> gp::Result<Scaling> {
+    Scaling::of_inputs(&raw(samples)?)
+}
+
+/// The first `count` samples in farthest-point order, by scaled inputs.
+pub fn farthest(samples: &[Sample], scaling: &Scaling, count: usize) -> gp::Result<Vec<Sample>> {
+    let chosen = farthest_points(&scaling.inputs(&raw(samples)?)?, count, 0)?;
+    Ok(chosen.into_iter().map(|i| samples[i].clone()).collect())
+}
+
+/// Samples at equal distances in time, `count` of them.
+pub fn even(samples: &[Sample], count: usize) -> Vec<Sample> {
     (0..count.min(samples.len()))
         .map(|i| samples[i * samples.len() / count.max(1)].clone())
         .collect()
