@@ -32,9 +32,12 @@ mod motion;
 mod record;
 #[path = "robot_arm/study.rs"]
 mod study;
+#[path = "robot_arm/training.rs"]
+mod training;
 
-use models::{Effort, Fit, Kind};
+use models::{Fit, Kind};
 use study::{Data, Plan, Score};
+use training::Effort;
 
 /// Length of the predicted motions, s. The arm falls away from its posture under
 /// recorded torques, and any error grows with it.

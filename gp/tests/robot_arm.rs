@@ -21,10 +21,14 @@ mod record;
 #[allow(dead_code)]
 #[path = "../examples/robot_arm/study.rs"]
 mod study;
+#[allow(dead_code)]
+#[path = "../examples/robot_arm/training.rs"]
+mod training;
 
 use arm::{Arm, N, PLANE, State, TRUE_END};
-use models::{Effort, Kind};
+use models::Kind;
 use rand::SeedableRng;
+use training::Effort;
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 

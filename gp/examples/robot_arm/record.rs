@@ -50,7 +50,7 @@ pub fn run(arm: &Arm, segments: usize, seed: u64) -> Result<Run, Failure> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let controller = Controller::new(arm);
     let simulation = Simulation::new(arm).with_baumgarte(Baumgarte::critical(10.0));
-    let start = controller.start();
+    let start = controller.start()?;
     let mut s = integrate::State {
         q: start.q,
         v: start.v,
@@ -66,7 +66,7 @@ pub fn run(arm: &Arm, segments: usize, seed: u64) -> Result<Run, Failure> {
                 v: s.v,
                 ..State::zero()
             };
-            let u = controller.torque(&x, &segment.at(k as f64 / RATE));
+            let u = controller.torque(&x, &segment.at(k as f64 / RATE))?;
             let position = arm.terms(&x).position;
             violation = violation.max((position[2] - crate::arm::PLANE).abs());
             tip.push((t, [position[0], position[1], position[2]]));

@@ -2,8 +2,9 @@
 
 use crate::Failure;
 use crate::arm::{Arm, N, TRUE_END, contact};
-use crate::models::{Effort, Fit, Kind};
+use crate::models::{Fit, Kind};
 use crate::record::{Run, Sample, even, farthest, run, scaling};
+use crate::training::Effort;
 use dynamics::acceleration;
 use dynamics::constrained::Tolerance;
 use gp::{Quantity, Scaling};
