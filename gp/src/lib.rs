@@ -67,7 +67,7 @@
 //! | training | [`Problem`], [`Training`], [`Structure`] with [`Atlas`] for physical parameters, [`Penalty`] for MAP |
 //! | prediction | [`Posterior`], [`SparsePosterior`], [`LatentSamples`] |
 //! | data | [`farthest_points`], [`Scaling`], [`Inputs`] |
-//! | files | [`Saved`] |
+//! | files | [`Saved`]; [`SavedSparse`] without the data |
 //!
 //! # Invariants
 //!
@@ -83,6 +83,7 @@
 mod chart;
 mod contract;
 mod data;
+mod envelope;
 mod error;
 mod evidence;
 mod fitted;
@@ -99,6 +100,7 @@ mod penalty;
 mod posterior;
 mod problem;
 mod save;
+mod save_sparse;
 mod simd;
 mod sparse;
 mod sparse_gradient;
@@ -106,6 +108,7 @@ mod train;
 
 pub use chart::{Atlas, Chart};
 pub use data::{Scaling, farthest_points};
+pub use envelope::VERSION;
 pub use error::{GpError, Result};
 pub use evidence::{Evidence, Workspace, evidence, nll};
 pub use fitted::{Fitted, Run};
@@ -121,7 +124,8 @@ pub use optimise::{Algorithm, Progress, Reason};
 pub use penalty::Penalty;
 pub use posterior::{LatentSamples, Posterior, Prediction, prior_covariance, sample_prior};
 pub use problem::Problem;
-pub use save::{Saved, VERSION};
+pub use save::Saved;
+pub use save_sparse::SavedSparse;
 pub use sparse::SparsePosterior;
 pub use sparse_gradient::sparse_evidence;
 pub use train::Training;

@@ -4,7 +4,7 @@ mod common;
 
 use gp::{
     Functionals, GaussPoint, Inputs, Kernel, LatentPrior, Layout, Model, Posterior, Quantity,
-    SparsePosterior, Workspace, farthest_points, nll,
+    Saved, SavedSparse, SparsePosterior, Workspace, farthest_points, nll,
 };
 use rand::{RngExt, SeedableRng};
 
@@ -136,4 +136,56 @@ fn bad_inducing_points_are_refused() {
     let twice = data.inputs().subset(&[0, 0, 1, 2, 3, 4]);
     let p = SparsePosterior::new(&model(), &data, &y, &twice).unwrap();
     assert!(p.jitter() > 0.0 && p.mean(&data).unwrap().iter().all(|v| v.is_finite()));
+}
+
+#[test]
+fn a_saved_sparse_model_predicts_bit_for_bit_without_its_data() {
+    let inputs = Inputs::from_rows(&states(12, 5)).unwrap();
+    let text = |count: usize| {
+        let x = states(count, 1);
+        let data = functionals(&x, Quantity::Acceleration);
+        let posterior =
+            SparsePosterior::new(&model(), &data, &measured(&x, 0.01), &inputs).unwrap();
+        let saved = SavedSparse::new(&posterior, vec![0.05, 0.02]);
+        (posterior, saved.to_json().unwrap())
+    };
+    let (posterior, json) = text(200);
+    let back = SavedSparse::from_json(&json).unwrap();
+    assert_eq!(
+        (&back.theta[..], back.model()),
+        (&[0.05, 0.02][..], &model())
+    );
+    let loaded = back.posterior().unwrap();
+    let at = functionals(&states(30, 8), Quantity::ConstraintForce);
+    assert_eq!(
+        loaded.predict(&at).unwrap(),
+        posterior.predict(&at).unwrap()
+    );
+    assert_eq!(
+        loaded.covariance(&at).unwrap(),
+        posterior.covariance(&at).unwrap()
+    );
+    assert_eq!(loaded.bound().to_bits(), posterior.bound().to_bits());
+    // Twice the data, the same file but for the digits.
+    let longer = text(400).1.len() as f64 / json.len() as f64;
+    assert!((longer - 1.0).abs() < 0.02, "{longer}");
+
+    let refuse = |text: &str, word: &str| {
+        let e = SavedSparse::from_json(text).unwrap_err().to_string();
+        assert!(e.contains(word), "{word}: {e}");
+    };
+    refuse(&json[..json.len() / 2], "truncated");
+    refuse(&json.replace("\"version\":1", "\"version\":0"), "older");
+    refuse(&json.replacen("0.05", "0.06", 1), "checksum");
+    refuse(
+        &json.replacen("\"weights\":[", "\"weights\":[1.0,", 1),
+        "weights",
+    );
+    refuse(
+        &json.replacen("\"factor_b\":[", "\"factor_b\":[-1.0,", 1),
+        "factor of B",
+    );
+    let data = functionals(&states(3, 2), Quantity::Acceleration);
+    let exact = Saved::new(model(), vec![], data.clone(), data.mean().to_vec());
+    refuse(&exact.to_json().unwrap(), "gp2-model");
 }
