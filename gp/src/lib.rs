@@ -66,7 +66,7 @@
 //! | evidence and exact gradient | [`evidence`](fn@evidence), [`nll`], [`Workspace`] |
 //! | training | [`Problem`], [`Training`], [`Structure`] with [`Atlas`] for physical parameters, [`Penalty`] for MAP |
 //! | prediction | [`Posterior`], [`SparsePosterior`], [`LatentSamples`] |
-//! | data | [`farthest_points`], [`Scaling`], [`Inputs`] |
+//! | data | [`farthest_points`], [`greedy_points`], [`Scaling`], [`Inputs`] |
 //! | files | [`Saved`]; [`SavedSparse`] without the data |
 //!
 //! # Invariants
@@ -90,6 +90,7 @@ mod fitted;
 mod functional;
 mod gauss;
 mod gram;
+mod inducing;
 mod inputs;
 mod kernel;
 mod latent;
@@ -116,6 +117,7 @@ pub use functional::Functionals;
 pub use gauss::{
     CONSISTENCY_TOLERANCE, GaussPoint, Layout, PointTangent, Quantity, RANK_TOLERANCE, Rows,
 };
+pub use inducing::greedy_points;
 pub use inputs::Inputs;
 pub use kernel::{Ard, Cyclic, Kernel};
 pub use latent::{LatentPrior, Mixing, Term};
