@@ -66,8 +66,8 @@
 //! | evidence and exact gradient | [`evidence`](fn@evidence), [`nll`], [`Workspace`] |
 //! | training | [`Problem`], [`Training`], [`Structure`] with [`Atlas`] for physical parameters, [`Penalty`] for MAP |
 //! | prediction | [`Posterior`], [`SparsePosterior`], [`LatentSamples`] |
-//! | data | [`farthest_points`], [`Scaling`], [`Inputs`] |
-//! | files | [`Saved`] |
+//! | data | [`farthest_points`], [`greedy_points`], [`Scaling`], [`Inputs`] |
+//! | files | [`Saved`]; [`SavedSparse`] without the data |
 //!
 //! # Invariants
 //!
@@ -83,12 +83,14 @@
 mod chart;
 mod contract;
 mod data;
+mod envelope;
 mod error;
 mod evidence;
 mod fitted;
 mod functional;
 mod gauss;
 mod gram;
+mod inducing;
 mod inputs;
 mod kernel;
 mod latent;
@@ -99,6 +101,7 @@ mod penalty;
 mod posterior;
 mod problem;
 mod save;
+mod save_sparse;
 mod simd;
 mod sparse;
 mod sparse_gradient;
@@ -106,6 +109,7 @@ mod train;
 
 pub use chart::{Atlas, Chart};
 pub use data::{Scaling, farthest_points};
+pub use envelope::VERSION;
 pub use error::{GpError, Result};
 pub use evidence::{Evidence, Workspace, evidence, nll};
 pub use fitted::{Fitted, Run};
@@ -113,6 +117,7 @@ pub use functional::Functionals;
 pub use gauss::{
     CONSISTENCY_TOLERANCE, GaussPoint, Layout, PointTangent, Quantity, RANK_TOLERANCE, Rows,
 };
+pub use inducing::greedy_points;
 pub use inputs::Inputs;
 pub use kernel::{Ard, Cyclic, Kernel};
 pub use latent::{LatentPrior, Mixing, Term};
@@ -121,7 +126,8 @@ pub use optimise::{Algorithm, Progress, Reason};
 pub use penalty::Penalty;
 pub use posterior::{LatentSamples, Posterior, Prediction, prior_covariance, sample_prior};
 pub use problem::Problem;
-pub use save::{Saved, VERSION};
+pub use save::Saved;
+pub use save_sparse::SavedSparse;
 pub use sparse::SparsePosterior;
 pub use sparse_gradient::sparse_evidence;
 pub use train::Training;

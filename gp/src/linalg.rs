@@ -58,6 +58,27 @@ impl Square {
         &self.data[j * self.stride..j * self.stride + self.n]
     }
 
+    /// Lower triangle, column by column.
+    pub(crate) fn lower(&self) -> Vec<f64> {
+        (0..self.n)
+            .flat_map(|j| &self.col(j)[j..])
+            .copied()
+            .collect()
+    }
+
+    /// From a lower triangle of `n (n + 1)/2` entries, column by column; zeros above.
+    pub(crate) fn from_lower(n: usize, lower: &[f64]) -> Self {
+        let mut out = Self::default();
+        out.resize(n);
+        let mut at = 0;
+        for j in 0..n {
+            let start = j * out.stride;
+            out.data[start + j..start + n].copy_from_slice(&lower[at..at + n - j]);
+            at += n - j;
+        }
+        out
+    }
+
     /// Add `values[j]` to entry `(j, j)`.
     pub(crate) fn add_diagonal(&mut self, values: &[f64]) {
         for (j, v) in values.iter().enumerate() {

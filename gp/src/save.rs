@@ -1,17 +1,14 @@
 //! Saved models: one JSON file with format name, version and checksum.
 
 use crate::data::Scaling;
+use crate::envelope;
 use crate::error::{GpError, Result, finite};
 use crate::functional::Functionals;
 use crate::model::Model;
 use crate::posterior::Posterior;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
 const FORMAT: &str = "gp2-model";
-
-/// Version of the files this build writes, and the only one it reads.
-pub const VERSION: u64 = 1;
 
 /// A trained model with all it needs to predict: round-trips bit for bit.
 ///
@@ -47,14 +44,6 @@ pub struct Saved {
     pub outputs: Option<Scaling>,
 }
 
-#[derive(Serialize)]
-struct FileRef<'a> {
-    format: &'a str,
-    version: u64,
-    checksum: String,
-    body: &'a Saved,
-}
-
 impl Saved {
     /// Without scalings.
     pub fn new(model: Model, theta: Vec<f64>, data: Functionals, y: Vec<f64>) -> Self {
@@ -76,65 +65,14 @@ impl Saved {
     /// As text. Errors: a number JSON cannot hold, inconsistent shapes.
     pub fn to_json(&self) -> Result<String> {
         self.validate()?;
-        let file = FileRef {
-            format: FORMAT,
-            version: VERSION,
-            checksum: self.checksum()?,
-            body: self,
-        };
-        serde_json::to_string(&file).map_err(|e| GpError::Saved(format!("cannot be written: {e}")))
+        envelope::write(FORMAT, self)
     }
 
     /// From text. Errors name what is wrong: not JSON, truncated, another
     /// format, an older or newer version, missing or unknown fields, numbers
     /// that were changed, inconsistent shapes.
     pub fn from_json(text: &str) -> Result<Self> {
-        let value: Value = serde_json::from_str(text).map_err(|e| {
-            GpError::Saved(if e.is_eof() {
-                format!("the file is truncated: it ends at line {}, column {}; copy it again or retrain", e.line(), e.column())
-            } else {
-                format!("not a JSON file: {e}")
-            })
-        })?;
-        if value.get("format").and_then(Value::as_str) != Some(FORMAT) {
-            return Err(GpError::Saved(format!(
-                "expected \"format\": \"{FORMAT}\"; this is some other JSON file"
-            )));
-        }
-        match value.get("version").and_then(Value::as_u64) {
-            Some(VERSION) => {}
-            Some(v) if v < VERSION => {
-                return Err(GpError::Saved(format!(
-                    "version {v} is older than {VERSION}, the one this build reads; retrain, or convert it with the build that wrote it"
-                )));
-            }
-            Some(v) => {
-                return Err(GpError::Saved(format!(
-                    "version {v} is newer than {VERSION}, the one this build reads; update the program"
-                )));
-            }
-            None => {
-                return Err(GpError::Saved(
-                    "the field \"version\" is missing or not a number".into(),
-                ));
-            }
-        }
-        let body = value
-            .get("body")
-            .ok_or_else(|| GpError::Saved("the field \"body\" is missing".into()))?;
-        let saved = Self::deserialize(body).map_err(|e| GpError::Saved(format!("body: {e}")))?;
-        saved.validate()?;
-        let (found, stated) = (
-            saved.checksum()?,
-            value.get("checksum").and_then(Value::as_str),
-        );
-        if stated != Some(found.as_str()) {
-            return Err(GpError::Saved(format!(
-                "checksum {found} does not match the stated {}; the body was changed",
-                stated.unwrap_or("(none)")
-            )));
-        }
-        Ok(saved)
+        envelope::read(FORMAT, text, Self::validate)
     }
 
     fn validate(&self) -> Result<()> {
@@ -153,16 +91,5 @@ impl Saved {
         }
         self.model.check(&self.data)?;
         self.data.check_channels(self.model.log_noise.len())
-    }
-
-    /// FNV-1a over the canonical text of the body.
-    fn checksum(&self) -> Result<String> {
-        let text = serde_json::to_string(self)
-            .map_err(|e| GpError::Saved(format!("cannot be written: {e}")))?;
-        let mut hash = 0xcbf2_9ce4_8422_2325u64;
-        for byte in text.bytes() {
-            hash = (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
-        }
-        Ok(format!("{hash:016x}"))
     }
 }

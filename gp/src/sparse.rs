@@ -44,6 +44,16 @@ pub struct SparsePosterior {
     relative: f64,
 }
 
+/// The results of conditioning, all that prediction needs.
+pub(crate) struct Solved {
+    pub(crate) factor_u: Square,
+    pub(crate) factor_b: Square,
+    pub(crate) weights: Vec<f64>,
+    pub(crate) bound: f64,
+    pub(crate) jitter: f64,
+    pub(crate) relative: f64,
+}
+
 /// `K_uu` is smooth and noise-free: it always needs a little jitter.
 const JITTERS: [f64; 3] = [1e-8, 1e-7, 1e-6];
 
@@ -99,21 +109,48 @@ impl SparsePosterior {
             factor_u.view(),
             MatMut::from_column_major_slice_mut(&mut c, q, 1),
         );
-        let n = inducing.n_latent;
-        let columns = (0..n)
-            .map(|d| c.iter().skip(d).step_by(n).copied().collect())
-            .collect();
-        Ok(Self {
-            model: model.clone(),
-            inducing,
+        let solved = Solved {
             factor_u,
             factor_b,
             weights: c,
-            columns,
             bound,
             jitter,
             relative,
-        })
+        };
+        Ok(Self::with(model.clone(), inducing, solved))
+    }
+
+    /// From what was computed before, its shapes checked by the caller.
+    pub(crate) fn assembled(model: &Model, inducing: &Inputs, solved: Solved) -> Self {
+        let identity = Functionals::identity(inducing, model.prior.n_latent());
+        let stack = Stack::new(&identity, &model.prior);
+        Self::with(model.clone(), stack, solved)
+    }
+
+    fn with(model: Model, inducing: Stack, solved: Solved) -> Self {
+        let n = inducing.n_latent;
+        let column = |d: usize| solved.weights.iter().skip(d).step_by(n).copied().collect();
+        Self {
+            columns: (0..n).map(column).collect(),
+            model,
+            inducing,
+            factor_u: solved.factor_u,
+            factor_b: solved.factor_b,
+            weights: solved.weights,
+            bound: solved.bound,
+            jitter: solved.jitter,
+            relative: solved.relative,
+        }
+    }
+
+    /// The model that was conditioned.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The inducing inputs.
+    pub fn inducing_inputs(&self) -> &Inputs {
+        &self.inducing.inputs
     }
 
     /// Lower bound of `ln p(y)`, nats.

@@ -4,7 +4,7 @@ mod common;
 
 use gp::{
     Functionals, GaussPoint, Inputs, Kernel, LatentPrior, Layout, Model, Posterior, Quantity,
-    SparsePosterior, Workspace, farthest_points, nll,
+    Saved, SavedSparse, SparsePosterior, Workspace, farthest_points, greedy_points, nll,
 };
 use rand::{RngExt, SeedableRng};
 
@@ -136,4 +136,106 @@ fn bad_inducing_points_are_refused() {
     let twice = data.inputs().subset(&[0, 0, 1, 2, 3, 4]);
     let p = SparsePosterior::new(&model(), &data, &y, &twice).unwrap();
     assert!(p.jitter() > 0.0 && p.mean(&data).unwrap().iter().all(|v| v.is_finite()));
+}
+
+#[test]
+fn a_saved_sparse_model_predicts_bit_for_bit_without_its_data() {
+    let inputs = Inputs::from_rows(&states(12, 5)).unwrap();
+    let text = |count: usize| {
+        let x = states(count, 1);
+        let data = functionals(&x, Quantity::Acceleration);
+        let posterior =
+            SparsePosterior::new(&model(), &data, &measured(&x, 0.01), &inputs).unwrap();
+        let saved = SavedSparse::new(&posterior, vec![0.05, 0.02]);
+        (posterior, saved.to_json().unwrap())
+    };
+    let (posterior, json) = text(200);
+    let back = SavedSparse::from_json(&json).unwrap();
+    assert_eq!(
+        (&back.theta[..], back.model()),
+        (&[0.05, 0.02][..], &model())
+    );
+    let loaded = back.posterior().unwrap();
+    let at = functionals(&states(30, 8), Quantity::ConstraintForce);
+    assert_eq!(
+        loaded.predict(&at).unwrap(),
+        posterior.predict(&at).unwrap()
+    );
+    assert_eq!(
+        loaded.covariance(&at).unwrap(),
+        posterior.covariance(&at).unwrap()
+    );
+    assert_eq!(loaded.bound().to_bits(), posterior.bound().to_bits());
+    // Twice the data, the same file but for the digits.
+    let longer = text(400).1.len() as f64 / json.len() as f64;
+    assert!((longer - 1.0).abs() < 0.02, "{longer}");
+
+    let refuse = |text: &str, word: &str| {
+        let e = SavedSparse::from_json(text).unwrap_err().to_string();
+        assert!(e.contains(word), "{word}: {e}");
+    };
+    refuse(&json[..json.len() / 2], "truncated");
+    refuse(&json.replace("\"version\":1", "\"version\":0"), "older");
+    refuse(&json.replacen("0.05", "0.06", 1), "checksum");
+    refuse(
+        &json.replacen("\"weights\":[", "\"weights\":[1.0,", 1),
+        "weights",
+    );
+    refuse(
+        &json.replacen("\"factor_b\":[", "\"factor_b\":[-1.0,", 1),
+        "factor of B",
+    );
+    let data = functionals(&states(3, 2), Quantity::Acceleration);
+    let exact = Saved::new(model(), vec![], data.clone(), data.mean().to_vec());
+    refuse(&exact.to_json().unwrap(), "gp2-model");
+}
+
+#[test]
+fn greedy_points_explain_more_than_far_ones() {
+    let x = states(120, 1);
+    let data = functionals(&x, Quantity::Acceleration);
+    let (y, inputs) = (measured(&x, 0.01), data.inputs());
+    let bound = |chosen: &[usize]| {
+        let at = inputs.subset(chosen);
+        SparsePosterior::new(&model(), &data, &y, &at)
+            .unwrap()
+            .bound()
+    };
+    // With enough points for a useful approximation; both are bad below.
+    for count in [45, 60, 80] {
+        let (far, greedy) = (
+            bound(&farthest_points(&inputs, count, 0).unwrap()),
+            bound(&greedy_points(&model(), &data, count).unwrap()),
+        );
+        println!("{count} inducing inputs: bound {far:.1} farthest, {greedy:.1} greedy");
+        assert!(greedy > far, "{count}: {greedy} {far}");
+    }
+}
+
+#[test]
+fn greedy_points_are_what_a_posterior_calls_least_known() {
+    // A coregional prior, whose latent functions depend on one another.
+    let x = states(25, 3);
+    let kernel = Kernel::squared_exponential(&[1.0, 1.0, 3.0, 2.0, 5.0, 5.0], 0.3);
+    let weights = vec![vec![1.0], vec![-0.5], vec![0.3]];
+    let prior = LatentPrior::intrinsic(kernel, weights, &[0.2, 0.1, 0.05]);
+    let model = Model::new(prior.clone(), &[1e-4, 4e-4, 1e-4]).unwrap();
+    let data = functionals(&x, Quantity::Acceleration);
+    let chosen = greedy_points(&model, &data, 5).unwrap();
+    let exact = Model::new(prior, &[1e-10; 3]).unwrap();
+    for k in 1..5 {
+        let seen = Functionals::identity(&data.inputs().subset(&chosen[..k]), 3);
+        let posterior = Posterior::new(&exact, &seen, &vec![0.0; seen.n_rows()]).unwrap();
+        let left = posterior.predict(&data).unwrap().variance;
+        let lost = |i: usize| left[3 * i] / 1e-4 + left[3 * i + 1] / 4e-4 + left[3 * i + 2] / 1e-4;
+        let worst = (0..x.len())
+            .max_by(|&i, &j| lost(i).total_cmp(&lost(j)))
+            .unwrap();
+        assert_eq!(chosen[k], worst, "{k}");
+    }
+    assert!(greedy_points(&model, &data, 0).is_err());
+    // Points that coincide explain one another.
+    let mut twice = data.subset(&[0, 1]);
+    twice.extend(&data.subset(&[0, 1])).unwrap();
+    assert_eq!(greedy_points(&model, &twice, 9).unwrap().len(), 2);
 }

@@ -9,6 +9,7 @@ use gp::{
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use std::f64::consts::PI;
 
 /// A system with known `M, A, b`; what drives it is unknown to the models.
 #[derive(Clone, Copy)]
@@ -35,10 +36,7 @@ pub const UNICYCLE: System = System {
             .collect()
     },
     draw: |rng| {
-        let (speed, q3) = (
-            rng.random_range(0.0..1.0),
-            rng.random_range(-3.1416..3.1416f64),
-        );
+        let (speed, q3) = (rng.random_range(0.0..1.0), rng.random_range(-PI..PI));
         let v3 = rng.random_range(-0.5..0.5);
         vec![speed * q3.cos(), speed * q3.sin(), q3, v3, 0.0, 0.0]
     },

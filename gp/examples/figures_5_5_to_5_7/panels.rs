@@ -7,7 +7,7 @@ use crate::fits::{
     OTHER, OTHER_PARTICLE, PARTICLE, SURFACE, System, UNICYCLE, fit, on_surface, plain, prior,
 };
 use dynamics::integrate::{DormandPrince, State};
-use gp::{Functionals, GpError, Inputs, Posterior, Prediction, Quantity, Result, sample_prior};
+use gp::{GpError, Inputs, Posterior, Prediction, Quantity, Result, sample_prior};
 use std::f64::consts::PI;
 
 const CONSTRAINED: Quantity = Quantity::Acceleration;
@@ -314,53 +314,50 @@ pub fn unconstrained(models: &Particle, observations: usize) -> Result<(Vec<Pane
         .iter()
         .map(|s| vec![s * 0.6, s * 0.8, 0.8f64.atan2(0.6), 0.0, 0.0, 0.0])
         .collect();
-    let cases: [(&str, &System, &Posterior, &[f64], &[Vec<f64>], Axis, Axis); 2] = [
-        (
-            "Particle at rest",
-            &PARTICLE,
-            &models.structured,
-            &q1,
-            &rest,
-            Axis::new("q1 / m"),
-            Axis::new("ā / (m/s²)").within(-12.0, 8.0),
-        ),
-        (
-            "Unicycle, heading 53°",
-            &UNICYCLE,
-            &unicycle,
-            &speed,
-            &rolling,
-            Axis::new("speed / (m/s)"),
-            Axis::new("ā / (m/s²; q3: rad/s²)").within(-0.7, 0.5),
-        ),
-    ];
-    let mut panels = Vec::new();
-    let mut errors = [0.0; 2];
-    for (i, (title, system, model, axis, states, x, y)) in cases.into_iter().enumerate() {
-        let at: Functionals = system.at(states, UNCONSTRAINED)?;
-        let p = model.predict(&at)?;
-        let t = truth(system, states, UNCONSTRAINED)?;
-        errors[i] = rmse(&p.mean, &t);
-        let mut layers = Vec::new();
-        for (d, ink) in [BLUE_INK, ORANGE, GREEN_INK].into_iter().enumerate() {
-            let name = format!("ā{} | data, 95 %", d + 1);
-            layers.push(layer("", ink, Mark::Band(band(axis, &p, d))));
-            layers.push(layer(&name, ink, Mark::Line(line(axis, entry(&p.mean, d)))));
-            let name = if d == 2 { "truth" } else { "" };
-            let curve = line(axis, entry(&t, d));
-            layers.push(layer(
-                name,
-                if d == 2 { BLACK_INK } else { GREY },
-                Mark::Dashed(curve),
-            ));
-        }
-        panels.push(Panel {
-            title: format!("{title}: unconstrained acceleration"),
-            x,
-            y,
-            legend: Corner::UpperRight,
-            layers,
-        });
+    let (first, rest_error) = inferred(
+        "Particle at rest",
+        (&PARTICLE, &models.structured),
+        (&q1, &rest),
+        Axis::new("q1 / m"),
+        Axis::new("ā / (m/s²)").within(-12.0, 8.0),
+    )?;
+    let (second, rolling_error) = inferred(
+        "Unicycle, heading 53°",
+        (&UNICYCLE, &unicycle),
+        (&speed, &rolling),
+        Axis::new("speed / (m/s)"),
+        Axis::new("ā / (m/s²; q3: rad/s²)").within(-0.7, 0.5),
+    )?;
+    Ok((vec![first, second], [rest_error, rolling_error]))
+}
+
+/// One panel of figure 5.7: states along an axis, and the RMSE there.
+fn inferred(
+    title: &str,
+    (system, model): (&System, &Posterior),
+    (axis, states): (&[f64], &[Vec<f64>]),
+    x: Axis,
+    y: Axis,
+) -> Result<(Panel, f64)> {
+    let p = model.predict(&system.at(states, UNCONSTRAINED)?)?;
+    let t = truth(system, states, UNCONSTRAINED)?;
+    let mut layers = Vec::new();
+    for (d, ink) in [BLUE_INK, ORANGE, GREEN_INK].into_iter().enumerate() {
+        let name = format!("ā{} | data, 95 %", d + 1);
+        layers.push(layer("", ink, Mark::Band(band(axis, &p, d))));
+        layers.push(layer(&name, ink, Mark::Line(line(axis, entry(&p.mean, d)))));
+        let (name, ink) = match d {
+            2 => ("truth", BLACK_INK),
+            _ => ("", GREY),
+        };
+        layers.push(layer(name, ink, Mark::Dashed(line(axis, entry(&t, d)))));
     }
-    Ok((panels, errors))
+    let panel = Panel {
+        title: format!("{title}: unconstrained acceleration"),
+        x,
+        y,
+        legend: Corner::UpperRight,
+        layers,
+    };
+    Ok((panel, rmse(&p.mean, &t)))
 }

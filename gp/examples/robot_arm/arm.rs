@@ -72,10 +72,9 @@ fn tree(g: &mut Graph, robot: &Robot, q: &[SymbolId], v: &[SymbolId], end: &[Sym
     let mut index = 0;
     let mut bodies = Vec::new();
     for body in &robot.bodies {
-        let [mass, center] = [&body.inertia.mass, &body.inertia.center[0]].map(|x| *x);
         let mut inertia = Inertia {
-            mass: g.constant(mass),
-            center: [center, body.inertia.center[1], body.inertia.center[2]].map(|c| g.constant(c)),
+            mass: g.constant(body.inertia.mass),
+            center: body.inertia.center.map(|c| g.constant(c)),
             tensor: body.inertia.tensor.map(|row| row.map(|x| g.constant(x))),
         };
         let (parent, placement, joint) = match &body.joint {

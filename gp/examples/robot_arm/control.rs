@@ -1,5 +1,6 @@
 //! Reference trajectories in task space and the controller that tracks them.
 
+use crate::Failure;
 use crate::arm::{Arm, N, PLANE, State, Terms, Vector};
 use dynamics::nalgebra::{SMatrix, SVector};
 use rand::RngExt;
@@ -99,13 +100,10 @@ impl Segment {
 }
 
 /// `J^T (J J^T + λ²)⁻¹`.
-fn damped_inverse(j: &SMatrix<f64, 6, N>) -> SMatrix<f64, N, 6> {
+fn damped_inverse(j: &SMatrix<f64, 6, N>) -> Result<SMatrix<f64, N, 6>, Failure> {
     let gram = j * j.transpose() + SMatrix::<f64, 6, 6>::identity() * LEAST_SQUARES.powi(2);
-    // Positive definite by the damping, so that the factorisation exists.
-    match gram.cholesky() {
-        Some(factor) => j.transpose() * factor.inverse(),
-        None => SMatrix::zeros(),
-    }
+    let factor = gram.cholesky().ok_or("the Jacobian is not finite")?;
+    Ok(j.transpose() * factor.inverse())
 }
 
 /// Half the sum of `r_i × r_d,i`: the rotation that is missing, for small angles.
@@ -146,7 +144,7 @@ impl<'a> Controller<'a> {
     }
 
     /// Joint angles with the tip on the plane at the first point, by inverse kinematics.
-    pub fn start(&self) -> State {
+    pub fn start(&self) -> Result<State, Failure> {
         let mut x = State {
             q: rest(),
             ..State::zero()
@@ -159,14 +157,14 @@ impl<'a> Controller<'a> {
                 goal - terms.position,
                 turn(&terms.rotation, &self.orientation),
             );
-            let step = damped_inverse(&terms.jacobian) * error;
+            let step = damped_inverse(&terms.jacobian)? * error;
             (0..N).for_each(|i| x.q[i] += step[i]);
         }
-        x
+        Ok(x)
     }
 
     /// Torques for a reference.
-    pub fn torque(&self, x: &State, r: &Reference) -> [f64; N] {
+    pub fn torque(&self, x: &State, r: &Reference) -> Result<[f64; N], Failure> {
         let terms = self.arm.terms(x);
         let v = Vector::from(x.v);
         let rate = terms.jacobian * v;
@@ -178,7 +176,7 @@ impl<'a> Controller<'a> {
                 + (r.position - terms.position) * stiffness,
             turn(&terms.rotation, &self.orientation) * stiffness - angular * damping,
         );
-        let inverse = damped_inverse(&terms.jacobian);
+        let inverse = damped_inverse(&terms.jacobian)?;
         let rest = rest();
         let posture = Vector::from_fn(|i, _| {
             POSTURE[i] * (rest[i] - x.q[i]) - 2.0 * POSTURE[i].sqrt() * x.v[i]
@@ -186,6 +184,6 @@ impl<'a> Controller<'a> {
         let null = SMatrix::<f64, N, N>::identity() - inverse * terms.jacobian;
         let a = inverse * (wanted - terms.drift) + null * posture;
         let u = terms.mass * a - terms.bias;
-        std::array::from_fn(|i| u[i].clamp(-LIMITS[i], LIMITS[i]))
+        Ok(std::array::from_fn(|i| u[i].clamp(-LIMITS[i], LIMITS[i])))
     }
 }

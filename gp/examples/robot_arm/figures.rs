@@ -119,7 +119,7 @@ pub fn data_efficiency(folder: &Path, scores: &[Score], analytical: f64) -> Resu
             x: axis(),
             y: Axis::new("error / (rad/s²)")
                 .logarithmic()
-                .within(0.005, 10.0),
+                .within(0.005, 50.0),
             legend: Corner::UpperRight,
             layers: errors,
         },
@@ -271,7 +271,7 @@ pub fn multipliers(folder: &Path, data: &Data, fit: &Fit) -> Result<(), Failure>
         Panel {
             title: "Force of the plane on the tip".into(),
             x: Axis::new("time / s"),
-            y: Axis::new("λ / N"),
+            y: Axis::new("λ / N").within(20.0, 80.0),
             legend: Corner::UpperRight,
             layers: vec![
                 layer("95 % band", BLUE_INK, Mark::Band(strip(samples, &p, 1, 0))),
@@ -323,7 +323,7 @@ pub fn long_term(folder: &Path, motions: &[Motion]) -> Result<(), Failure> {
             title: "Joint 4 under recorded torques".into(),
             x: Axis::new("time / s"),
             y: Axis::new("angle of joint 4 / rad"),
-            legend: Corner::UpperLeft,
+            legend: Corner::UpperRight,
             layers: layers(&|m, k| m.q[k][3]),
         },
         Panel {

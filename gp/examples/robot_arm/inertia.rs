@@ -3,8 +3,9 @@
 
 use crate::Failure;
 use crate::arm::{Arm, N, State};
-use crate::models::{DIMS, Effort, Fit, Kind, force_prior, measured, point, scaled, training};
+use crate::models::{DIMS, Fit, Kind, measured, point, scaled};
 use crate::record::{NOISE, Sample};
+use crate::training::{Effort, force_prior, training};
 use gp::{
     Atlas, Functionals, Kernel, LatentPrior, Layout, Model, PointTangent, Posterior, Problem,
     Quantity, Scaling, Structure, Tangent,

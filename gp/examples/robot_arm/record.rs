@@ -50,7 +50,7 @@ pub fn run(arm: &Arm, segments: usize, seed: u64) -> Result<Run, Failure> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let controller = Controller::new(arm);
     let simulation = Simulation::new(arm).with_baumgarte(Baumgarte::critical(10.0));
-    let start = controller.start();
+    let start = controller.start()?;
     let mut s = integrate::State {
         q: start.q,
         v: start.v,
@@ -66,7 +66,7 @@ pub fn run(arm: &Arm, segments: usize, seed: u64) -> Result<Run, Failure> {
                 v: s.v,
                 ..State::zero()
             };
-            let u = controller.torque(&x, &segment.at(k as f64 / RATE));
+            let u = controller.torque(&x, &segment.at(k as f64 / RATE))?;
             let position = arm.terms(&x).position;
             violation = violation.max((position[2] - crate::arm::PLANE).abs());
             tip.push((t, [position[0], position[1], position[2]]));
@@ -165,18 +165,24 @@ pub fn input(x: &State) -> Vec<f64> {
     [x.q, x.v, x.u].concat()
 }
 
-/// Scaling of the inputs, and the first `count` samples in farthest-point order.
-pub fn select(samples: &[Sample], count: usize) -> Result<(Scaling, Vec<Sample>), Failure> {
-    let rows: Vec<Vec<f64>> = samples.iter().map(|s| input(&s.x)).collect();
-    let raw = Inputs::from_rows(&rows)?;
-    let scaling = Scaling::of_inputs(&raw)?;
-    let chosen = farthest_points(&scaling.inputs(&raw)?, count, 0)?;
-    let picked = chosen.into_iter().map(|i| samples[i].clone()).collect();
-    Ok((scaling, picked))
+/// Kernel inputs of samples, not scaled.
+fn raw(samples: &[Sample]) -> gp::Result<Inputs> {
+    Inputs::from_rows(&samples.iter().map(|s| input(&s.x)).collect::<Vec<_>>())
 }
 
-/// Samples at equal distances, `count` of them.
-pub fn spread(samples: &[Sample], count: usize) -> Vec<Sample> {
+/// Mean and standard deviation of the inputs.
+pub fn scaling(samples: &[Sample]) -> gp::Result<Scaling> {
+    Scaling::of_inputs(&raw(samples)?)
+}
+
+/// The first `count` samples in farthest-point order, by scaled inputs.
+pub fn farthest(samples: &[Sample], scaling: &Scaling, count: usize) -> gp::Result<Vec<Sample>> {
+    let chosen = farthest_points(&scaling.inputs(&raw(samples)?)?, count, 0)?;
+    Ok(chosen.into_iter().map(|i| samples[i].clone()).collect())
+}
+
+/// Samples at equal distances in time, `count` of them.
+pub fn even(samples: &[Sample], count: usize) -> Vec<Sample> {
     (0..count.min(samples.len()))
         .map(|i| samples[i * samples.len() / count.max(1)].clone())
         .collect()

@@ -2,8 +2,9 @@
 
 use crate::Failure;
 use crate::arm::{Arm, N, TRUE_END, contact};
-use crate::models::{Effort, Fit, Kind};
-use crate::record::{Run, Sample, run, select, spread};
+use crate::models::{Fit, Kind};
+use crate::record::{Run, Sample, even, farthest, run, scaling};
+use crate::training::Effort;
 use dynamics::acceleration;
 use dynamics::constrained::Tolerance;
 use gp::{Quantity, Scaling};
@@ -18,7 +19,8 @@ pub struct Plan {
     pub test: (usize, u64),
     /// Sizes of the training sets, ascending; each holds the smaller ones.
     pub sizes: Vec<usize>,
-    /// States held out, at equal distances over the test run.
+    /// States held out: so many farthest points of the test run, and as many at
+    /// equal distances in time.
     pub held_out: usize,
     pub effort: Effort,
 }
@@ -28,9 +30,12 @@ pub struct Data {
     pub arm: Arm,
     pub test_run: Run,
     pub scaling: Scaling,
-    /// In farthest-point order.
+    /// Farthest points of the training run, in that order.
     pub train: Vec<Sample>,
+    /// Farthest points of the test run.
     pub test: Vec<Sample>,
+    /// States of the test run at equal distances in time.
+    pub even: Vec<Sample>,
     /// Samples of the training run before the selection.
     pub recorded: usize,
     /// Largest distance of the tip to the plane in both simulations, m.
@@ -44,11 +49,16 @@ pub fn data(plan: &Plan) -> Result<Data, Failure> {
     let (train, test) = rayon::join(|| simulate(plan.train), || simulate(plan.test));
     let (train_run, test_run) = (train?, test?);
     let most = plan.sizes.last().copied().unwrap_or(0);
-    let (scaling, train) = select(&train_run.samples, most)?;
+    let scaling = scaling(&train_run.samples)?;
+    let chosen = rayon::join(
+        || farthest(&train_run.samples, &scaling, most),
+        || farthest(&test_run.samples, &scaling, plan.held_out),
+    );
     Ok(Data {
+        train: chosen.0?,
+        test: chosen.1?,
+        even: even(&test_run.samples, plan.held_out),
         scaling,
-        train,
-        test: spread(&test_run.samples, plan.held_out),
         recorded: train_run.samples.len(),
         violation: train_run.violation.max(test_run.violation),
         test_run,
@@ -65,6 +75,8 @@ pub struct Score {
     pub joints: [f64; N],
     /// Their mean.
     pub error: f64,
+    /// The same at states at equal distances in time, rad/s².
+    pub even: f64,
     /// Largest `|A a − b|`, m/s².
     pub constraint: f64,
 }
@@ -134,6 +146,7 @@ pub fn curves(
                     size,
                     joints,
                     error: mean(&joints),
+                    even: mean(&errors(&fit.mean(&data.arm, &data.even)?, &data.even)),
                     constraint: constraint_error(&data.arm, &predicted, &data.test),
                 };
                 told(&score);
@@ -199,14 +212,16 @@ pub fn faults(scores: &[Score], multipliers: &Multipliers, half: bool) -> Vec<St
                 (Kind::Se, true) => 0.5,
                 _ => 1.0,
             };
-            if ours.error > limit * other.error {
+            if ours.error > limit * other.error || ours.even > other.even {
                 out.push(format!(
-                    "at {} points {} has an error of {:.3}, {} has {:.3}: more than {limit} of it",
+                    "at {} points {} has an error of {:.4}, {} has {:.4}: more than {limit} of it (in time {:.4}, {:.4})",
                     ours.size,
                     ours.kind.name(),
                     ours.error,
                     other.kind.name(),
-                    other.error
+                    other.error,
+                    ours.even,
+                    other.even
                 ));
             }
         }

@@ -2,7 +2,9 @@
 #![allow(dead_code)]
 
 use plotters::coord::Shift;
+use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 use plotters::prelude::*;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// A curve or scatter with its place in the legend.
@@ -124,17 +126,70 @@ impl Axis {
         (low - margin, high + margin)
     }
 
-    fn tick(&self, v: f64) -> String {
+    /// Places of the ticks between drawn coordinates.
+    fn ticks(&self, low: f64, high: f64) -> Vec<f64> {
+        let within = |v: &f64| (low - 1e-9..=high + 1e-9).contains(v);
         if self.logarithmic {
-            let value = 10f64.powf(v);
-            if (0.01..10_000.0).contains(&value) {
-                let digits = if value < 1.0 { 2 } else { 0 };
-                return format!("{value:.digits$}");
-            }
+            let decades = low.floor() as i32..=high.ceil() as i32;
+            let few = high - low < 3.0;
+            let stride = 1 + ((high - low) / 8.0) as i32;
+            let steps: &[f64] = if few { &[1.0, 2.0, 5.0] } else { &[1.0] };
+            return decades
+                .filter(|d| few || d % stride == 0)
+                .flat_map(|d| steps.iter().map(move |s| f64::from(d) + s.log10()))
+                .filter(within)
+                .collect();
+        }
+        let coarse = (high - low) / 9.0;
+        let power = 10f64.powf(coarse.log10().floor());
+        let step = [1.0, 2.0, 5.0, 10.0]
+            .map(|s| s * power)
+            .into_iter()
+            .find(|s| *s >= coarse)
+            .unwrap_or(coarse);
+        let first = (low / step).ceil() as i64;
+        let last = (high / step).floor() as i64;
+        (first..=last).map(|k| k as f64 * step).collect()
+    }
+
+    fn ruler(&self, low: f64, high: f64) -> Ruler {
+        Ruler {
+            range: low..high,
+            ticks: self.ticks(low, high),
+        }
+    }
+
+    fn tick(&self, v: f64) -> String {
+        let value = if self.logarithmic { 10f64.powf(v) } else { v };
+        if self.logarithmic && !(0.9e-3..1.1e4).contains(&value) {
             return format!("1e{}", v.round());
         }
-        let text = format!("{:.3}", if v.abs() < 5e-4 { 0.0 } else { v });
+        let text = format!("{:.4}", if value.abs() < 5e-5 { 0.0 } else { value });
         text.trim_end_matches('0').trim_end_matches('.').into()
+    }
+}
+
+/// A drawn coordinate with its ticks.
+struct Ruler {
+    range: Range<f64>,
+    ticks: Vec<f64>,
+}
+
+impl Ranged for Ruler {
+    type FormatOption = DefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        let part = (value - self.range.start) / (self.range.end - self.range.start);
+        limit.0 + (part * f64::from(limit.1 - limit.0)).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
+        self.ticks.clone()
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.range.clone()
     }
 }
 
@@ -174,13 +229,13 @@ fn one(area: &DrawingArea<SVGBackend<'_>, Shift>, panel: &Panel) -> Result<(), F
         .margin_right(18)
         .x_label_area_size(40)
         .y_label_area_size(62)
-        .build_cartesian_2d(x0..x1, y0..y1)?;
+        .build_cartesian_2d(panel.x.ruler(x0, x1), panel.y.ruler(y0, y1))?;
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
         .bold_line_style(BLACK.mix(0.12))
-        .x_labels(7)
-        .y_labels(7)
+        .x_labels(24)
+        .y_labels(24)
         .x_label_formatter(&|v| panel.x.tick(*v))
         .y_label_formatter(&|v| panel.y.tick(*v))
         .x_desc(&panel.x.label)
