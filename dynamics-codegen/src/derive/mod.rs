@@ -28,6 +28,9 @@ pub struct System {
     pub input_matrix: Vec<Vec<ExprId>>,
     /// `Q = Q_C + Q_D + Q_u`, `n`.
     pub force: Vec<ExprId>,
+    /// `∂Q/∂λ`, `n×m`: what multipliers do to the forces. Empty if nothing: then `Q`
+    /// contains no multiplier.
+    pub multiplier_slope: Vec<Vec<ExprId>>,
     /// `A`, `m×n`.
     pub constraint_matrix: Vec<Vec<ExprId>>,
     /// `b`, `m`.
@@ -72,9 +75,15 @@ pub fn derive(model: &mut Model) -> System {
         input_matrix,
         total,
     } = force::forces(model, &readings);
-    let force = (0..model.coordinates.len())
+    let force: Vec<ExprId> = (0..model.coordinates.len())
         .map(|i| model.graph.add(bias_force[i], total[i]))
         .collect();
+    let multiplier_slope = if model.uses_multipliers() {
+        let multipliers = model.multiplier_symbols();
+        model.graph.jacobian(&force, &multipliers)
+    } else {
+        Vec::new()
+    };
     let constraints: Vec<_> = (model.constraints.iter())
         .map(|c| (c.residual, c.kind))
         .collect();
@@ -92,6 +101,7 @@ pub fn derive(model: &mut Model) -> System {
         applied_force,
         input_matrix,
         force,
+        multiplier_slope,
         constraint_matrix: rows.iter().map(|row| row.jacobian.clone()).collect(),
         constraint_bias: rows.iter().map(|row| row.bias).collect(),
         constraint_residual: rows.iter().map(|row| row.residual).collect(),
@@ -119,6 +129,15 @@ impl System {
         arguments.extend(model.input_symbols());
         arguments.extend(model.states.iter().map(|z| z.symbol));
         arguments.extend(model.parameters.iter().map(|p| p.symbol));
+        arguments
+    }
+
+    /// The same, then the multipliers if a force depends on one.
+    pub fn arguments_of_forces(&self, model: &Model) -> Vec<SymbolId> {
+        let mut arguments = Self::arguments(model);
+        if !self.multiplier_slope.is_empty() {
+            arguments.extend(model.multiplier_symbols());
+        }
         arguments
     }
 }

@@ -263,7 +263,8 @@ impl Builder<'_> {
     /// The unit of a port: only coordinates and inputs have one.
     pub(super) fn port_dimension(&self, kind: PortKind, index: usize) -> Option<Dimension> {
         match kind {
-            PortKind::Coordinate => self.model.coordinates[index].dimension,
+            PortKind::Coordinate | PortKind::Coordinates => self.model.coordinates[index].dimension,
+            PortKind::Constraint => self.model.constraints[index].dimension,
             PortKind::Input => self.model.inputs[index].dimension,
             PortKind::Body => Some(Dimension::LENGTH),
         }

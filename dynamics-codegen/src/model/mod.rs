@@ -2,6 +2,7 @@
 
 mod bodies;
 mod builder;
+mod contact;
 mod delay;
 mod effects;
 mod frames;
@@ -11,10 +12,12 @@ mod lower;
 mod names;
 mod quantity;
 mod robot;
+mod set;
 mod state;
 
 pub use bodies::{NamedBody, PointForce};
 pub(crate) use builder::build;
+pub use contact::Sliding;
 pub use delay::Delay;
 pub use effects::{Template, TemplateParameter};
 pub use kinematic::{Kinematic, Reading};
@@ -79,6 +82,8 @@ pub struct Parameter {
     pub lower: f64,
     /// The largest value that makes sense (`∞` if not stated).
     pub upper: f64,
+    /// How many values a search tries within the bounds, if stated.
+    pub tries: Option<usize>,
     /// Mean and standard deviation believed beforehand, if stated.
     pub prior: Option<(f64, f64)>,
     /// Its variable.
@@ -107,6 +112,8 @@ pub struct Constraint {
     pub kind: ConstraintKind,
     /// Whether it depends explicitly on time.
     pub time_dependent: bool,
+    /// The variable `λ` that stands for its multiplier in forces.
+    pub multiplier: SymbolId,
     /// `c`: left side minus right side.
     pub residual: ExprId,
     /// Its dimension, if known.

@@ -422,8 +422,14 @@ impl Assembly<'_, '_> {
         let residual = graph.sub(length, one);
         // ½ (ηᵀη − 1): its row is ηᵀ.
         let residual = graph.scale(0.5, residual);
+        let multiplier = self
+            .builder
+            .model
+            .graph
+            .symbol(format!("lambda_{name}_unit"));
         self.builder.model.constraints.push(Constraint {
             name: format!("{name}_unit"),
+            multiplier,
             kind: ConstraintKind::Holonomic,
             time_dependent: false,
             residual,
@@ -545,6 +551,7 @@ impl Builder<'_> {
             nominal: value,
             lower,
             upper: f64::INFINITY,
+            tries: None,
             prior: None,
             symbol,
             effect: None,

@@ -118,6 +118,7 @@ impl Builder<'_> {
                 "an initial value cannot depend on a state",
             ));
         }
+        self.refuse_momentary(quantity.expr, initial.span, "an initial value")?;
         self.model.states[index].initial = self.as_it_arrives(quantity.expr);
         Some(())
     }
@@ -138,6 +139,7 @@ impl Builder<'_> {
                     .also(first, "first here"),
             );
         }
+        self.refuse_momentary(quantity.expr, value.span, "a rate")?;
         self.model.states[index].rate = self.as_it_arrives(quantity.expr);
         Some(())
     }
@@ -169,6 +171,7 @@ impl Builder<'_> {
     /// Energies and constraints hold neither states nor delayed inputs, and neither has a
     /// rate that could be taken.
     pub(super) fn refuse_memory(&mut self, expr: ExprId, span: Span, role: &str) -> Option<()> {
+        self.refuse_momentary(expr, span, role)?;
         let graph = &self.model.graph;
         let mut states = self.model.states.iter();
         if let Some(state) = states.find(|z| graph.depends_on(&[expr], z.symbol)) {
@@ -184,6 +187,25 @@ impl Builder<'_> {
             let message = format!("{role} contains the input `{name}`, delayed");
             return self
                 .report(Diagnostic::error(span, message).help("an input acts through `force`"));
+        }
+        Some(())
+    }
+
+    /// Multipliers and loads are known only when all forces are.
+    pub(super) fn refuse_momentary(&mut self, expr: ExprId, span: Span, role: &str) -> Option<()> {
+        let graph = &self.model.graph;
+        let mut constraints = self.model.constraints.iter();
+        if let Some(found) = constraints.find(|c| graph.depends_on(&[expr], c.multiplier)) {
+            let message = format!("{role} contains the multiplier of `{}`", found.name);
+            return self.report(
+                Diagnostic::error(span, message).help("a multiplier stands in `force` only"),
+            );
+        }
+        let mut loads = self.loads.iter();
+        if loads.any(|load| graph.depends_on(&[expr], load.symbol)) {
+            let message = format!("{role} contains a load");
+            return self
+                .report(Diagnostic::error(span, message).help("a load stands in `force` only"));
         }
         Some(())
     }

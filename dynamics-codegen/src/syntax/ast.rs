@@ -57,6 +57,10 @@ pub enum PortKind {
     Input,
     /// A body.
     Body,
+    /// Several coordinates of one unit: the last port of a template.
+    Coordinates,
+    /// A constraint that is a contact: something slides along it.
+    Constraint,
 }
 
 /// One statement.
@@ -122,6 +126,8 @@ pub enum StatementKind {
         bounds: Option<Bounds>,
         /// What is believed of it beforehand.
         prior: Option<Box<Prior>>,
+        /// How many values a search tries within the bounds.
+        tries: Option<Expr>,
     },
     /// `constant g: m/s^2 = 9.81;`
     Constant {

@@ -97,19 +97,24 @@ fn heading(stream: &mut Stream<'_>) -> Parsed<(String, Heading)> {
     Ok((doc, heading))
 }
 
+/// What a port can stand for.
+const KINDS: &str = "`coordinate`, `coordinates`, `input`, `body` or `constraint`";
+
 fn ports(stream: &mut Stream<'_>) -> Parsed<Vec<Port>> {
     let mut ports = Vec::new();
     in_brackets(stream, |inner| {
         let name = inner.name("the name of a port")?;
         let kind = if inner.eat(':') {
-            let kind = inner.name("`coordinate`, `input` or `body`")?;
+            let kind = inner.name(KINDS)?;
             match kind.text.as_str() {
                 "coordinate" => PortKind::Coordinate,
                 "input" => PortKind::Input,
                 "body" => PortKind::Body,
+                "coordinates" => PortKind::Coordinates,
+                "constraint" => PortKind::Constraint,
                 _ => {
                     return Err(Box::new(
-                        Diagnostic::error(kind.span, "expected `coordinate`, `input` or `body`")
+                        Diagnostic::error(kind.span, format!("expected {KINDS}"))
                             .label("no such kind of port"),
                     ));
                 }
@@ -293,12 +298,17 @@ fn parameter(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
         .eat_word("prior")
         .then(|| prior(stream).map(Box::new))
         .transpose()?;
+    let tries = stream
+        .eat_word("try")
+        .then(|| expression(stream))
+        .transpose()?;
     Ok(StatementKind::Parameter {
         name,
         unit,
         nominal,
         bounds,
         prior,
+        tries,
     })
 }
 
