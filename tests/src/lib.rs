@@ -5,3 +5,4 @@ pub mod files;
 pub mod models;
 pub mod random;
 pub mod reference;
+pub mod shared;

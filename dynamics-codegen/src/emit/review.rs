@@ -22,6 +22,9 @@ pub fn review(compiled: &Compiled, source_name: &str) -> String {
     out
 }
 
+/// More operations than this are not written out.
+const LONG: usize = 60;
+
 struct Sheet<'a> {
     compiled: &'a Compiled,
     model: &'a Model,
@@ -69,6 +72,16 @@ impl<'a> Sheet<'a> {
                 .unwrap_or_else(|| "?".to_string())
         };
         self.model.graph.display(expr, name).to_string()
+    }
+
+    /// An expression if it fits on a few lines, else how long it is.
+    fn short(&self, expr: ExprId) -> String {
+        let operations = self.model.graph.operation_count(&[expr]);
+        if operations > LONG {
+            format!("({operations} operations, too long to write out)")
+        } else {
+            self.expression(expr)
+        }
     }
 
     fn write(&self, out: &mut String, source_name: &str) -> std::fmt::Result {
@@ -201,11 +214,7 @@ impl<'a> Sheet<'a> {
             for line in plain_lines(&constraint.doc) {
                 writeln!(out, "    {line}")?;
             }
-            writeln!(
-                out,
-                "    0 = {}",
-                self.expression(system.constraint_residual[row])
-            )?;
+            writeln!(out, "    0 = {}", self.expression(constraint.residual))?;
             for (c, &entry) in self
                 .model
                 .coordinates
@@ -213,19 +222,10 @@ impl<'a> Sheet<'a> {
                 .zip(&system.constraint_matrix[row])
             {
                 if !self.model.graph.is_zero(entry) {
-                    writeln!(
-                        out,
-                        "    A[{}] = {}",
-                        one_line(&c.name),
-                        self.expression(entry)
-                    )?;
+                    writeln!(out, "    A[{}] = {}", one_line(&c.name), self.short(entry))?;
                 }
             }
-            writeln!(
-                out,
-                "    b = {}",
-                self.expression(system.constraint_bias[row])
-            )?;
+            writeln!(out, "    b = {}", self.short(system.constraint_bias[row]))?;
         }
         Ok(())
     }

@@ -814,7 +814,12 @@ impl<'a> Builder<'a> {
             snap: None,
             ..Options::default()
         };
-        match Mechanism::new(&mut self.model.graph, &self.model.tree, options) {
+        let read: Vec<usize> = (self.model.kinematics.iter().map(|k| k.frame))
+            .chain(self.model.point_forces.iter().map(|force| force.frame))
+            .collect();
+        let graph = &mut self.model.graph;
+        let is_read = |body: usize| read.contains(&body);
+        match Mechanism::with_frames(graph, &self.model.tree, options, is_read) {
             Ok(mechanism) => self.model.mechanism = Some(mechanism),
             Err(error) => {
                 let message = format!("the bodies do not form a machine: {error}");

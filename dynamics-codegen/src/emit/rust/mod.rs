@@ -201,12 +201,14 @@ fn size(w: &mut Writer, word: &str, what: &str, names: Vec<&str>) {
     w.doc(&Doc::of(format!("Number of {what}.")));
     w.line(format!("pub const {word}S: usize = {};", names.len()));
     w.blank();
-    if names.is_empty() {
-        return;
-    }
     w.doc(&Doc::of(format!(
         "Names of the {what}, as the model writes them."
     )));
+    if names.is_empty() {
+        w.line(format!("pub const {word}_NAMES: [&str; {word}S] = [];"));
+        w.blank();
+        return;
+    }
     let strings = names
         .iter()
         .map(|name| Array::Simple(format!("\"{}\"", name.escape_debug())));
