@@ -5,7 +5,7 @@ use super::symbols::Symbols;
 use crate::compile::Compiled;
 use crate::dimension::Dimension;
 use crate::graph::ExprId;
-use crate::model::{Coordinate, Model};
+use crate::model::{Constraint, ConstraintKind, Coordinate, Model};
 
 /// A row or column of a quantity.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -284,8 +284,8 @@ impl Axes {
         let holonomic_rates = |extra: i32| -> Vec<Entry> {
             let entries = model.constraints.iter().map(|c| {
                 let order = match c.kind {
-                    crate::model::ConstraintKind::Holonomic => extra,
-                    crate::model::ConstraintKind::Nonholonomic => extra.saturating_sub(1),
+                    ConstraintKind::Holonomic => extra,
+                    ConstraintKind::Nonholonomic => extra.saturating_sub(1),
                 };
                 Entry {
                     name: c.name.clone(),
@@ -311,7 +311,7 @@ impl Axes {
         Self {
             force: coordinates(&|c| text(c.dimension.map(|d| Dimension::ENERGY / d))),
             acceleration: coordinates(&|c| coordinate_unit(c, 2)),
-            input: inputs(model),
+            input: driving(model),
             state: states(0),
             state_rate: states(1),
             constraint: holonomic_rates(0),
@@ -326,8 +326,30 @@ impl Axes {
     }
 }
 
-/// The inputs as generated code has them: those of the model, then the delayed ones.
+/// The inputs as generated code has them: those of the model, the delayed ones, then the
+/// multipliers if a force depends on one.
 pub(super) fn inputs(model: &Model) -> Vec<Entry> {
+    let mut inputs = driving(model);
+    if model.uses_multipliers() {
+        inputs.extend(model.constraints.iter().map(|c| Entry {
+            name: format!("lambda_{}", c.name),
+            unit: text(multiplier_unit(c)),
+        }));
+    }
+    inputs
+}
+
+/// That of a force that works along the constraint.
+fn multiplier_unit(constraint: &Constraint) -> Option<Dimension> {
+    let unit = constraint.dimension?;
+    Some(match constraint.kind {
+        ConstraintKind::Holonomic => Dimension::ENERGY / unit,
+        ConstraintKind::Nonholonomic => Dimension::ENERGY / (unit * Dimension::TIME),
+    })
+}
+
+/// What drives the model: its inputs, then the delayed ones.
+fn driving(model: &Model) -> Vec<Entry> {
     let commanded = model.inputs.iter().map(|u| Entry {
         name: u.name.clone(),
         unit: u.unit.clone(),
