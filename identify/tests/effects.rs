@@ -107,7 +107,7 @@ fn nothing_happens_at_the_defaults() {
             })
             .collect();
         if on.contains(&"") {
-            continue;
+            continue; // Of bodies: below.
         }
         let with = machine(&format!("effect {name}({});", on.join(", ")));
         for place in places() {
@@ -324,4 +324,69 @@ fn a_contact_without_a_motion_is_refused() {
         let refused = jam(mu).unwrap_err().to_string();
         assert!(refused.contains("do not settle"), "{refused}");
     }
+}
+
+/// An arm of two links that swings in a vertical plane, as bodies.
+fn arm(upper: &str, lower: &str, gravity: &str, effects: &str) -> Machine {
+    let text = format!(
+        "model arm; coordinate a: rad; coordinate b: rad;
+         body upper {{ frame: rotate_y(a); {upper} }}
+         body lower {{ frame: upper * translate(0.5, 0, 0) * rotate_y(b); {lower} }}
+         gravity ({gravity});
+         {effects}"
+    );
+    let compiled = compile("arm.model", &text, &Library::builtin());
+    Machine::new(compiled.unwrap_or_else(|report| panic!("{report}")))
+}
+
+const UPPER: &str = "mass: 2; center: (0.2, 0, 0.1); inertia: diag(0.1, 0.2, 0.3);";
+const LOWER: &str = "mass: 1; center: (0.3, 0, 0); inertia: diag(0.01, 0.02, 0.03);";
+
+/// The same accelerations, by statements in place of an effect.
+#[test]
+fn bodies_carry_shift_and_lean() {
+    let states = States {
+        t: vec![0.0],
+        q: vec![vec![0.4], vec![-1.1]],
+        v: vec![vec![0.9], vec![0.3]],
+        ..States::default()
+    };
+    let motion = |machine: Machine| {
+        let values = machine.nominal_parameters();
+        machine.motion(&states, &values).unwrap()[0].acceleration.clone()
+    };
+    let level = "0, 0, -9.81";
+    let plain = motion(arm(UPPER, LOWER, level, ""));
+    let same = |effect: &str, other: Machine| {
+        let found = motion(arm(UPPER, LOWER, level, effect));
+        let expected = motion(other);
+        assert!((&found - &expected).amax() < 1e-10, "{effect}: {found} {expected}");
+        assert!((&found - &plain).amax() > 1e-3, "{effect}");
+    };
+    for name in ["payload(lower)", "com_offset(upper)", "gravity_tilt()"] {
+        let idle = motion(arm(UPPER, LOWER, level, &format!("effect {name};")));
+        assert!((idle - &plain).amax() < 1e-12, "{name}");
+    }
+    // 0.5 kg at (0.4, 0, 0.2): the lower link's centre, mass and moment about y by hand.
+    let (m, c, p) = (1.5, [0.5 / 1.5, 0.1 / 1.5], [0.4, 0.2]);
+    let square = |x: [f64; 2]| x[0] * x[0] + x[1] * x[1];
+    let about = 0.02 + (0.09 - 1.0 * 0.0) + 0.5 * square(p) - m * square(c);
+    let carried = format!(
+        "mass: {m}; center: ({}, 0, {}); inertia: diag(0.01, {about}, 0.03);",
+        c[0], c[1]
+    );
+    same(
+        "effect payload(lower) { m = 0.5, x = 0.4, z = 0.2 }",
+        arm(UPPER, &carried, level, ""),
+    );
+    let moved = UPPER.replace("(0.2, 0, 0.1)", "(0.25, 0, 0.07)");
+    same(
+        "effect com_offset(upper) { x = 0.05, z = -0.03 }",
+        arm(&moved, LOWER, level, ""),
+    );
+    // 0.1 rad about y: phi x g = (0.1·(−9.81), 0, 0).
+    same(
+        "effect gravity_tilt() { phi_y = 0.1 }",
+        arm(UPPER, LOWER, "-0.981, 0, -9.81", ""),
+    );
 }

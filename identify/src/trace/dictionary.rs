@@ -370,7 +370,8 @@ fn places(model: &dynamics_codegen::Model, library: &Library) -> Vec<(String, Ve
                 effect.template == template.name
                     && effect.on.iter().map(|(_, name)| name).eq(on.iter())
             });
-            if !present && !on.is_empty() {
+            // A template for inputs has no place in a model without any.
+            if !present && (!on.is_empty() || template.ports.is_empty()) {
                 places.push((template.name.clone(), on));
             }
         }
