@@ -353,14 +353,19 @@ fn bodies_carry_shift_and_lean() {
     };
     let motion = |machine: Machine| {
         let values = machine.nominal_parameters();
-        machine.motion(&states, &values).unwrap()[0].acceleration.clone()
+        machine.motion(&states, &values).unwrap()[0]
+            .acceleration
+            .clone()
     };
     let level = "0, 0, -9.81";
     let plain = motion(arm(UPPER, LOWER, level, ""));
     let same = |effect: &str, other: Machine| {
         let found = motion(arm(UPPER, LOWER, level, effect));
         let expected = motion(other);
-        assert!((&found - &expected).amax() < 1e-10, "{effect}: {found} {expected}");
+        assert!(
+            (&found - &expected).amax() < 1e-10,
+            "{effect}: {found} {expected}"
+        );
         assert!((&found - &plain).amax() > 1e-3, "{effect}");
     };
     for name in ["payload(lower)", "com_offset(upper)", "gravity_tilt()"] {

@@ -176,10 +176,10 @@ impl Builder<'_> {
         let mut states = self.model.states.iter();
         if let Some(state) = states.find(|z| graph.depends_on(&[expr], z.symbol)) {
             let message = format!("{role} contains the state `{}`", state.name);
-            return self.report(Diagnostic::error(span, message).help(
-                "a state acts through `force` and `input … = …`; give its rate a name with `let` \
-                 to use it elsewhere",
-            ));
+            return self.report(
+                Diagnostic::error(span, message)
+                    .help("a state acts through `force` and `input … = …`"),
+            );
         }
         let mut delays = self.model.delays.iter();
         if let Some(delay) = delays.find(|d| graph.depends_on(&[expr], d.symbol)) {

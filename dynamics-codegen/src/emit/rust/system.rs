@@ -67,9 +67,14 @@ impl Unit<'_> {
                 );
                 w.blank();
                 if model.uses_multipliers() {
-                    w.function("fn multipliers_at", &["&self".into()], "Option<usize>", |w| {
-                        w.line(format!("Some({})", k - m));
-                    });
+                    w.function(
+                        "fn multipliers_at",
+                        &["&self".into()],
+                        "Option<usize>",
+                        |w| {
+                            w.line(format!("Some({})", k - m));
+                        },
+                    );
                     w.blank();
                 }
                 if s == 0 {
