@@ -23,4 +23,4 @@ pub use compile::{Compiled, compile, compile_bytes, is_urdf, model_of_urdf};
 pub use derive::System;
 pub use diagnostic::{Diagnostic, Report, Severity};
 pub use model::{Library, Model};
-pub use tape::{Column, Tape};
+pub use tape::{Column, Stepper, Tape};

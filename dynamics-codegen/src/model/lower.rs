@@ -168,9 +168,11 @@ impl Builder<'_> {
                 continue;
             }
             let value = self.scope.terms[top].value.clone();
-            let quantity = self
-                .lower(&value)
-                .and_then(|quantity| self.check_term(top, quantity, &value));
+            // A term stands for the same wherever it is used.
+            let member = self.scope.member.take();
+            let lowered = self.lower(&value);
+            self.scope.member = member;
+            let quantity = lowered.and_then(|quantity| self.check_term(top, quantity, &value));
             if let Some(quantity) = quantity {
                 let name = &self.scope.terms[top].name.text;
                 self.model.graph.label(quantity.expr, name);

@@ -106,7 +106,11 @@ impl Builder<'_> {
 
     /// `state z = value`: what it is at the beginning.
     pub(super) fn lower_initial(&mut self, name: &Name, initial: Option<&Expr>) -> Option<()> {
-        let (index, initial) = (self.state_of(name)?, initial?);
+        // A name that is taken has been reported.
+        let bound = self.scope.names.get(&name.text).map(|d| d.what.clone());
+        let (Some(Binding::State(index)), Some(initial)) = (bound, initial) else {
+            return None;
+        };
         let quantity = self.lower(initial)?;
         if let Some(dimension) = self.model.states[index].dimension {
             let role = format!("the initial value of `{}`", name.text);
@@ -212,6 +216,10 @@ impl Builder<'_> {
 
     /// A state without a rate would stand still: a slip, not a wish.
     pub(super) fn refuse_states_without_rate(&mut self) {
+        // A faulty rate is no missing one.
+        if self.failed() {
+            return;
+        }
         for index in 0..self.state_notes.len() {
             let StateNotes { span, rate: None } = self.state_notes[index] else {
                 continue;

@@ -212,7 +212,10 @@ impl Machine {
         arguments.extend(&past[System::arguments(model).len()..]);
         let slopes =
             (!model.states.is_empty()).then(|| SlopeTapes::new(model, &sensitivity, &past));
+        let mut states = model.states.iter();
+        let reads_states = states.any(|z| model.graph.depends_on(&outputs, z.symbol));
         SensitivityTape {
+            reads_states: reads_states || !sensitivity.memory.is_empty(),
             tape: Tape::new(&model.graph, &outputs, &arguments),
             slopes,
             variables: variables.len(),
@@ -268,12 +271,19 @@ impl Motion {
 #[derive(Debug, Clone)]
 pub struct SensitivityTape {
     tape: Tape,
+    /// Whether a derivative contains a state.
+    reads_states: bool,
     /// How states follow the variables; `None` if there are none.
     slopes: Option<SlopeTapes>,
     variables: usize,
 }
 
 impl SensitivityTape {
+    /// Whether it matters which states it is evaluated with.
+    pub fn reads_states(&self) -> bool {
+        self.reads_states
+    }
+
     /// `∂a/∂s` (`n × variables`) and `∂λ/∂s` (`m × variables`) at every state. By a
     /// parameter, what it does through delayed inputs and states is in them as far as
     /// `states.memory` says so ([`Machine::trail`]).

@@ -259,6 +259,9 @@ impl Dictionary {
         let parameter = &model.parameters[index];
         let (lower, upper) = (parameter.lower, parameter.upper);
         let count = parameter.tries.unwrap_or(count);
+        if count == 1 {
+            return vec![parameter.nominal];
+        }
         let steps = |f: &dyn Fn(f64) -> f64| -> Vec<f64> {
             (0..count)
                 .map(|i| f((i as f64 + 0.5) / count as f64))
