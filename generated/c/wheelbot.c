@@ -59,9 +59,9 @@ void wheelbot_mass_matrix(
     const wheelbot_real q_roll = x->q[2];
     const wheelbot_real q_pitch = x->q[3];
     const wheelbot_real q_yaw = x->q[4];
-    const wheelbot_real l_wb_plus_l_br = p->l_wb + p->l_br;
     const wheelbot_real sin_yaw = SIN(q_yaw);
     const wheelbot_real cos_yaw = COS(q_yaw);
+    const wheelbot_real l_wb_plus_l_br = p->l_wb + p->l_br;
     const wheelbot_real w1 = REAL(0.5) * p->I_w_a;
     const wheelbot_real w2 = REAL(2.0) * p->I_w_r - p->I_w_a;
     const wheelbot_real m_b_b_x = p->m_b * p->b_x;
@@ -193,9 +193,9 @@ void wheelbot_bias_force(
     const wheelbot_real dq_yaw = x->v[4];
     const wheelbot_real dq_wheel = x->v[5];
     const wheelbot_real dq_reaction = x->v[6];
-    const wheelbot_real l_wb_plus_l_br = p->l_wb + p->l_br;
     const wheelbot_real sin_yaw = SIN(q_yaw);
     const wheelbot_real cos_yaw = COS(q_yaw);
+    const wheelbot_real l_wb_plus_l_br = p->l_wb + p->l_br;
     const wheelbot_real w1 = REAL(0.5) * p->I_w_a;
     const wheelbot_real w2 = REAL(2.0) * p->I_w_r - p->I_w_a;
     const wheelbot_real w3 = REAL(0.5) * w2;
@@ -369,9 +369,9 @@ void wheelbot_force(
     const wheelbot_real dq_reaction = x->v[6];
     const wheelbot_real u_reaction = x->u[0];
     const wheelbot_real u_wheel = x->u[1];
-    const wheelbot_real l_wb_plus_l_br = p->l_wb + p->l_br;
     const wheelbot_real sin_yaw = SIN(q_yaw);
     const wheelbot_real cos_yaw = COS(q_yaw);
+    const wheelbot_real l_wb_plus_l_br = p->l_wb + p->l_br;
     const wheelbot_real w1 = REAL(0.5) * p->I_w_a;
     const wheelbot_real w2 = REAL(2.0) * p->I_w_r - p->I_w_a;
     const wheelbot_real w3 = REAL(0.5) * w2;
@@ -587,12 +587,12 @@ void wheelbot_equation_of_motion(
     const wheelbot_real dq_reaction = x->v[6];
     const wheelbot_real u_reaction = x->u[0];
     const wheelbot_real u_wheel = x->u[1];
-    const wheelbot_real l_wb_plus_l_br = p->l_wb + p->l_br;
     const wheelbot_real d_wheel_r_w = dq_wheel * p->r_w;
     const wheelbot_real sin_yaw = SIN(q_yaw);
     const wheelbot_real cos_yaw = COS(q_yaw);
     const wheelbot_real c_rolling_x = dq_x - d_wheel_r_w * cos_yaw;
     const wheelbot_real c_rolling_y = dq_y - d_wheel_r_w * sin_yaw;
+    const wheelbot_real l_wb_plus_l_br = p->l_wb + p->l_br;
     const wheelbot_real w1 = REAL(0.5) * p->I_w_a;
     const wheelbot_real w2 = REAL(2.0) * p->I_w_r - p->I_w_a;
     const wheelbot_real w3 = REAL(0.5) * w2;

@@ -2,7 +2,7 @@
 //! tape.
 
 use dynamics_codegen::emit::{self, Quantity, identifier, module_name, quantities};
-use dynamics_codegen::{Compiled, Model, System, Tape};
+use dynamics_codegen::{Compiled, Model, Tape};
 use integration_tests::compiler::{self, Precision};
 use integration_tests::{models, random};
 use std::fmt::Write as _;
@@ -12,7 +12,7 @@ use std::process::{Command, Stdio};
 
 const STATES: usize = 50;
 
-/// A program that reads arguments from its input, in the order of `System::arguments`,
+/// A program that reads arguments from its input, in the order of `emit::arguments`,
 /// and prints every quantity, then the fused struct.
 fn driver(compiled: &Compiled, quantities: &[Quantity]) -> String {
     let (model, name) = (&compiled.model, module_name(compiled));
@@ -61,10 +61,12 @@ const FUSED: [&str; 6] = [
 
 /// Where the arguments behind `t` go.
 fn places(model: &Model) -> Vec<String> {
-    let (n, k) = (model.coordinates.len(), model.inputs.len());
+    let (n, z) = (model.coordinates.len(), model.states.len());
+    let k = emit::arguments(model).len() - 1 - 2 * n - z - model.parameters.len();
     let mut places: Vec<String> = (0..n).map(|i| format!("x.q[{i}]")).collect();
     places.extend((0..n).map(|i| format!("x.v[{i}]")));
     places.extend((0..k).map(|i| format!("x.u[{i}]")));
+    places.extend((0..z).map(|i| format!("x.z[{i}]")));
     places.extend(
         model
             .parameters
@@ -111,7 +113,7 @@ fn deviation(compiled: &Compiled, path: &str, precision: Precision) -> f64 {
     let folder = tempfile::tempdir().unwrap();
     let program = build(compiled, path, folder.path(), precision);
     let quantities = quantities(compiled);
-    let arguments = System::arguments(&compiled.model);
+    let arguments = emit::arguments(&compiled.model);
     let fused = quantities.iter().filter(|q| FUSED.contains(&q.name));
     let order: Vec<&Quantity> = quantities.iter().chain(fused).collect();
     let tapes: Vec<Tape> = order

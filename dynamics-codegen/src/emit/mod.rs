@@ -27,6 +27,6 @@ pub use c::c;
 pub use counts::{OperationCount, operation_counts};
 pub use digest::digest;
 pub use naming::identifier;
-pub use plan::{Entry, Quantity, quantities};
+pub use plan::{Entry, Quantity, arguments, quantities};
 pub use review::review;
 pub use rust::{DuplicateModel, File, module_name, rust, rust_crate, rust_file};

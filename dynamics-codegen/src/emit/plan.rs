@@ -4,7 +4,7 @@ use super::body::Body;
 use super::symbols::Symbols;
 use crate::compile::Compiled;
 use crate::dimension::Dimension;
-use crate::graph::ExprId;
+use crate::graph::{ExprId, SymbolId};
 use crate::model::{Constraint, ConstraintKind, Coordinate, Model};
 
 /// A row or column of a quantity.
@@ -346,6 +346,22 @@ fn multiplier_unit(constraint: &Constraint) -> Option<Dimension> {
         ConstraintKind::Holonomic => Dimension::ENERGY / unit,
         ConstraintKind::Nonholonomic => Dimension::ENERGY / (unit * Dimension::TIME),
     })
+}
+
+/// The symbols that generated functions take, in the order of their point and parameters:
+/// `t, q, v, u` (inputs, delayed inputs, then multipliers if a force depends on one), `z`,
+/// parameters.
+pub fn arguments(model: &Model) -> Vec<SymbolId> {
+    let mut arguments = vec![model.time];
+    arguments.extend(model.coordinates.iter().map(|c| c.position));
+    arguments.extend(model.coordinates.iter().map(|c| c.velocity));
+    arguments.extend(model.input_symbols());
+    if model.uses_multipliers() {
+        arguments.extend(model.multiplier_symbols());
+    }
+    arguments.extend(model.states.iter().map(|z| z.symbol));
+    arguments.extend(model.parameters.iter().map(|p| p.symbol));
+    arguments
 }
 
 /// What drives the model: its inputs, then the delayed ones.
