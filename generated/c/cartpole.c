@@ -47,7 +47,7 @@ void cartpole_mass_matrix(
     const cartpole_real cos_theta = COS(q_theta);
     const cartpole_real m_x_theta = mp_l * cos_theta;
     const cartpole_real m_x_x = p->mc + p->mp;
-    const cartpole_real m_theta_theta = w1 + (w1 + p->l * mp_l);
+    const cartpole_real m_theta_theta = w1 + (p->l * mp_l + w1);
     out[0][0] = m_x_x;
     out[0][1] = m_x_theta;
     out[1][0] = m_x_theta;
@@ -67,8 +67,10 @@ void cartpole_bias_force(
     const cartpole_real g_sin_theta = p->g * sin_theta;
     const cartpole_real bias_theta = -(mp_l * g_sin_theta);
     const cartpole_real mp_l_d_theta_sq = mp_l * (dq_theta * dq_theta);
-    const cartpole_real w1 = p->mp * (p->g * cos_theta) + mp_l_d_theta_sq;
-    const cartpole_real bias_x = sin_theta * w1 - cos_theta * (p->mp * g_sin_theta);
+    const cartpole_real g_cos_theta = p->g * cos_theta;
+    const cartpole_real w1 = sin_theta * (p->mp * g_cos_theta + mp_l_d_theta_sq);
+    const cartpole_real mp_g_sin_theta = p->mp * g_sin_theta;
+    const cartpole_real bias_x = w1 - cos_theta * mp_g_sin_theta;
     out[0] = bias_x;
     out[1] = bias_theta;
 }
@@ -109,9 +111,10 @@ void cartpole_force(
     const cartpole_real g_sin_theta = p->g * sin_theta;
     const cartpole_real force_theta = -(mp_l * g_sin_theta);
     const cartpole_real mp_l_d_theta_sq = mp_l * (dq_theta * dq_theta);
-    const cartpole_real w1 = p->mp * (p->g * cos_theta) + mp_l_d_theta_sq;
-    const cartpole_real w2 = sin_theta * w1 - cos_theta * (p->mp * g_sin_theta);
-    const cartpole_real force_x = u_x + w2;
+    const cartpole_real g_cos_theta = p->g * cos_theta;
+    const cartpole_real w1 = sin_theta * (p->mp * g_cos_theta + mp_l_d_theta_sq);
+    const cartpole_real mp_g_sin_theta = p->mp * g_sin_theta;
+    const cartpole_real force_x = u_x + (w1 - cos_theta * mp_g_sin_theta);
     out[0] = force_x;
     out[1] = force_theta;
 }
@@ -130,13 +133,14 @@ void cartpole_equation_of_motion(
     const cartpole_real cos_theta = COS(q_theta);
     const cartpole_real m_x_theta = mp_l * cos_theta;
     const cartpole_real m_x_x = p->mc + p->mp;
-    const cartpole_real m_theta_theta = w1 + (w1 + p->l * mp_l);
+    const cartpole_real m_theta_theta = w1 + (p->l * mp_l + w1);
     const cartpole_real g_sin_theta = p->g * sin_theta;
     const cartpole_real force_theta = -(mp_l * g_sin_theta);
     const cartpole_real mp_l_d_theta_sq = mp_l * (dq_theta * dq_theta);
-    const cartpole_real w2 = p->mp * (p->g * cos_theta) + mp_l_d_theta_sq;
-    const cartpole_real w3 = sin_theta * w2 - cos_theta * (p->mp * g_sin_theta);
-    const cartpole_real force_x = u_x + w3;
+    const cartpole_real g_cos_theta = p->g * cos_theta;
+    const cartpole_real w2 = sin_theta * (p->mp * g_cos_theta + mp_l_d_theta_sq);
+    const cartpole_real mp_g_sin_theta = p->mp * g_sin_theta;
+    const cartpole_real force_x = u_x + (w2 - cos_theta * mp_g_sin_theta);
     out->mass_matrix[0][0] = m_x_x;
     out->mass_matrix[0][1] = m_x_theta;
     out->mass_matrix[1][0] = m_x_theta;

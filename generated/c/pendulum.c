@@ -40,7 +40,7 @@ void pendulum_mass_matrix(
 {
     (void)x;
     const pendulum_real w1 = REAL(0.5) * p->I;
-    const pendulum_real m_j1_j1 = w1 + (w1 + p->l * (p->m * p->l));
+    const pendulum_real m_j1_j1 = w1 + (p->l * (p->m * p->l) + w1);
     out[0][0] = m_j1_j1;
 }
 
@@ -83,7 +83,8 @@ void pendulum_force(
     const pendulum_real q_j1 = x->q[0];
     const pendulum_real u_j1 = x->u[0];
     const pendulum_real sin_j1 = SIN(q_j1);
-    const pendulum_real force_j1 = u_j1 - p->m * p->l * (p->g * sin_j1);
+    const pendulum_real g_sin_j1 = p->g * sin_j1;
+    const pendulum_real force_j1 = u_j1 - p->m * p->l * g_sin_j1;
     out[0] = force_j1;
 }
 
@@ -97,7 +98,7 @@ void pendulum_equation_of_motion(
     const pendulum_real w1 = REAL(0.5) * p->I;
     const pendulum_real m_l = p->m * p->l;
     const pendulum_real sin_j1 = SIN(q_j1);
-    const pendulum_real m_j1_j1 = w1 + (w1 + p->l * m_l);
+    const pendulum_real m_j1_j1 = w1 + (p->l * m_l + w1);
     const pendulum_real force_j1 = u_j1 - m_l * (p->g * sin_j1);
     out->mass_matrix[0][0] = m_j1_j1;
     out->force[0] = force_j1;

@@ -122,9 +122,10 @@ void surface_particle_constraint_jacobian(
 {
     const surface_particle_real q_x = x->q[0];
     const surface_particle_real q_y = x->q[1];
+    const surface_particle_real w1 = REAL(2.0) * q_x;
     const surface_particle_real sin_x_p5 = SIN(q_x * p->p5);
-    const surface_particle_real w1 = p->p3 + p->p1 * (REAL(2.0) * q_x);
-    const surface_particle_real a_surface_x = w1 - p->p4 * (p->p5 * sin_x_p5);
+    const surface_particle_real w2 = p->p1 * w1 + p->p3;
+    const surface_particle_real a_surface_x = w2 - p->p4 * (p->p5 * sin_x_p5);
     const surface_particle_real a_surface_y = p->p2 * (REAL(2.0) * q_y);
     out[0][0] = a_surface_x;
     out[0][1] = a_surface_y;
@@ -142,8 +143,9 @@ void surface_particle_constraint_bias(
     const surface_particle_real cos_x_p5 = COS(q_x * p->p5);
     const surface_particle_real d_x_p5 = dq_x * p->p5;
     const surface_particle_real w1 = p->p2 * (REAL(2.0) * (dq_y * dq_y));
-    const surface_particle_real w2 = p->p1 * (REAL(2.0) * (dq_x * dq_x)) + w1;
-    const surface_particle_real b_surface = p->p4 * (d_x_p5 * (cos_x_p5 * d_x_p5)) - w2;
+    const surface_particle_real w2 = REAL(2.0) * (dq_x * dq_x);
+    const surface_particle_real w3 = d_x_p5 * (cos_x_p5 * d_x_p5);
+    const surface_particle_real b_surface = p->p4 * w3 - (p->p1 * w2 + w1);
     out[0] = b_surface;
 }
 
@@ -155,10 +157,11 @@ void surface_particle_constraint_residual(
     const surface_particle_real q_x = x->q[0];
     const surface_particle_real q_y = x->q[1];
     const surface_particle_real q_z = x->q[2];
-    const surface_particle_real p1_x_sq_plus_p2_y_sq = p->p1 * (q_x * q_x) + p->p2 * (q_y * q_y);
+    const surface_particle_real p2_y_sq = p->p2 * (q_y * q_y);
+    const surface_particle_real p1_x_sq_plus_p2_y_sq = p->p1 * (q_x * q_x) + p2_y_sq;
     const surface_particle_real cos_x_p5 = COS(q_x * p->p5);
-    const surface_particle_real w1 = p1_x_sq_plus_p2_y_sq + q_x * p->p3;
-    const surface_particle_real c_surface = w1 + p->p4 * cos_x_p5 - q_z;
+    const surface_particle_real w1 = q_x * p->p3 + p1_x_sq_plus_p2_y_sq;
+    const surface_particle_real c_surface = p->p4 * cos_x_p5 + w1 - q_z;
     out[0] = c_surface;
 }
 
@@ -174,9 +177,10 @@ void surface_particle_constraint_rate(
     const surface_particle_real dq_z = x->v[2];
     const surface_particle_real sin_x_p5 = SIN(q_x * p->p5);
     const surface_particle_real w1 = p->p2 * (REAL(2.0) * (q_y * dq_y));
-    const surface_particle_real w2 = p->p1 * (REAL(2.0) * (q_x * dq_x)) + w1;
-    const surface_particle_real w3 = p->p4 * (sin_x_p5 * (dq_x * p->p5));
-    const surface_particle_real c_dot_surface = w2 + dq_x * p->p3 - w3 - dq_z;
+    const surface_particle_real w2 = REAL(2.0) * (q_x * dq_x);
+    const surface_particle_real w3 = dq_x * p->p3 + (p->p1 * w2 + w1);
+    const surface_particle_real sin_x_p5_d_x_p5 = sin_x_p5 * (dq_x * p->p5);
+    const surface_particle_real c_dot_surface = w3 - p->p4 * sin_x_p5_d_x_p5 - dq_z;
     out[0] = c_dot_surface;
 }
 
@@ -194,24 +198,27 @@ void surface_particle_equation_of_motion(
     const surface_particle_real u_x = x->u[0];
     const surface_particle_real u_y = x->u[1];
     const surface_particle_real u_z = x->u[2];
-    const surface_particle_real p1_x_sq_plus_p2_y_sq = p->p1 * (q_x * q_x) + p->p2 * (q_y * q_y);
+    const surface_particle_real p2_y_sq = p->p2 * (q_y * q_y);
+    const surface_particle_real p1_x_sq_plus_p2_y_sq = p->p1 * (q_x * q_x) + p2_y_sq;
     const surface_particle_real x_p5 = q_x * p->p5;
     const surface_particle_real sin_x_p5 = SIN(x_p5);
     const surface_particle_real cos_x_p5 = COS(x_p5);
-    const surface_particle_real w1 = p1_x_sq_plus_p2_y_sq + q_x * p->p3;
-    const surface_particle_real c_surface = w1 + p->p4 * cos_x_p5 - q_z;
+    const surface_particle_real w1 = q_x * p->p3 + p1_x_sq_plus_p2_y_sq;
+    const surface_particle_real c_surface = p->p4 * cos_x_p5 + w1 - q_z;
     const surface_particle_real force_z = u_z - p->m * p->g;
-    const surface_particle_real w2 = p->p3 + p->p1 * (REAL(2.0) * q_x);
-    const surface_particle_real a_surface_x = w2 - p->p4 * (p->p5 * sin_x_p5);
+    const surface_particle_real w2 = REAL(2.0) * q_x;
+    const surface_particle_real w3 = p->p1 * w2 + p->p3;
+    const surface_particle_real a_surface_x = w3 - p->p4 * (p->p5 * sin_x_p5);
     const surface_particle_real a_surface_y = p->p2 * (REAL(2.0) * q_y);
-    const surface_particle_real w3 = p->p2 * (REAL(2.0) * (q_y * dq_y));
-    const surface_particle_real w4 = p->p1 * (REAL(2.0) * (q_x * dq_x)) + w3;
+    const surface_particle_real w4 = p->p2 * (REAL(2.0) * (q_y * dq_y));
+    const surface_particle_real w5 = REAL(2.0) * (q_x * dq_x);
     const surface_particle_real d_x_p5 = dq_x * p->p5;
-    const surface_particle_real w5 = w4 + dq_x * p->p3 - p->p4 * (sin_x_p5 * d_x_p5);
-    const surface_particle_real c_dot_surface = w5 - dq_z;
-    const surface_particle_real w6 = p->p2 * (REAL(2.0) * (dq_y * dq_y));
-    const surface_particle_real w7 = p->p1 * (REAL(2.0) * (dq_x * dq_x)) + w6;
-    const surface_particle_real b_surface = p->p4 * (d_x_p5 * (cos_x_p5 * d_x_p5)) - w7;
+    const surface_particle_real w6 = dq_x * p->p3 + (p->p1 * w5 + w4);
+    const surface_particle_real c_dot_surface = w6 - p->p4 * (sin_x_p5 * d_x_p5) - dq_z;
+    const surface_particle_real w7 = p->p2 * (REAL(2.0) * (dq_y * dq_y));
+    const surface_particle_real w8 = REAL(2.0) * (dq_x * dq_x);
+    const surface_particle_real w9 = d_x_p5 * (cos_x_p5 * d_x_p5);
+    const surface_particle_real b_surface = p->p4 * w9 - (p->p1 * w8 + w7);
     out->mass_matrix[0][0] = p->m;
     out->mass_matrix[0][1] = REAL(0.0);
     out->mass_matrix[0][2] = REAL(0.0);

@@ -49,7 +49,7 @@ void unicycle2d_mass_matrix(
     const unicycle2d_real w1 = REAL(0.5) * p->I_G;
     const unicycle2d_real m_r = p->m * p->R;
     const unicycle2d_real m_y_theta = cos_theta * m_r;
-    const unicycle2d_real m_theta_theta = w1 + (w1 + p->R * m_r);
+    const unicycle2d_real m_theta_theta = w1 + (p->R * m_r + w1);
     const unicycle2d_real m_x_theta = -(sin_theta * m_r);
     out[0][0] = p->m;
     out[0][1] = REAL(0.0);
@@ -120,8 +120,10 @@ void unicycle2d_force(
     const unicycle2d_real sin_theta = SIN(q_theta);
     const unicycle2d_real cos_theta = COS(q_theta);
     const unicycle2d_real m_r_d_theta_sq = p->m * p->R * (dq_theta * dq_theta);
-    const unicycle2d_real force_x = u_drive * cos_theta + cos_theta * m_r_d_theta_sq;
-    const unicycle2d_real force_y = u_drive * sin_theta + sin_theta * m_r_d_theta_sq;
+    const unicycle2d_real cos_theta_m_r_d_theta_sq = cos_theta * m_r_d_theta_sq;
+    const unicycle2d_real force_x = u_drive * cos_theta + cos_theta_m_r_d_theta_sq;
+    const unicycle2d_real sin_theta_m_r_d_theta_sq = sin_theta * m_r_d_theta_sq;
+    const unicycle2d_real force_y = u_drive * sin_theta + sin_theta_m_r_d_theta_sq;
     out[0] = force_x;
     out[1] = force_y;
     out[2] = u_turn;
@@ -155,7 +157,8 @@ void unicycle2d_constraint_bias(
     const unicycle2d_real sin_theta = SIN(q_theta);
     const unicycle2d_real cos_theta = COS(q_theta);
     const unicycle2d_real d_y_d_theta_sin_theta = dq_y * (dq_theta * sin_theta);
-    const unicycle2d_real w1 = dq_x * (dq_theta * cos_theta) + d_y_d_theta_sin_theta;
+    const unicycle2d_real d_theta_cos_theta = dq_theta * cos_theta;
+    const unicycle2d_real w1 = dq_x * d_theta_cos_theta + d_y_d_theta_sin_theta;
     const unicycle2d_real b_no_side_slip = -w1;
     out[0] = b_no_side_slip;
 }
@@ -171,7 +174,8 @@ void unicycle2d_constraint_residual(
     const unicycle2d_real dq_y = x->v[1];
     const unicycle2d_real sin_theta = SIN(q_theta);
     const unicycle2d_real cos_theta = COS(q_theta);
-    const unicycle2d_real c_no_side_slip = dq_x * sin_theta - dq_y * cos_theta;
+    const unicycle2d_real d_x_sin_theta = dq_x * sin_theta;
+    const unicycle2d_real c_no_side_slip = d_x_sin_theta - dq_y * cos_theta;
     out[0] = c_no_side_slip;
 }
 
@@ -186,7 +190,8 @@ void unicycle2d_constraint_rate(
     const unicycle2d_real dq_y = x->v[1];
     const unicycle2d_real sin_theta = SIN(q_theta);
     const unicycle2d_real cos_theta = COS(q_theta);
-    const unicycle2d_real c_dot_no_side_slip = dq_x * sin_theta - dq_y * cos_theta;
+    const unicycle2d_real d_x_sin_theta = dq_x * sin_theta;
+    const unicycle2d_real c_dot_no_side_slip = d_x_sin_theta - dq_y * cos_theta;
     out[0] = c_dot_no_side_slip;
 }
 
@@ -203,19 +208,22 @@ void unicycle2d_equation_of_motion(
     const unicycle2d_real u_turn = x->u[1];
     const unicycle2d_real a_no_side_slip_x = SIN(q_theta);
     const unicycle2d_real cos_theta = COS(q_theta);
-    const unicycle2d_real c_no_side_slip = dq_x * a_no_side_slip_x - dq_y * cos_theta;
+    const unicycle2d_real d_x_sin_theta = dq_x * a_no_side_slip_x;
+    const unicycle2d_real c_no_side_slip = d_x_sin_theta - dq_y * cos_theta;
     const unicycle2d_real w1 = REAL(0.5) * p->I_G;
     const unicycle2d_real m_r = p->m * p->R;
     const unicycle2d_real m_y_theta = cos_theta * m_r;
-    const unicycle2d_real m_theta_theta = w1 + (w1 + p->R * m_r);
+    const unicycle2d_real m_theta_theta = w1 + (p->R * m_r + w1);
     const unicycle2d_real m_x_theta = -(a_no_side_slip_x * m_r);
     const unicycle2d_real m_r_d_theta_sq = m_r * (dq_theta * dq_theta);
-    const unicycle2d_real force_x = u_drive * cos_theta + cos_theta * m_r_d_theta_sq;
+    const unicycle2d_real cos_theta_m_r_d_theta_sq = cos_theta * m_r_d_theta_sq;
+    const unicycle2d_real force_x = u_drive * cos_theta + cos_theta_m_r_d_theta_sq;
     const unicycle2d_real sin_theta_m_r_d_theta_sq = a_no_side_slip_x * m_r_d_theta_sq;
     const unicycle2d_real force_y = u_drive * a_no_side_slip_x + sin_theta_m_r_d_theta_sq;
     const unicycle2d_real a_no_side_slip_y = -cos_theta;
     const unicycle2d_real d_y_d_theta_sin_theta = dq_y * (dq_theta * a_no_side_slip_x);
-    const unicycle2d_real w2 = dq_x * (dq_theta * cos_theta) + d_y_d_theta_sin_theta;
+    const unicycle2d_real d_theta_cos_theta = dq_theta * cos_theta;
+    const unicycle2d_real w2 = dq_x * d_theta_cos_theta + d_y_d_theta_sin_theta;
     const unicycle2d_real b_no_side_slip = -w2;
     out->mass_matrix[0][0] = p->m;
     out->mass_matrix[0][1] = REAL(0.0);

@@ -138,7 +138,7 @@ pub fn mass_matrix<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 1, 0>) -> [[T; 
     let cos_theta = q_theta.cos();
     let m_x_theta = mp_l * cos_theta;
     let m_x_x = p.mc + p.mp;
-    let m_theta_theta = w1 + (w1 + p.l * mp_l);
+    let m_theta_theta = w1 + p.l.mul_add(mp_l, w1);
     [[m_x_x, m_x_theta], [m_x_theta, m_theta_theta]]
 }
 
@@ -153,8 +153,10 @@ pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 1, 0>) -> [T; 2]
     let g_sin_theta = p.g * sin_theta;
     let bias_theta = -(mp_l * g_sin_theta);
     let mp_l_d_theta_sq = mp_l * (dq_theta * dq_theta);
-    let w1 = p.mp * (p.g * cos_theta) + mp_l_d_theta_sq;
-    let bias_x = sin_theta * w1 - cos_theta * (p.mp * g_sin_theta);
+    let g_cos_theta = p.g * cos_theta;
+    let w1 = sin_theta * p.mp.mul_add(g_cos_theta, mp_l_d_theta_sq);
+    let mp_g_sin_theta = p.mp * g_sin_theta;
+    let bias_x = cos_theta.neg_mul_add(mp_g_sin_theta, w1);
     [bias_x, bias_theta]
 }
 
@@ -186,9 +188,10 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 1, 0>) -> [T; 2] {
     let g_sin_theta = p.g * sin_theta;
     let force_theta = -(mp_l * g_sin_theta);
     let mp_l_d_theta_sq = mp_l * (dq_theta * dq_theta);
-    let w1 = p.mp * (p.g * cos_theta) + mp_l_d_theta_sq;
-    let w2 = sin_theta * w1 - cos_theta * (p.mp * g_sin_theta);
-    let force_x = u_x + w2;
+    let g_cos_theta = p.g * cos_theta;
+    let w1 = sin_theta * p.mp.mul_add(g_cos_theta, mp_l_d_theta_sq);
+    let mp_g_sin_theta = p.mp * g_sin_theta;
+    let force_x = u_x + cos_theta.neg_mul_add(mp_g_sin_theta, w1);
     [force_x, force_theta]
 }
 
@@ -220,13 +223,14 @@ pub fn equation_of_motion<T: Scalar>(
     let (sin_theta, cos_theta) = q_theta.sin_cos();
     let m_x_theta = mp_l * cos_theta;
     let m_x_x = p.mc + p.mp;
-    let m_theta_theta = w1 + (w1 + p.l * mp_l);
+    let m_theta_theta = w1 + p.l.mul_add(mp_l, w1);
     let g_sin_theta = p.g * sin_theta;
     let force_theta = -(mp_l * g_sin_theta);
     let mp_l_d_theta_sq = mp_l * (dq_theta * dq_theta);
-    let w2 = p.mp * (p.g * cos_theta) + mp_l_d_theta_sq;
-    let w3 = sin_theta * w2 - cos_theta * (p.mp * g_sin_theta);
-    let force_x = u_x + w3;
+    let g_cos_theta = p.g * cos_theta;
+    let w2 = sin_theta * p.mp.mul_add(g_cos_theta, mp_l_d_theta_sq);
+    let mp_g_sin_theta = p.mp * g_sin_theta;
+    let force_x = u_x + cos_theta.neg_mul_add(mp_g_sin_theta, w2);
     EquationOfMotion {
         mass_matrix: [[m_x_x, m_x_theta], [m_x_theta, m_theta_theta]],
         force: [force_x, force_theta],

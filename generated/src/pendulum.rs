@@ -122,7 +122,7 @@ impl<T: Scalar> Pendulum<T> {
 /// The unit of an entry is its row's over its column's.
 pub fn mass_matrix<T: Scalar>(p: &Parameters<T>, _x: &Point<T, 1, 1, 0>) -> [[T; 1]; 1] {
     let w1 = T::from_f64(0.5) * p.I;
-    let m_j1_j1 = w1 + (w1 + p.l * (p.m * p.l));
+    let m_j1_j1 = w1 + p.l.mul_add(p.m * p.l, w1);
     [[m_j1_j1]]
 }
 
@@ -159,7 +159,8 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 1, 1, 0>) -> [T; 1] {
     let q_j1 = x.q[0];
     let u_j1 = x.u[0];
     let sin_j1 = q_j1.sin();
-    let force_j1 = u_j1 - p.m * p.l * (p.g * sin_j1);
+    let g_sin_j1 = p.g * sin_j1;
+    let force_j1 = (p.m * p.l).neg_mul_add(g_sin_j1, u_j1);
     [force_j1]
 }
 
@@ -188,8 +189,8 @@ pub fn equation_of_motion<T: Scalar>(
     let w1 = T::from_f64(0.5) * p.I;
     let m_l = p.m * p.l;
     let sin_j1 = q_j1.sin();
-    let m_j1_j1 = w1 + (w1 + p.l * m_l);
-    let force_j1 = u_j1 - m_l * (p.g * sin_j1);
+    let m_j1_j1 = w1 + p.l.mul_add(m_l, w1);
+    let force_j1 = m_l.neg_mul_add(p.g * sin_j1, u_j1);
     EquationOfMotion {
         mass_matrix: [[m_j1_j1]],
         force: [force_j1],

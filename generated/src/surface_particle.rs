@@ -178,7 +178,7 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 3, 0>) -> [T; 3] {
     let u_x = x.u[0];
     let u_y = x.u[1];
     let u_z = x.u[2];
-    let force_z = u_z - p.m * p.g;
+    let force_z = p.m.neg_mul_add(p.g, u_z);
     [u_x, u_y, force_z]
 }
 
@@ -190,9 +190,10 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 3, 0>) -> [T; 3] {
 pub fn constraint_jacobian<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 3, 0>) -> [[T; 3]; 1] {
     let q_x = x.q[0];
     let q_y = x.q[1];
+    let w1 = T::from_f64(2.0) * q_x;
     let sin_x_p5 = (q_x * p.p5).sin();
-    let w1 = p.p3 + p.p1 * (T::from_f64(2.0) * q_x);
-    let a_surface_x = w1 - p.p4 * (p.p5 * sin_x_p5);
+    let w2 = p.p1.mul_add(w1, p.p3);
+    let a_surface_x = p.p4.neg_mul_add(p.p5 * sin_x_p5, w2);
     let a_surface_y = p.p2 * (T::from_f64(2.0) * q_y);
     [[a_surface_x, a_surface_y, T::from_f64(-1.0)]]
 }
@@ -207,8 +208,9 @@ pub fn constraint_bias<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 3, 0>) -> [
     let cos_x_p5 = (q_x * p.p5).cos();
     let d_x_p5 = dq_x * p.p5;
     let w1 = p.p2 * (T::from_f64(2.0) * (dq_y * dq_y));
-    let w2 = p.p1 * (T::from_f64(2.0) * (dq_x * dq_x)) + w1;
-    let b_surface = p.p4 * (d_x_p5 * (cos_x_p5 * d_x_p5)) - w2;
+    let w2 = T::from_f64(2.0) * (dq_x * dq_x);
+    let w3 = d_x_p5 * (cos_x_p5 * d_x_p5);
+    let b_surface = p.p4.mul_sub(w3, p.p1.mul_add(w2, w1));
     [b_surface]
 }
 
@@ -219,10 +221,11 @@ pub fn constraint_residual<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 3, 0>) 
     let q_x = x.q[0];
     let q_y = x.q[1];
     let q_z = x.q[2];
-    let p1_x_sq_plus_p2_y_sq = p.p1 * (q_x * q_x) + p.p2 * (q_y * q_y);
+    let p2_y_sq = p.p2 * (q_y * q_y);
+    let p1_x_sq_plus_p2_y_sq = p.p1.mul_add(q_x * q_x, p2_y_sq);
     let cos_x_p5 = (q_x * p.p5).cos();
-    let w1 = p1_x_sq_plus_p2_y_sq + q_x * p.p3;
-    let c_surface = w1 + p.p4 * cos_x_p5 - q_z;
+    let w1 = q_x.mul_add(p.p3, p1_x_sq_plus_p2_y_sq);
+    let c_surface = p.p4.mul_add(cos_x_p5, w1) - q_z;
     [c_surface]
 }
 
@@ -237,9 +240,10 @@ pub fn constraint_rate<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 3, 0>) -> [
     let dq_z = x.v[2];
     let sin_x_p5 = (q_x * p.p5).sin();
     let w1 = p.p2 * (T::from_f64(2.0) * (q_y * dq_y));
-    let w2 = p.p1 * (T::from_f64(2.0) * (q_x * dq_x)) + w1;
-    let w3 = p.p4 * (sin_x_p5 * (dq_x * p.p5));
-    let c_dot_surface = w2 + dq_x * p.p3 - w3 - dq_z;
+    let w2 = T::from_f64(2.0) * (q_x * dq_x);
+    let w3 = dq_x.mul_add(p.p3, p.p1.mul_add(w2, w1));
+    let sin_x_p5_d_x_p5 = sin_x_p5 * (dq_x * p.p5);
+    let c_dot_surface = p.p4.neg_mul_add(sin_x_p5_d_x_p5, w3) - dq_z;
     [c_dot_surface]
 }
 
@@ -290,23 +294,26 @@ pub fn equation_of_motion<T: Scalar>(
     let u_x = x.u[0];
     let u_y = x.u[1];
     let u_z = x.u[2];
-    let p1_x_sq_plus_p2_y_sq = p.p1 * (q_x * q_x) + p.p2 * (q_y * q_y);
+    let p2_y_sq = p.p2 * (q_y * q_y);
+    let p1_x_sq_plus_p2_y_sq = p.p1.mul_add(q_x * q_x, p2_y_sq);
     let x_p5 = q_x * p.p5;
     let (sin_x_p5, cos_x_p5) = x_p5.sin_cos();
-    let w1 = p1_x_sq_plus_p2_y_sq + q_x * p.p3;
-    let c_surface = w1 + p.p4 * cos_x_p5 - q_z;
-    let force_z = u_z - p.m * p.g;
-    let w2 = p.p3 + p.p1 * (T::from_f64(2.0) * q_x);
-    let a_surface_x = w2 - p.p4 * (p.p5 * sin_x_p5);
+    let w1 = q_x.mul_add(p.p3, p1_x_sq_plus_p2_y_sq);
+    let c_surface = p.p4.mul_add(cos_x_p5, w1) - q_z;
+    let force_z = p.m.neg_mul_add(p.g, u_z);
+    let w2 = T::from_f64(2.0) * q_x;
+    let w3 = p.p1.mul_add(w2, p.p3);
+    let a_surface_x = p.p4.neg_mul_add(p.p5 * sin_x_p5, w3);
     let a_surface_y = p.p2 * (T::from_f64(2.0) * q_y);
-    let w3 = p.p2 * (T::from_f64(2.0) * (q_y * dq_y));
-    let w4 = p.p1 * (T::from_f64(2.0) * (q_x * dq_x)) + w3;
+    let w4 = p.p2 * (T::from_f64(2.0) * (q_y * dq_y));
+    let w5 = T::from_f64(2.0) * (q_x * dq_x);
     let d_x_p5 = dq_x * p.p5;
-    let w5 = w4 + dq_x * p.p3 - p.p4 * (sin_x_p5 * d_x_p5);
-    let c_dot_surface = w5 - dq_z;
-    let w6 = p.p2 * (T::from_f64(2.0) * (dq_y * dq_y));
-    let w7 = p.p1 * (T::from_f64(2.0) * (dq_x * dq_x)) + w6;
-    let b_surface = p.p4 * (d_x_p5 * (cos_x_p5 * d_x_p5)) - w7;
+    let w6 = dq_x.mul_add(p.p3, p.p1.mul_add(w5, w4));
+    let c_dot_surface = p.p4.neg_mul_add(sin_x_p5 * d_x_p5, w6) - dq_z;
+    let w7 = p.p2 * (T::from_f64(2.0) * (dq_y * dq_y));
+    let w8 = T::from_f64(2.0) * (dq_x * dq_x);
+    let w9 = d_x_p5 * (cos_x_p5 * d_x_p5);
+    let b_surface = p.p4.mul_sub(w9, p.p1.mul_add(w8, w7));
     EquationOfMotion {
         mass_matrix: [
             [p.m, T::zero(), T::zero()],

@@ -129,7 +129,7 @@ pub fn mass_matrix<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 2, 0>) -> [[T; 
     let w1 = T::from_f64(0.5) * p.I_G;
     let m_r = p.m * p.R;
     let m_y_theta = cos_theta * m_r;
-    let m_theta_theta = w1 + (w1 + p.R * m_r);
+    let m_theta_theta = w1 + p.R.mul_add(m_r, w1);
     let m_x_theta = -(sin_theta * m_r);
     [
         [p.m, T::zero(), m_x_theta],
@@ -183,8 +183,10 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 2, 0>) -> [T; 3] {
     let u_turn = x.u[1];
     let (sin_theta, cos_theta) = q_theta.sin_cos();
     let m_r_d_theta_sq = p.m * p.R * (dq_theta * dq_theta);
-    let force_x = u_drive * cos_theta + cos_theta * m_r_d_theta_sq;
-    let force_y = u_drive * sin_theta + sin_theta * m_r_d_theta_sq;
+    let cos_theta_m_r_d_theta_sq = cos_theta * m_r_d_theta_sq;
+    let force_x = u_drive.mul_add(cos_theta, cos_theta_m_r_d_theta_sq);
+    let sin_theta_m_r_d_theta_sq = sin_theta * m_r_d_theta_sq;
+    let force_y = u_drive.mul_add(sin_theta, sin_theta_m_r_d_theta_sq);
     [force_x, force_y, u_turn]
 }
 
@@ -210,7 +212,8 @@ pub fn constraint_bias<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 3, 2, 0>) -> 
     let dq_theta = x.v[2];
     let (sin_theta, cos_theta) = q_theta.sin_cos();
     let d_y_d_theta_sin_theta = dq_y * (dq_theta * sin_theta);
-    let w1 = dq_x * (dq_theta * cos_theta) + d_y_d_theta_sin_theta;
+    let d_theta_cos_theta = dq_theta * cos_theta;
+    let w1 = dq_x.mul_add(d_theta_cos_theta, d_y_d_theta_sin_theta);
     let b_no_side_slip = -w1;
     [b_no_side_slip]
 }
@@ -223,7 +226,8 @@ pub fn constraint_residual<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 3, 2, 0>)
     let dq_x = x.v[0];
     let dq_y = x.v[1];
     let (sin_theta, cos_theta) = q_theta.sin_cos();
-    let c_no_side_slip = dq_x * sin_theta - dq_y * cos_theta;
+    let d_x_sin_theta = dq_x * sin_theta;
+    let c_no_side_slip = dq_y.neg_mul_add(cos_theta, d_x_sin_theta);
     [c_no_side_slip]
 }
 
@@ -235,7 +239,8 @@ pub fn constraint_rate<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 3, 2, 0>) -> 
     let dq_x = x.v[0];
     let dq_y = x.v[1];
     let (sin_theta, cos_theta) = q_theta.sin_cos();
-    let c_dot_no_side_slip = dq_x * sin_theta - dq_y * cos_theta;
+    let d_x_sin_theta = dq_x * sin_theta;
+    let c_dot_no_side_slip = dq_y.neg_mul_add(cos_theta, d_x_sin_theta);
     [c_dot_no_side_slip]
 }
 
@@ -284,19 +289,22 @@ pub fn equation_of_motion<T: Scalar>(
     let u_drive = x.u[0];
     let u_turn = x.u[1];
     let (a_no_side_slip_x, cos_theta) = q_theta.sin_cos();
-    let c_no_side_slip = dq_x * a_no_side_slip_x - dq_y * cos_theta;
+    let d_x_sin_theta = dq_x * a_no_side_slip_x;
+    let c_no_side_slip = dq_y.neg_mul_add(cos_theta, d_x_sin_theta);
     let w1 = T::from_f64(0.5) * p.I_G;
     let m_r = p.m * p.R;
     let m_y_theta = cos_theta * m_r;
-    let m_theta_theta = w1 + (w1 + p.R * m_r);
+    let m_theta_theta = w1 + p.R.mul_add(m_r, w1);
     let m_x_theta = -(a_no_side_slip_x * m_r);
     let m_r_d_theta_sq = m_r * (dq_theta * dq_theta);
-    let force_x = u_drive * cos_theta + cos_theta * m_r_d_theta_sq;
+    let cos_theta_m_r_d_theta_sq = cos_theta * m_r_d_theta_sq;
+    let force_x = u_drive.mul_add(cos_theta, cos_theta_m_r_d_theta_sq);
     let sin_theta_m_r_d_theta_sq = a_no_side_slip_x * m_r_d_theta_sq;
-    let force_y = u_drive * a_no_side_slip_x + sin_theta_m_r_d_theta_sq;
+    let force_y = u_drive.mul_add(a_no_side_slip_x, sin_theta_m_r_d_theta_sq);
     let a_no_side_slip_y = -cos_theta;
     let d_y_d_theta_sin_theta = dq_y * (dq_theta * a_no_side_slip_x);
-    let w2 = dq_x * (dq_theta * cos_theta) + d_y_d_theta_sin_theta;
+    let d_theta_cos_theta = dq_theta * cos_theta;
+    let w2 = dq_x.mul_add(d_theta_cos_theta, d_y_d_theta_sin_theta);
     let b_no_side_slip = -w2;
     EquationOfMotion {
         mass_matrix: [

@@ -128,7 +128,7 @@ macro_rules! agree {
             #[test]
             fn values_and_derivatives() {
                 let reference = Reference::new(models::read($path));
-                let names: Vec<&str> = reference.quantities.iter().map(|q| q.name).collect();
+                let names: Vec<&str> = reference.quantities.iter().map(|q| q.name.as_str()).collect();
                 assert_eq!(names, [$(stringify!($quantity)),*], "a quantity is not tested");
                 let mut rng = random::generator(7);
                 let (mut worst, mut worst_single, mut worst_dual) = (0.0, 0.0, 0.0);

@@ -1,14 +1,18 @@
 //! From a model to the terms of the constrained equation of motion.
 
 mod constraint;
+mod expansion;
 mod force;
 mod inertial;
 mod lagrange;
 mod output;
 mod reading;
 mod sensitivity;
+mod term;
 
+pub use expansion::{Expansion, ItemError};
 pub use sensitivity::{Sensitivity, StateSlope, Variable};
+pub use term::{Group, Item, Term};
 
 use crate::graph::{ExprId, SymbolId};
 use crate::model::{ConstraintKind, Model};

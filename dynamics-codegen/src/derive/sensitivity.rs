@@ -177,17 +177,29 @@ fn residuals(
     let lambda: Vec<ExprId> = multiplier.iter().map(|&s| graph.var(s)).collect();
     let readings = Readings::new(model);
     let needed = inertial::inverse(model, &readings, &a);
+    residuals_from(model, system, &needed, &a, &lambda)
+}
+
+/// The residuals, with `M a − Q_C` given.
+pub(super) fn residuals_from(
+    model: &mut Model,
+    system: &System,
+    needed: &[ExprId],
+    a: &[ExprId],
+    lambda: &[ExprId],
+) -> Vec<ExprId> {
+    let readings = Readings::new(model);
     let applied = force::forces(model, &readings).total;
     let graph = &mut model.graph;
     let mut residuals = Vec::with_capacity(a.len() + lambda.len());
     for i in 0..a.len() {
         let column: Vec<ExprId> = system.constraint_matrix.iter().map(|row| row[i]).collect();
-        let constraint_force = graph.inner_product(&column, &lambda);
+        let constraint_force = graph.inner_product(&column, lambda);
         let forces = graph.add(applied[i], constraint_force);
         residuals.push(graph.sub(needed[i], forces));
     }
     for (row, &b) in system.constraint_matrix.iter().zip(&system.constraint_bias) {
-        let demanded = graph.inner_product(row, &a);
+        let demanded = graph.inner_product(row, a);
         residuals.push(graph.sub(demanded, b));
     }
     residuals

@@ -1,9 +1,8 @@
 //! The review sheet: what a model is, on a page that is read when it changes.
 
-use super::c::c;
+use super::axes::coordinate_unit;
 use super::counts;
-use super::plan::coordinate_unit;
-use super::rust::rust;
+use super::emission::Emission;
 use super::text::{decimal, one_line, plain_lines};
 use crate::compile::Compiled;
 use crate::graph::{ExprId, SymbolId};
@@ -15,24 +14,33 @@ use std::fmt::Write as _;
 /// outputs, effects with their provenance, operation counts and code size of a model,
 /// as plain text. `source_name` is the model's path.
 pub fn review(compiled: &Compiled, source_name: &str) -> String {
-    let sheet = Sheet::new(compiled);
-    let mut out = String::new();
-    // Writing into a string cannot fail.
-    let _ = sheet.write(&mut out, source_name);
-    out
+    Emission::terms(compiled, source_name).review()
+}
+
+impl Emission<'_> {
+    /// The review sheet; see [`review`].
+    pub fn review(&self) -> String {
+        let sheet = Sheet::new(self);
+        let mut out = String::new();
+        // Writing into a string cannot fail.
+        let _ = sheet.write(&mut out, self.source_name);
+        out
+    }
 }
 
 /// More operations than this are not written out.
 const LONG: usize = 60;
 
 struct Sheet<'a> {
+    emission: &'a Emission<'a>,
     compiled: &'a Compiled,
     model: &'a Model,
     names: HashMap<SymbolId, String>,
 }
 
 impl<'a> Sheet<'a> {
-    fn new(compiled: &'a Compiled) -> Self {
+    fn new(emission: &'a Emission<'a>) -> Self {
+        let compiled = emission.compiled;
         let model = &compiled.model;
         let mut names = HashMap::from([(model.time, "t".to_string())]);
         for c in &model.coordinates {
@@ -58,6 +66,7 @@ impl<'a> Sheet<'a> {
             names.insert(k.symbol, one_line(model.graph.symbol_name(k.symbol)));
         }
         Self {
+            emission,
             compiled,
             model,
             names,
@@ -100,7 +109,7 @@ impl<'a> Sheet<'a> {
         self.constraints(out)?;
         self.outputs(out)?;
         self.effects(out)?;
-        self.size(out, source_name)
+        self.size(out)
     }
 
     fn arguments(&self, out: &mut String) -> std::fmt::Result {
@@ -279,15 +288,15 @@ impl<'a> Sheet<'a> {
         Ok(())
     }
 
-    fn size(&self, out: &mut String, source_name: &str) -> std::fmt::Result {
+    fn size(&self, out: &mut String) -> std::fmt::Result {
         writeln!(out, "\noperations")?;
-        for line in counts::table(self.compiled) {
+        for line in counts::table(&self.emission.plan) {
             writeln!(out, "  {line}")?;
         }
-        let code = rust(self.compiled, source_name);
+        let code = self.emission.rust();
         writeln!(out, "\ncode size")?;
         writeln!(out, "  Rust: {}", size_of(&code))?;
-        for file in c(self.compiled, source_name) {
+        for file in self.emission.c() {
             writeln!(out, "  {}: {}", file.name, size_of(&file.text))?;
         }
         Ok(())

@@ -23,6 +23,7 @@ pub(crate) fn build(
     file: &File,
     sources: &mut Sources,
     library: &super::Library,
+    variables: &super::Variables,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<Model> {
     let name = match &file.heading {
@@ -35,7 +36,7 @@ pub(crate) fn build(
             return None;
         }
     };
-    let mut builder = Builder::new(name.text.clone(), file.doc.clone(), diagnostics);
+    let mut builder = Builder::new(name.text.clone(), file.doc.clone(), variables, diagnostics);
     let statements: Vec<&Statement> = file.statements.iter().collect();
     let states_gravity = |s: &&Statement| matches!(s.kind, StatementKind::Gravity(_));
     builder.states_gravity = statements.iter().any(states_gravity);
@@ -58,6 +59,8 @@ pub(super) struct Builder<'a> {
     pub prefix: String,
     /// The effect at hand, while one is being applied.
     pub effect: Option<usize>,
+    /// Which parameters are not folded in.
+    pub variables: &'a super::Variables,
     diagnostics: &'a mut Vec<Diagnostic>,
     /// What each input's channel does, composed in the order of the text.
     pub(super) channels: Vec<ExprId>,
@@ -79,7 +82,12 @@ pub(super) struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    fn new(name: String, doc: String, diagnostics: &'a mut Vec<Diagnostic>) -> Self {
+    fn new(
+        name: String,
+        doc: String,
+        variables: &'a super::Variables,
+        diagnostics: &'a mut Vec<Diagnostic>,
+    ) -> Self {
         let mut graph = Graph::new();
         let time = graph.symbol("t");
         let zero = graph.zero();
@@ -93,6 +101,7 @@ impl<'a> Builder<'a> {
             delays: Vec::new(),
             states: Vec::new(),
             parameters: Vec::new(),
+            fixed: Vec::new(),
             kinetic: zero,
             potential: zero,
             dissipation: zero,
@@ -113,6 +122,7 @@ impl<'a> Builder<'a> {
             term_path: Vec::new(),
             prefix: String::new(),
             effect: None,
+            variables,
             diagnostics,
             channels: Vec::new(),
             state_notes: Vec::new(),
@@ -507,6 +517,7 @@ impl<'a> Builder<'a> {
         if self.too_large {
             return;
         }
+        self.fold();
         // Forces name constraints.
         let is_constraint = |s: &&&Statement| matches!(s.kind, StatementKind::Constraint { .. });
         for statement in statements.iter().filter(is_constraint) {
@@ -797,6 +808,7 @@ impl<'a> Builder<'a> {
             input.arrives = arrives;
         }
         self.drop_idle_delays();
+        self.model.set_folded_aside(self.variables);
         if !self.failed() {
             self.prepare_tree(heading);
         }

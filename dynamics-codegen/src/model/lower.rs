@@ -18,10 +18,11 @@ impl Builder<'_> {
     pub(super) fn lower(&mut self, expr: &Expr) -> Lowered {
         let quantity = self.lower_kind(expr)?;
         match self.model.graph.as_constant(quantity.expr) {
-            Some(value) if !value.is_finite() => self.report(
-                Diagnostic::error(expr.span, "this is not a finite number")
-                    .label(format!("its value is {value}")),
-            ),
+            Some(value) if !value.is_finite() => {
+                let error = Diagnostic::error(expr.span, "this is not a finite number")
+                    .label(format!("its value is {value}"));
+                self.report(self.with_folding_in_mind(error))
+            }
             _ => Some(quantity),
         }
     }
@@ -296,7 +297,8 @@ impl Builder<'_> {
             };
             let graph = &mut self.model.graph;
             if *divide && graph.is_zero(b.expr) {
-                product = self.report(Diagnostic::error(factor.span, "division by zero"));
+                let error = Diagnostic::error(factor.span, "division by zero");
+                product = self.report(self.with_folding_in_mind(error));
                 continue;
             }
             product = Some(if *divide {

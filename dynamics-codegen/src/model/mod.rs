@@ -5,6 +5,7 @@ mod builder;
 mod contact;
 mod delay;
 mod effects;
+mod fold;
 mod frames;
 mod kinematic;
 mod library;
@@ -20,6 +21,7 @@ pub(crate) use builder::build;
 pub use contact::Sliding;
 pub use delay::Delay;
 pub use effects::{Template, TemplateParameter};
+pub use fold::Variables;
 pub use kinematic::{Kinematic, Reading};
 pub use library::{Library, LibraryError};
 pub use robot::RobotBase;
@@ -171,6 +173,9 @@ pub struct Model {
     pub states: Vec<State>,
     /// The parameters, in the order of the text, then those of the effects.
     pub parameters: Vec<Parameter>,
+    /// What would be parameters had it not been folded in ([`Variables`]): each is its
+    /// nominal value, as a constant, wherever it stood.
+    pub fixed: Vec<Parameter>,
     /// Kinetic energy `T(q, v, t)`.
     pub kinetic: ExprId,
     /// Potential energy `V(q, t)`.

@@ -565,6 +565,8 @@ impl Builder<'_> {
             effect: None,
             doc: String::new(),
         });
+        // The description's values are final, and bodies are built at once.
+        self.fold_parameter(index);
         self.model.graph.var(symbol)
     }
 

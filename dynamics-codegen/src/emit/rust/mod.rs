@@ -10,6 +10,7 @@
 //! * `equation_of_motion`, which computes what a step of a simulation needs at once,
 //! * a type named after the model that implements `::dynamics::System`.
 
+mod derivatives;
 mod documentation;
 mod function;
 mod language;
@@ -18,11 +19,13 @@ mod library;
 mod parameters;
 mod system;
 
-pub use library::{DuplicateModel, File, module_name, rust_crate, rust_file};
+pub use library::{DuplicateModel, File, module_name, rust_crate, rust_crate_of, rust_file};
 
+use super::axes::inputs;
+use super::emission::Emission;
 use super::header;
 use super::naming::type_name;
-use super::plan::{functions, inputs, quantities};
+use super::plan::{Function, Plan};
 use super::symbols::Symbols;
 use super::text::one_line;
 use crate::compile::Compiled;
@@ -66,28 +69,41 @@ const TAKEN: [&str; 11] = [
 /// # Ok::<(), dynamics_codegen::Report>(())
 /// ```
 pub fn rust(compiled: &Compiled, source_name: &str) -> String {
-    let mut writer = Writer::default();
-    for line in header::lines(compiled, source_name, "rust") {
-        writer.line(format!("// {line}").trim_end());
+    Emission::terms(compiled, source_name).rust()
+}
+
+impl Emission<'_> {
+    /// The Rust module; see [`rust`].
+    pub fn rust(&self) -> String {
+        let mut writer = Writer::default();
+        for line in header::lines(self, "rust") {
+            writer.line(format!("// {line}").trim_end());
+        }
+        writer.blank();
+        Unit::new(self).module(&mut writer);
+        writer.into_text()
     }
-    writer.blank();
-    Unit::new(compiled).module(&mut writer);
-    writer.into_text()
 }
 
 /// What all parts of a module refer to.
 struct Unit<'a> {
     compiled: &'a Compiled,
+    plan: &'a Plan,
     symbols: Symbols,
     type_name: String,
 }
 
 impl<'a> Unit<'a> {
-    fn new(compiled: &'a Compiled) -> Self {
+    fn new(emission: &'a Emission<'_>) -> Self {
+        let (compiled, plan) = (emission.compiled, &emission.plan);
+        let results: Vec<String> = plan.functions.iter().map(result_name).collect();
+        let results = results.iter().map(String::as_str);
+        let taken: Vec<&str> = TAKEN.into_iter().chain(results).collect();
         Self {
             compiled,
-            symbols: Symbols::new(&compiled.model, &[]),
-            type_name: type_name(&compiled.model.name, &TAKEN),
+            plan,
+            symbols: plan.symbols(&[]),
+            type_name: type_name(&compiled.model.name, &taken),
         }
     }
 
@@ -101,16 +117,21 @@ impl<'a> Unit<'a> {
         w.blank();
         self.model(w);
         w.blank();
-        let quantities = quantities(self.compiled);
-        for function in functions(&quantities) {
-            if function.is_fused() {
-                self.fused(w, &function);
+        for function in &self.plan.functions {
+            if function.fused {
+                self.fused(w, function);
             } else {
-                self.single(w, &function);
+                self.single(w, function);
             }
             w.blank();
         }
         self.system(w);
+        self.derivative_traits(w);
+    }
+
+    /// Whether a function is emitted.
+    fn has(&self, name: &str) -> bool {
+        self.plan.functions.iter().any(|f| f.name == name)
     }
 
     /// `Point<T, n, k, s>`
@@ -194,6 +215,11 @@ impl Unit<'_> {
         let name = |id| one_line(graph.symbol_name(id));
         graph.display(delay.by, name).to_string()
     }
+}
+
+/// The type that a function of several quantities returns.
+fn result_name(function: &Function) -> String {
+    type_name(&function.name, &[])
 }
 
 /// How many there are, and what they are called.

@@ -3,7 +3,7 @@
 use super::Unit;
 use super::documentation::Doc;
 use super::layout::{Array, Writer};
-use crate::emit::plan::inputs;
+use crate::emit::axes::inputs;
 use crate::model::ConstraintKind;
 
 impl Unit<'_> {
