@@ -395,3 +395,38 @@ fn bodies_carry_shift_and_lean() {
         arm(UPPER, LOWER, "-0.981, 0, -9.81", ""),
     );
 }
+
+/// A constraint that is switched off does nothing; switched on, it is as if always there.
+#[test]
+fn constraints_come_and_go() {
+    let model = |constraint: &str| {
+        let text = format!(
+            "model held; coordinate x: m; coordinate y: m; input closed: 1;
+             parameter m: kg = 2; constant g: m/s^2 = 9.81; parameter k: 1/m = 0.3;
+             kinetic m/2*(dot(x)^2 + dot(y)^2); potential m*g*y; force x = 3*m*g;
+             {constraint}"
+        );
+        Machine::new(compile("held.model", &text, &Library::builtin()).unwrap())
+    };
+    let states = |closed: f64| States {
+        t: vec![0.0],
+        q: vec![vec![0.5], vec![0.075]],
+        v: vec![vec![1.0], vec![0.3]],
+        u: vec![vec![closed]],
+        ..States::default()
+    };
+    let motion = |machine: &Machine, closed: f64| {
+        let values = machine.nominal_parameters();
+        machine.motion(&states(closed), &values).unwrap().remove(0)
+    };
+    let switched = model("constraint rail when closed - 0.5: y == k*x^2;");
+    let (on, off) = (motion(&switched, 1.0), motion(&switched, 0.0));
+    let always = motion(&model("constraint rail: y == k*x^2;"), 1.0);
+    let never = motion(&model(""), 1.0);
+    assert_eq!(on.acceleration, always.acceleration);
+    assert_eq!(on.multiplier, always.multiplier);
+    assert!((&off.acceleration - &never.acceleration).amax() < 1e-12);
+    assert_eq!(off.multiplier[0], 0.0);
+    assert_eq!(off.terms.constraint_residual[0], 0.0);
+    assert!((&on.acceleration - &off.acceleration).amax() > 1.0);
+}

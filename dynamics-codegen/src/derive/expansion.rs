@@ -32,9 +32,10 @@ pub enum ItemError {
         /// The function's name.
         item: String,
     },
-    /// It solves an equation that is not linear: a force depends on a multiplier.
+    /// It solves an equation that is not linear, a force depends on a multiplier, or of
+    /// which rows come and go.
     #[error(
-        "`{item}` does not exist: a force depends on a constraint's multiplier, so that no straight line solves the equation of motion; solve at run time instead (`dynamics::acceleration`)"
+        "`{item}` does not exist: a force depends on a constraint's multiplier, or a constraint is switched: no straight line solves that; solve at run time instead (`dynamics::acceleration`)"
     )]
     Contact {
         /// The function's name.
@@ -104,7 +105,12 @@ impl Expansion {
             let item = item.to_string();
             return Err(ItemError::Empty { item, lacks });
         }
-        if self.model.uses_multipliers() && item.solves() {
+        let switched = self.model.constraints.iter().any(|c| c.active.is_some());
+        let constrained = matches!(
+            item.term,
+            Term::ConstrainedAcceleration | Term::ConstrainedMultipliers
+        );
+        if self.model.uses_multipliers() && item.solves() || switched && constrained {
             let item = item.to_string();
             return Err(ItemError::Contact { item });
         }

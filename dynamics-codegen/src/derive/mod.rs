@@ -89,10 +89,16 @@ pub fn derive(model: &mut Model) -> System {
         Vec::new()
     };
     let constraints: Vec<_> = (model.constraints.iter())
-        .map(|c| (c.residual, c.kind))
+        .map(|c| (c.residual, c.kind, c.active))
         .collect();
     let rows: Vec<constraint::Row> = (constraints.into_iter())
-        .map(|(residual, kind)| constraint::row(model, &readings, residual, kind))
+        .map(|(residual, kind, active)| {
+            let row = constraint::row(model, &readings, residual, kind);
+            match active {
+                Some(active) => constraint::switched(model, &readings, row, active),
+                None => row,
+            }
+        })
         .collect();
     let outputs = output::outputs(model, &readings);
     let rates: Vec<ExprId> = model.states.iter().map(|z| z.rate).collect();

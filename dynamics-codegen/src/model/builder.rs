@@ -561,8 +561,14 @@ impl<'a> Builder<'a> {
                 self.lower_initial(name, initial.as_ref())?
             }
             StatementKind::Rate { name, value } => self.lower_rate(name, value)?,
-            StatementKind::Constraint { name, left, right } => {
+            StatementKind::Constraint {
+                name,
+                when,
+                left,
+                right,
+            } => {
                 self.lower_constraint(name, left, right, &statement.doc)?;
+                self.lower_switch(when.as_ref())?;
             }
             StatementKind::Output { name, value } => {
                 self.lower_output(name, value, &statement.doc)?;
@@ -769,6 +775,7 @@ impl<'a> Builder<'a> {
             kind,
             time_dependent,
             multiplier,
+            active: None,
             residual,
             dimension: measure.known(),
             doc: doc.to_string(),

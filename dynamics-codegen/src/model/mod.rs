@@ -15,6 +15,7 @@ mod quantity;
 mod robot;
 mod set;
 mod state;
+mod switch;
 
 pub use bodies::{NamedBody, PointForce};
 pub(crate) use builder::build;
@@ -114,6 +115,8 @@ pub struct Constraint {
     pub kind: ConstraintKind,
     /// Whether it depends explicitly on time.
     pub time_dependent: bool,
+    /// Where this is positive the constraint is there; `None`: always.
+    pub active: Option<ExprId>,
     /// The variable `λ` that stands for its multiplier in forces.
     pub multiplier: SymbolId,
     /// `c`: left side minus right side.

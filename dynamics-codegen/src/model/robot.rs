@@ -438,6 +438,7 @@ impl Assembly<'_, '_> {
         self.builder.model.constraints.push(Constraint {
             name: format!("{name}_unit"),
             multiplier,
+            active: None,
             kind: ConstraintKind::Holonomic,
             time_dependent: false,
             residual,

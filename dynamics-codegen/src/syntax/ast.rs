@@ -158,10 +158,12 @@ pub enum StatementKind {
         /// The generalised force.
         value: Expr,
     },
-    /// `constraint name: left == right;`
+    /// `constraint name when flag: left == right;`
     Constraint {
         /// Its name.
         name: Name,
+        /// Where it is positive the constraint is there; always if not stated.
+        when: Option<Expr>,
         /// Left of `==`.
         left: Expr,
         /// Right of `==`.

@@ -341,7 +341,15 @@ fn constant(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
 
 fn constraint(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
     let name = stream.name("the constraint's name")?;
-    stream.expect(':', "the constraint's name")?;
+    let when = stream
+        .eat_word("when")
+        .then(|| expression(stream))
+        .transpose()?;
+    let before = match when {
+        Some(_) => "the condition",
+        None => "the constraint's name",
+    };
+    stream.expect(':', before)?;
     let left = expression(stream)?;
     if !stream.at_pair('=', '=') {
         let error = Diagnostic::error(
@@ -355,6 +363,7 @@ fn constraint(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
     stream.skip();
     Ok(StatementKind::Constraint {
         name,
+        when,
         left,
         right: expression(stream)?,
     })
