@@ -430,3 +430,47 @@ fn constraints_come_and_go() {
     assert_eq!(off.terms.constraint_residual[0], 0.0);
     assert!((&on.acceleration - &off.acceleration).amax() > 1.0);
 }
+
+/// What sensors show of a motion, and how it follows their faults.
+#[test]
+fn sensors_read_beside_the_motion() {
+    use dynamics_codegen::derive::Variable;
+    let mut machine = machine(
+        "effect measurement_scale(a) { scale = 1.1 } effect measurement_offset(a) { offset = 0.3 }
+         effect time_shift(b) { tau = 0.02 }",
+    );
+    let values = machine.nominal_parameters();
+    let names: Vec<String> = machine
+        .compiled
+        .model
+        .parameters
+        .iter()
+        .map(|p| p.name.clone())
+        .collect();
+    let by = |name: &str| names.iter().position(|n| n == name).unwrap();
+    let variables = [
+        Variable::Parameter(by("measurement_scale_a_scale")),
+        Variable::Parameter(by("measurement_offset_a_offset")),
+        Variable::Parameter(by("time_shift_b_tau")),
+    ];
+    let sensors = machine.sensors(&variables);
+    assert!(machine.has_sensor_errors());
+    for place in places() {
+        let a = [0.7, -0.2, 1.3, -2.0].map(|a| vec![a]);
+        let read = sensors.read(&place.states(), &a, &values);
+        let (q, v) = (&place.q, &place.v);
+        let expected_q = [q[0], q[1], 1.1 * q[2] + 0.3, q[3] - 0.02 * v[3]];
+        let expected_v = [v[0], v[1], 1.1 * v[2], v[3] + 0.02 * 2.0];
+        for i in 0..4 {
+            assert!((read.q[i][0] - expected_q[i]).abs() < 1e-12);
+            assert!((read.v[i][0] - expected_v[i]).abs() < 1e-12);
+        }
+        assert!(
+            (read.q_by[0][2][0] - q[2]).abs() < 1e-12 && (read.v_by[0][2][0] - v[2]).abs() < 1e-12
+        );
+        assert!((read.q_by[1][2][0] - 1.0).abs() < 1e-12 && read.v_by[1][2][0] == 0.0);
+        assert!(
+            (read.q_by[2][3][0] + v[3]).abs() < 1e-12 && (read.v_by[2][3][0] - 2.0).abs() < 1e-12
+        );
+    }
+}

@@ -5,6 +5,7 @@ mod expansion;
 mod force;
 mod inertial;
 mod lagrange;
+mod measured;
 mod output;
 mod reading;
 mod sensitivity;
@@ -49,6 +50,12 @@ pub struct System {
     pub state_rates: Vec<ExprId>,
     /// `z` at the beginning.
     pub initial_states: Vec<ExprId>,
+    /// The symbols that stand for `a` in `measured_rates`.
+    pub acceleration: Vec<SymbolId>,
+    /// What sensors read of the positions, `n`.
+    pub measured: Vec<ExprId>,
+    /// `d/dt` of that, as a function of `a`, too.
+    pub measured_rates: Vec<ExprId>,
     /// Named outputs.
     pub outputs: Vec<ExprId>,
     /// Per output: its derivative along the motion, without acceleration.
@@ -101,6 +108,7 @@ pub fn derive(model: &mut Model) -> System {
         })
         .collect();
     let outputs = output::outputs(model, &readings);
+    let readings_of = measured::sensors(model, &readings);
     let rates: Vec<ExprId> = model.states.iter().map(|z| z.rate).collect();
     let state_rates = readings.resolve(model, &rates);
     let initial: Vec<ExprId> = model.states.iter().map(|z| z.initial).collect();
@@ -119,6 +127,9 @@ pub fn derive(model: &mut Model) -> System {
         constraint_kinds: model.constraints.iter().map(|c| c.kind).collect(),
         state_rates,
         initial_states,
+        acceleration: readings_of.acceleration,
+        measured: readings_of.positions,
+        measured_rates: readings_of.rates,
         outputs: outputs.values,
         output_rates: outputs.rates,
         positional_outputs: outputs.positional,

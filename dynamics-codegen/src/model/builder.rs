@@ -98,6 +98,7 @@ impl<'a> Builder<'a> {
             time,
             coordinates: Vec::new(),
             inputs: Vec::new(),
+            measured: Vec::new(),
             delays: Vec::new(),
             states: Vec::new(),
             parameters: Vec::new(),
@@ -561,6 +562,7 @@ impl<'a> Builder<'a> {
                 self.lower_initial(name, initial.as_ref())?
             }
             StatementKind::Rate { name, value } => self.lower_rate(name, value)?,
+            StatementKind::Measured { name, value } => self.lower_measured(name, value)?,
             StatementKind::Constraint {
                 name,
                 when,
@@ -634,7 +636,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    fn refuse_inputs(&mut self, expr: ExprId, span: Span, role: &str) -> Option<()> {
+    pub(super) fn refuse_inputs(&mut self, expr: ExprId, span: Span, role: &str) -> Option<()> {
         let found = self
             .model
             .inputs

@@ -68,6 +68,8 @@ const BUILTIN: &[(&str, &str)] = builtin![
     "joint_coupling",
     "load_friction",
     "lugre",
+    "measurement_offset",
+    "measurement_scale",
     "payload",
     "quadratic_drag",
     "rolling_resistance",
@@ -75,6 +77,7 @@ const BUILTIN: &[(&str, &str)] = builtin![
     "speed_drag",
     "spring",
     "stribeck",
+    "time_shift",
     "viscous",
 ];
 

@@ -10,6 +10,7 @@ mod frames;
 mod kinematic;
 mod library;
 mod lower;
+mod measured;
 mod names;
 mod quantity;
 mod robot;
@@ -170,6 +171,8 @@ pub struct Model {
     pub coordinates: Vec<Coordinate>,
     /// The inputs, in the order of the text.
     pub inputs: Vec<Input>,
+    /// What sensors read in place of positions: the coordinate, and its reading.
+    pub measured: Vec<(usize, ExprId)>,
     /// Inputs as they were some time ago, wherever something asks for them.
     pub delays: Vec<Delay>,
     /// The first-order states, in the order of the text, then those of the effects.

@@ -91,6 +91,13 @@ pub enum StatementKind {
         /// Its unit.
         unit: Option<Unit>,
     },
+    /// `measured x = x + offset;`: what a log shows in place of the position.
+    Measured {
+        /// The coordinate.
+        name: Name,
+        /// What its sensor reads.
+        value: Expr,
+    },
     /// `input u = gain*u;`: what arrives in place of what was commanded.
     Channel {
         /// The input that is replaced.

@@ -7,10 +7,11 @@ use super::stream::{Parsed, Stream};
 use crate::diagnostic::{Diagnostic, nearest};
 
 /// The words that begin a statement.
-const KEYWORDS: [&str; 18] = [
+const KEYWORDS: [&str; 19] = [
     "coordinate",
     "input",
     "state",
+    "measured",
     "parameter",
     "constant",
     "let",
@@ -164,6 +165,13 @@ fn statement(stream: &mut Stream<'_>) -> Parsed<Statement> {
         }
         "input" => input(stream)?,
         "state" => state(stream)?,
+        "measured" => {
+            let name = stream.name("the coordinate that is measured")?;
+            StatementKind::Measured {
+                name,
+                value: value(stream)?,
+            }
+        }
         "dot" => rate(stream)?,
         "parameter" => parameter(stream)?,
         "constant" => constant(stream)?,

@@ -4,12 +4,14 @@
 mod contact;
 mod exponential;
 mod hold;
+mod measured;
 mod memory;
 mod rollout;
 mod solve;
 mod states;
 
 pub use hold::{Hold, Signal};
+pub use measured::{Measured, Sensors};
 pub use memory::{Memory, Trail};
 pub use rollout::{Rollout, RolloutOptions, Simulated};
 pub use solve::{Factorisation, SolveError};
