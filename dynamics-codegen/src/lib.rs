@@ -24,4 +24,4 @@ pub use compile::{Compiled, compile, compile_bytes, compile_keeping, is_urdf, mo
 pub use derive::System;
 pub use diagnostic::{Diagnostic, Report, Severity};
 pub use model::{Library, Model, Variables};
-pub use tape::{Column, Tape};
+pub use tape::{Column, Stepper, Tape};

@@ -189,6 +189,46 @@ fn zip(out: &mut Lanes, x: &Lanes, y: &Lanes, lanes: usize, f: impl Fn(f64, f64)
     }
 }
 
+/// A tape that is evaluated at one sample after the other, without allocation.
+#[derive(Debug, Clone)]
+pub struct Stepper<'a> {
+    tape: &'a Tape,
+    registers: Vec<Lanes>,
+}
+
+impl<'a> Stepper<'a> {
+    /// A stepper for `tape`.
+    pub fn new(tape: &'a Tape) -> Self {
+        let mut registers = vec![[0.0; LANES]; tape.registers];
+        for &(register, value) in &tape.constants {
+            registers[register as usize][0] = value;
+        }
+        Self { tape, registers }
+    }
+
+    /// Writes the outputs at one sample.
+    ///
+    /// # Panics
+    /// If the number of inputs or outputs does not fit.
+    pub fn step(&mut self, inputs: &[f64], outputs: &mut [f64]) {
+        assert_eq!(inputs.len(), self.tape.loads.len(), "one value per input");
+        assert_eq!(
+            outputs.len(),
+            self.tape.outputs.len(),
+            "one place per output"
+        );
+        for (value, register) in inputs.iter().zip(&self.tape.loads) {
+            if let Some(register) = register {
+                self.registers[*register as usize][0] = *value;
+            }
+        }
+        self.tape.run(&mut self.registers, 1);
+        for (value, &register) in outputs.iter_mut().zip(&self.tape.outputs) {
+            *value = self.registers[register as usize][0];
+        }
+    }
+}
+
 /// Assigns registers while walking the nodes in order.
 struct Compiler<'a> {
     graph: &'a Graph,
@@ -330,6 +370,11 @@ mod tests {
             for (column, value) in columns.iter().zip(expected) {
                 assert_eq!(column[sample], value);
             }
+        }
+        let (mut stepper, mut found) = (Stepper::new(&tape), [0.0; 4]);
+        for x in [-0.4, 0.3] {
+            stepper.step(&[x, 1.7], &mut found);
+            assert_eq!(found.to_vec(), g.evaluate(&outputs, &[x, 1.7]));
         }
         assert_eq!(
             tape.evaluate(&[0.3, 1.7]),

@@ -3,7 +3,9 @@
 use core::marker::PhantomData;
 use core::ops::ControlFlow;
 
-use crate::constrained::{Baumgarte, FullRank, Solution, SolveError, Tolerance, solve};
+use crate::constrained::{
+    Baumgarte, FullRank, Solution, SolveError, Tolerance, settle, settle_full_rank, solve,
+};
 use crate::integrate::{
     DormandPrince, IntegrationError, Segment, State, Statistics, rk4_step, symplectic_euler_step,
 };
@@ -30,11 +32,15 @@ where
         constraint,
     } = system.equation(x);
     let b = right_hand_side(&constraint, baumgarte);
-    solve(&mass_matrix, &force, &constraint.a, &b, tolerance)
+    match system.multipliers_at() {
+        Some(first) => settle(system, x, first, &b, tolerance),
+        None => solve(&mass_matrix, &force, &constraint.a, &b, tolerance),
+    }
 }
 
 /// Acceleration and multipliers for any scalar (dual numbers, SIMD lanes), unchecked:
-/// demands as [`FullRank`].
+/// demands as [`FullRank`]. Forces that depend on multipliers settle in a fixed number of
+/// rounds.
 pub fn acceleration_full_rank<
     T,
     S,
@@ -57,6 +63,9 @@ where
         constraint,
     } = system.equation(x);
     let b = right_hand_side(&constraint, baumgarte);
+    if let Some(first) = system.multipliers_at() {
+        return settle_full_rank(system, x, first, &mass_matrix, &constraint.a, &b);
+    }
     FullRank::new(&mass_matrix, &constraint.a).solve(&force, &b)
 }
 

@@ -13,7 +13,8 @@ pub struct Point<T, const N: usize, const U: usize, const Z: usize> {
     pub q: [T; N],
     /// Generalised velocities `v = dq/dt`, m/s or rad/s.
     pub v: [T; N],
-    /// Inputs `u`, in the unit the model declares.
+    /// Inputs `u`, in the unit the model declares; behind them what a generated model adds:
+    /// delayed inputs, and the multipliers that its forces depend on.
     pub u: [T; U],
     /// Internal first-order states `z` (friction bristles, actuator lags, …).
     pub z: [T; Z],
@@ -91,6 +92,13 @@ pub trait System<T: Scalar, const N: usize, const U: usize, const M: usize, cons
 
     /// The constraint rows.
     fn constraint(&self, x: &Point<T, N, U, Z>) -> Constraint<T, N, M>;
+
+    /// Where in `u` the forces read the constraints' multipliers, if they do (contact
+    /// friction): the first of `M` places. Whoever solves the equation of motion fills
+    /// them in.
+    fn multipliers_at(&self) -> Option<usize> {
+        None
+    }
 
     /// Rates `dz/dt` of the internal states.
     fn state_rate(&self, x: &Point<T, N, U, Z>) -> [T; Z];

@@ -644,10 +644,10 @@ void wheelbot_equation_of_motion(
     const wheelbot_real cos_roll = COS(q_roll);
     const wheelbot_real sin_pitch = SIN(q_pitch);
     const wheelbot_real cos_pitch = COS(q_pitch);
-    const wheelbot_real l_wb_plus_l_br = p->l_wb + p->l_br;
     const wheelbot_real d_wheel_r_w = dq_wheel * p->r_w;
     const wheelbot_real c_rolling_x = dq_x - d_wheel_r_w * cos_yaw;
     const wheelbot_real c_rolling_y = dq_y - d_wheel_r_w * sin_yaw;
+    const wheelbot_real l_wb_plus_l_br = p->l_wb + p->l_br;
     const wheelbot_real w1 = REAL(0.5) * p->I_w_a;
     const wheelbot_real w2 = p->I_w_r * REAL(2.0) - p->I_w_a;
     const wheelbot_real w3 = REAL(0.5) * w2;

@@ -333,14 +333,14 @@ pub fn equation_of_motion<T: Scalar>(
     let dq_x2 = x.v[1];
     let u_x1 = x.u[0];
     let u_x2 = x.u[1];
-    let stretch = q_x1 - q_x2;
-    let stretch_sq = stretch * stretch;
-    let dot_stretch = dq_x1 - dq_x2;
     let exp_minus_t_p2 = (-(t * p.p2)).exp();
     let w1 = p.p1 * exp_minus_t_p2;
     let t_p3 = t * p.p3;
     let (sin_t_p3, cos_t_p3) = t_p3.sin_cos();
     let c_distance = q_x2 - w1.mul_add(sin_t_p3, q_x1);
+    let stretch = q_x1 - q_x2;
+    let stretch_sq = stretch * stretch;
+    let dot_stretch = dq_x1 - dq_x2;
     let w2 = p.k1nl * (stretch_sq * (T::from_f64(2.0) * stretch));
     let w3 = T::from_f64(0.5) * w2;
     let x2_minus_x1 = q_x2 - q_x1;

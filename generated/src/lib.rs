@@ -7,6 +7,13 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+/// The model `bead`.
+///
+/// A bead on a wire that rubs where it is pressed, pulled by a drive that is late.
+///
+/// The wire is a parabola in a vertical plane; friction follows the wire's force on the bead.
+pub mod bead;
+
 /// The model `cartpole`.
 ///
 /// A cart on a level rail with a pole that hangs from it.

@@ -835,10 +835,10 @@ pub fn equation_of_motion<T: Scalar>(
     let (sin_yaw, cos_yaw) = circular[0];
     let (sin_roll, cos_roll) = circular[1];
     let (sin_pitch, cos_pitch) = circular[2];
-    let l_wb_plus_l_br = p.l_wb + p.l_br;
     let d_wheel_r_w = dq_wheel * p.r_w;
     let c_rolling_x = d_wheel_r_w.neg_mul_add(cos_yaw, dq_x);
     let c_rolling_y = d_wheel_r_w.neg_mul_add(sin_yaw, dq_y);
+    let l_wb_plus_l_br = p.l_wb + p.l_br;
     let w1 = T::from_f64(0.5) * p.I_w_a;
     let w2 = p.I_w_r.mul_sub(T::from_f64(2.0), p.I_w_a);
     let w3 = T::from_f64(0.5) * w2;

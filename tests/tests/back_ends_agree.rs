@@ -2,8 +2,8 @@
 //! numbers for every model.
 
 use dynamics::{Dual, Point, Scalar, System as _};
-use dynamics_codegen::emit::{Quantity, quantities};
-use dynamics_codegen::{Compiled, System, Tape};
+use dynamics_codegen::emit::{self, Quantity, quantities};
+use dynamics_codegen::{Compiled, Tape};
 use integration_tests::{models, random};
 
 /// The generated module of a model that has everything.
@@ -49,7 +49,7 @@ struct Reference {
 impl Reference {
     fn new(mut compiled: Compiled) -> Self {
         let quantities = quantities(&compiled);
-        let arguments = System::arguments(&compiled.model);
+        let arguments = emit::arguments(&compiled.model);
         let graph = &mut compiled.model.graph;
         let (mut values, mut derivatives) = (Vec::new(), Vec::new());
         for quantity in &quantities {
@@ -106,14 +106,15 @@ macro_rules! point {
         let (n, k) = ($module::COORDINATES, $module::INPUTS);
         let values = $arguments;
         let take = |start: usize| move |i: usize| values[start + i];
-        let x = Point::<_, { $module::COORDINATES }, { $module::INPUTS }, 0> {
+        let first = values.len() - $module::PARAMETERS;
+        let x = Point {
             t: values[0],
             q: core::array::from_fn(take(1)),
             v: core::array::from_fn(take(1 + n)),
             u: core::array::from_fn(take(1 + 2 * n)),
-            z: [],
+            z: core::array::from_fn(take(1 + 2 * n + k)),
         };
-        let p = core::array::from_fn(take(1 + 2 * n + k));
+        let p = core::array::from_fn(take(first));
         ($module::Parameters::from_array(p), x)
     }};
 }
@@ -224,6 +225,10 @@ agree! {
         mass_matrix bias_force applied_force input_matrix force
         constraint_jacobian constraint_bias constraint_residual constraint_rate
         outputs output_rates output_jacobian output_bias;
+    bead (Bead) from "models/bead.model" =>
+        mass_matrix bias_force applied_force input_matrix force
+        constraint_jacobian constraint_bias constraint_residual constraint_rate
+        state_rate initial_state;
     cartpole (Cartpole) from "models/cartpole.model" =>
         mass_matrix bias_force applied_force input_matrix force;
     duffing_free (DuffingFree) from "models/duffing_free.model" =>

@@ -111,10 +111,12 @@ fn result_type(function: &str, quantities: &[Quantity], prefix: &str) -> Option<
 
 /// Where the arguments behind `t` go.
 fn places(model: &Model) -> Vec<String> {
-    let (n, k) = (model.coordinates.len(), model.inputs.len());
+    let (n, z) = (model.coordinates.len(), model.states.len());
+    let k = emit::arguments(model).len() - 1 - 2 * n - z - model.parameters.len();
     let mut places: Vec<String> = (0..n).map(|i| format!("x.q[{i}]")).collect();
     places.extend((0..n).map(|i| format!("x.v[{i}]")));
     places.extend((0..k).map(|i| format!("x.u[{i}]")));
+    places.extend((0..z).map(|i| format!("x.z[{i}]")));
     places.extend(
         model
             .parameters

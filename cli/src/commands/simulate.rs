@@ -10,7 +10,9 @@ use crate::parameters;
 use crate::state::{SHAPE, State};
 use clap::Args;
 use dynamics_codegen::Model;
-use identify::machine::{Machine, Memory, Rollout, RolloutOptions, Simulated, SolveError, States};
+use identify::machine::{
+    Machine, Memory, Rollout, RolloutOptions, Sensors, Simulated, SolveError, States,
+};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -100,6 +102,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         machine: &machine,
         parameters: &state.parameters,
         inputs: &inputs,
+        sensors: machine.clone().sensors(&[]),
         delays: machine.delays(&state.parameters),
         start: state.t,
         rate: arguments.rate,
@@ -287,6 +290,7 @@ struct Run<'a> {
     machine: &'a Machine,
     parameters: &'a [f64],
     inputs: &'a Inputs,
+    sensors: Sensors,
     /// Which input each delayed one is of, and its delay, s.
     delays: Vec<(usize, f64)>,
     start: f64,
@@ -381,8 +385,11 @@ impl Run<'_> {
             .machine
             .motion(&states, self.parameters)
             .map_err(|error| stopped(error, t))?;
-        let positions = simulated.q.iter().flatten().copied();
-        let velocities = simulated.v.iter().flatten().copied();
+        let a: Vec<Vec<f64>> = motions[0].acceleration.iter().map(|&a| vec![a]).collect();
+        let states = self.machine.at_rest(&states, self.parameters);
+        let read = self.sensors.read(&states, &a, self.parameters);
+        let positions = read.q.iter().flatten().copied();
+        let velocities = read.v.iter().flatten().copied();
         let values = positions
             .chain(velocities)
             .chain(motions[0].acceleration.iter().copied())

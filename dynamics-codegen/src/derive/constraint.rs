@@ -1,7 +1,7 @@
 //! Constraints and outputs along the motion [3.28, 3.29, corrected: MATH section 3].
 
 use super::reading::Readings;
-use crate::graph::ExprId;
+use crate::graph::{ExprId, Unary};
 use crate::model::{ConstraintKind, Model};
 
 pub(super) struct Row {
@@ -38,6 +38,23 @@ pub(super) fn row(
         bias,
         residual,
         rate,
+    }
+}
+
+/// A row that is null, residual and all, where `active` is not positive.
+pub(super) fn switched(model: &mut Model, readings: &Readings, row: Row, active: ExprId) -> Row {
+    let active = readings.resolve(model, &[active])[0];
+    let graph = &mut model.graph;
+    let there = graph.unary(Unary::Step, active);
+    Row {
+        jacobian: row
+            .jacobian
+            .iter()
+            .map(|&entry| graph.mul(there, entry))
+            .collect(),
+        bias: graph.mul(there, row.bias),
+        residual: graph.mul(there, row.residual),
+        rate: graph.mul(there, row.rate),
     }
 }
 

@@ -32,6 +32,15 @@ pub enum ItemError {
         /// The function's name.
         item: String,
     },
+    /// It solves an equation that is not linear, a force depends on a multiplier, or of
+    /// which rows come and go.
+    #[error(
+        "`{item}` does not exist: a force depends on a constraint's multiplier, or a constraint is switched: no straight line solves that; solve at run time instead (`dynamics::acceleration`)"
+    )]
+    Contact {
+        /// The function's name.
+        item: String,
+    },
 }
 
 /// A copy of a model that derives items when they are asked for.
@@ -95,6 +104,15 @@ impl Expansion {
         if let Some(lacks) = self.lacks(item) {
             let item = item.to_string();
             return Err(ItemError::Empty { item, lacks });
+        }
+        let switched = self.model.constraints.iter().any(|c| c.active.is_some());
+        let constrained = matches!(
+            item.term,
+            Term::ConstrainedAcceleration | Term::ConstrainedMultipliers
+        );
+        if self.model.uses_multipliers() && item.solves() || switched && constrained {
+            let item = item.to_string();
+            return Err(ItemError::Contact { item });
         }
         let entries = match item.by {
             None => self.value(item.term),

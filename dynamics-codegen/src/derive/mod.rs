@@ -5,6 +5,7 @@ mod expansion;
 mod force;
 mod inertial;
 mod lagrange;
+mod measured;
 mod output;
 mod reading;
 mod regressor;
@@ -34,6 +35,9 @@ pub struct System {
     pub input_matrix: Vec<Vec<ExprId>>,
     /// `Q = Q_C + Q_D + Q_u`, `n`.
     pub force: Vec<ExprId>,
+    /// `∂Q/∂λ`, `n×m`: what multipliers do to the forces. Empty if nothing: then `Q`
+    /// contains no multiplier.
+    pub multiplier_slope: Vec<Vec<ExprId>>,
     /// `A`, `m×n`.
     pub constraint_matrix: Vec<Vec<ExprId>>,
     /// `b`, `m`.
@@ -48,6 +52,12 @@ pub struct System {
     pub state_rates: Vec<ExprId>,
     /// `z` at the beginning.
     pub initial_states: Vec<ExprId>,
+    /// The symbols that stand for `a` in `measured_rates`.
+    pub acceleration: Vec<SymbolId>,
+    /// What sensors read of the positions, `n`.
+    pub measured: Vec<ExprId>,
+    /// `d/dt` of that, as a function of `a`, too.
+    pub measured_rates: Vec<ExprId>,
     /// Named outputs.
     pub outputs: Vec<ExprId>,
     /// Per output: its derivative along the motion, without acceleration.
@@ -78,16 +88,29 @@ pub fn derive(model: &mut Model) -> System {
         input_matrix,
         total,
     } = force::forces(model, &readings);
-    let force = (0..model.coordinates.len())
+    let force: Vec<ExprId> = (0..model.coordinates.len())
         .map(|i| model.graph.add(bias_force[i], total[i]))
         .collect();
+    let multiplier_slope = if model.uses_multipliers() {
+        let multipliers = model.multiplier_symbols();
+        model.graph.jacobian(&force, &multipliers)
+    } else {
+        Vec::new()
+    };
     let constraints: Vec<_> = (model.constraints.iter())
-        .map(|c| (c.residual, c.kind))
+        .map(|c| (c.residual, c.kind, c.active))
         .collect();
     let rows: Vec<constraint::Row> = (constraints.into_iter())
-        .map(|(residual, kind)| constraint::row(model, &readings, residual, kind))
+        .map(|(residual, kind, active)| {
+            let row = constraint::row(model, &readings, residual, kind);
+            match active {
+                Some(active) => constraint::switched(model, &readings, row, active),
+                None => row,
+            }
+        })
         .collect();
     let outputs = output::outputs(model, &readings);
+    let readings_of = measured::sensors(model, &readings);
     let rates: Vec<ExprId> = model.states.iter().map(|z| z.rate).collect();
     let state_rates = readings.resolve(model, &rates);
     let initial: Vec<ExprId> = model.states.iter().map(|z| z.initial).collect();
@@ -98,6 +121,7 @@ pub fn derive(model: &mut Model) -> System {
         applied_force,
         input_matrix,
         force,
+        multiplier_slope,
         constraint_matrix: rows.iter().map(|row| row.jacobian.clone()).collect(),
         constraint_bias: rows.iter().map(|row| row.bias).collect(),
         constraint_residual: rows.iter().map(|row| row.residual).collect(),
@@ -105,6 +129,9 @@ pub fn derive(model: &mut Model) -> System {
         constraint_kinds: model.constraints.iter().map(|c| c.kind).collect(),
         state_rates,
         initial_states,
+        acceleration: readings_of.acceleration,
+        measured: readings_of.positions,
+        measured_rates: readings_of.rates,
         outputs: outputs.values,
         output_rates: outputs.rates,
         positional_outputs: outputs.positional,
@@ -125,6 +152,15 @@ impl System {
         arguments.extend(model.input_symbols());
         arguments.extend(model.states.iter().map(|z| z.symbol));
         arguments.extend(model.parameters.iter().map(|p| p.symbol));
+        arguments
+    }
+
+    /// The same, then the multipliers if a force depends on one.
+    pub fn arguments_of_forces(&self, model: &Model) -> Vec<SymbolId> {
+        let mut arguments = Self::arguments(model);
+        if !self.multiplier_slope.is_empty() {
+            arguments.extend(model.multiplier_symbols());
+        }
         arguments
     }
 }

@@ -140,12 +140,7 @@ impl Sensitivity {
                 model.graph.symbol(name)
             })
             .collect();
-        let multiplier: Vec<SymbolId> = (0..model.constraints.len())
-            .map(|k| {
-                let name = format!("lambda_{}", model.constraints[k].name);
-                model.graph.symbol(name)
-            })
-            .collect();
+        let multiplier = model.multiplier_symbols();
         let memory = state_slopes(model, system, variables);
         let residuals = residuals(model, system, &acceleration, &multiplier);
         let columns = variables

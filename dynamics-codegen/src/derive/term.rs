@@ -179,6 +179,17 @@ impl Item {
         }
     }
 
+    /// Whether it takes the equation of motion to be linear in `a` and `λ`.
+    pub(crate) fn solves(self) -> bool {
+        match self.term {
+            Term::ForwardDynamics
+            | Term::ConstrainedAcceleration
+            | Term::ConstrainedMultipliers => true,
+            Term::ForceResidual | Term::AccelerationResidual => self.by.is_some(),
+            _ => false,
+        }
+    }
+
     /// The item whose function has this name: `mass_matrix`, `force_by_velocity`.
     pub fn parse(name: &str) -> Option<Self> {
         let term = |name: &str| Term::ALL.into_iter().find(|t| t.name() == name);

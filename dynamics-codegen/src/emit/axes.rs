@@ -3,7 +3,8 @@
 use super::plan::Entry;
 use crate::derive::{Expansion, Group, Term};
 use crate::dimension::Dimension;
-use crate::model::{ConstraintKind, Coordinate, Model};
+use crate::graph::SymbolId;
+use crate::model::{Constraint, ConstraintKind, Coordinate, Model};
 
 /// Everything that a row or column can belong to.
 pub(super) struct Axes {
@@ -62,17 +63,9 @@ impl Axes {
             });
             entries.collect()
         };
-        // Force is A's transpose times the multiplier: energy over the constraint's unit.
-        let multipliers = model.constraints.iter().map(|c| {
-            let order = match c.kind {
-                ConstraintKind::Holonomic => 0,
-                ConstraintKind::Nonholonomic => -1,
-            };
-            let unit = c.dimension.map(|d| Dimension::ENERGY / over_time(d, order));
-            Entry {
-                name: c.name.clone(),
-                unit: text(unit),
-            }
+        let multipliers = model.constraints.iter().map(|c| Entry {
+            name: c.name.clone(),
+            unit: text(multiplier_unit(c)),
         });
         let parameters = model.parameters.iter().map(|p| Entry {
             name: p.name.clone(),
@@ -81,7 +74,7 @@ impl Axes {
         Self {
             force: coordinates(&|c| text(c.dimension.map(|d| Dimension::ENERGY / d))),
             acceleration: coordinates(&|c| coordinate_unit(c, 2)),
-            input: inputs(model),
+            input: driving(model),
             state: states(0),
             state_rate: states(1),
             constraint: holonomic_rates(0),
@@ -137,8 +130,47 @@ impl Axes {
     }
 }
 
-/// The inputs as generated code has them: those of the model, then the delayed ones.
+/// The inputs as generated code has them: those of the model, the delayed ones, then the
+/// multipliers if a force depends on one.
 pub(super) fn inputs(model: &Model) -> Vec<Entry> {
+    let mut inputs = driving(model);
+    if model.uses_multipliers() {
+        inputs.extend(model.constraints.iter().map(|c| Entry {
+            name: format!("lambda_{}", c.name),
+            unit: text(multiplier_unit(c)),
+        }));
+    }
+    inputs
+}
+
+/// `Q = Aᵀ λ`: energy over the constraint's unit.
+fn multiplier_unit(constraint: &Constraint) -> Option<Dimension> {
+    let order = match constraint.kind {
+        ConstraintKind::Holonomic => 0,
+        ConstraintKind::Nonholonomic => -1,
+    };
+    let unit = constraint.dimension?;
+    Some(Dimension::ENERGY / over_time(unit, order))
+}
+
+/// The symbols that generated functions take, in the order of their point and parameters:
+/// `t, q, v, u` (inputs, delayed inputs, then multipliers if a force depends on one), `z`,
+/// parameters.
+pub fn arguments(model: &Model) -> Vec<SymbolId> {
+    let mut arguments = vec![model.time];
+    arguments.extend(model.coordinates.iter().map(|c| c.position));
+    arguments.extend(model.coordinates.iter().map(|c| c.velocity));
+    arguments.extend(model.input_symbols());
+    if model.uses_multipliers() {
+        arguments.extend(model.multiplier_symbols());
+    }
+    arguments.extend(model.states.iter().map(|z| z.symbol));
+    arguments.extend(model.parameters.iter().map(|p| p.symbol));
+    arguments
+}
+
+/// What drives the model: its inputs, then the delayed ones.
+fn driving(model: &Model) -> Vec<Entry> {
     let commanded = model.inputs.iter().map(|u| Entry {
         name: u.name.clone(),
         unit: u.unit.clone(),

@@ -26,6 +26,7 @@ mod text;
 mod words;
 mod written;
 
+pub use axes::arguments;
 pub use c::c;
 pub use counts::{OperationCount, operation_counts};
 pub use digest::digest;

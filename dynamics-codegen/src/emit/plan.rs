@@ -7,7 +7,7 @@ use super::naming::snake;
 use super::symbols::Symbols;
 use super::text::one_line;
 use crate::compile::Compiled;
-use crate::derive::{Expansion, Group, Item, ItemError, System, Term};
+use crate::derive::{Expansion, Group, Item, ItemError, Term};
 use crate::graph::{ExprId, SymbolId};
 use crate::model::Model;
 
@@ -218,9 +218,9 @@ impl Plan {
         Self::new(compiled, &Functions::none()).unwrap_or_else(|error| unreachable!("{error}"))
     }
 
-    /// The symbols that functions may read, in the order `t, q, v, u, parameters, a, λ`.
+    /// The symbols that functions may read, in the order `t, q, v, u, z, parameters, a, λ`.
     pub fn arguments(&self) -> Vec<SymbolId> {
-        let mut arguments = System::arguments(&self.model);
+        let mut arguments = super::axes::arguments(&self.model);
         arguments.extend(&self.expansion.acceleration);
         arguments.extend(&self.expansion.multipliers);
         arguments
@@ -245,7 +245,9 @@ fn requested_function(
     for &item in &wish.items {
         match expansion.entries(item) {
             Ok(entries) => quantities.push(Quantity::new(item, &axes, entries)),
-            Err(error @ ItemError::Empty { .. }) if wish.lenient => missing = Some(error),
+            Err(error @ (ItemError::Empty { .. } | ItemError::Contact { .. })) if wish.lenient => {
+                missing = Some(error)
+            }
             Err(error) if Functions::passes_over(wish) => missing = Some(error),
             Err(error) => return Err(error.into()),
         }

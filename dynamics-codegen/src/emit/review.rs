@@ -219,7 +219,10 @@ impl<'a> Sheet<'a> {
             } else {
                 ""
             };
-            writeln!(out, "  {}: {kind}{time}", one_line(&constraint.name))?;
+            let when = constraint.active.map_or_else(String::new, |active| {
+                format!(", where {} > 0", self.expression(active))
+            });
+            writeln!(out, "  {}: {kind}{time}{when}", one_line(&constraint.name))?;
             for line in plain_lines(&constraint.doc) {
                 writeln!(out, "    {line}")?;
             }

@@ -131,6 +131,12 @@ impl Symbols {
             let role = Role::Input(model.inputs.len() + i);
             add(d.symbol, role, code, format!("u_{}", snake(&d.name)));
         }
+        let first = model.inputs.len() + model.delays.len();
+        for (i, c) in model.constraints.iter().enumerate() {
+            let code = locals.claim(&format!("lambda_{}", c.name));
+            let telling = format!("lambda_{}", snake(&c.name));
+            add(c.multiplier, Role::Input(first + i), code, telling);
+        }
         for (i, z) in model.states.iter().enumerate() {
             let code = locals.claim(&format!("z_{}", z.name));
             let telling = format!("z_{}", snake(&z.name));

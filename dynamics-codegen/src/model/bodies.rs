@@ -3,7 +3,7 @@
 use super::Model;
 use super::builder::Builder;
 use super::frames::FrameState;
-use super::quantity::Measure;
+use super::quantity::{Measure, Quantity};
 use crate::diagnostic::Diagnostic;
 use crate::dimension::Dimension;
 use crate::graph::ExprId;
@@ -186,7 +186,8 @@ impl Builder<'_> {
     /// what a robot description takes for granted.
     pub(super) fn lower_gravity(&mut self, components: &[Expr; 3]) -> Option<()> {
         let acceleration = Dimension::LENGTH.rate().rate();
-        for (axis, component) in components.iter().enumerate() {
+        let mut values = Vec::with_capacity(3);
+        for component in components {
             let value = self.lower(component)?;
             self.expect_dimension(value, acceleration, component.span, "gravity")?;
             let moving = self.model.contains_position(value.expr)
@@ -195,10 +196,28 @@ impl Builder<'_> {
                 let message = "gravity is the same everywhere: it contains no coordinate";
                 return self.report(Diagnostic::error(component.span, message));
             }
+            self.refuse_memory(value.expr, component.span, "gravity")?;
+            values.push(value.expr);
+        }
+        for (axis, value) in values.into_iter().enumerate() {
             let total = self.model.tree.gravity[axis];
-            self.model.tree.gravity[axis] = self.model.graph.add(total, value.expr);
+            self.model.tree.gravity[axis] = self.model.graph.add(total, value);
         }
         Some(())
+    }
+
+    /// `gravity.x` in a template: that of the model it is applied to.
+    pub(super) fn gravity_component(&mut self, axis: usize, span: Span) -> Option<Quantity> {
+        if self.effect.is_none() {
+            let message = "gravity can be read in effect templates only";
+            return self.report(
+                Diagnostic::error(span, message).help("give its components names of their own"),
+            );
+        }
+        Some(Quantity {
+            expr: self.model.tree.gravity[axis],
+            measure: Measure::Known(Dimension::LENGTH.rate().rate()),
+        })
     }
 
     /// `force at(tip) in hub = (fx, fy, fz);`
@@ -238,14 +257,14 @@ impl Builder<'_> {
     }
 
     /// `mass(body)`
-    pub(super) fn lower_mass(&mut self, argument: &Expr) -> Option<super::quantity::Quantity> {
+    pub(super) fn lower_mass(&mut self, argument: &Expr) -> Option<Quantity> {
         let ExprKind::Name(name) = &argument.kind else {
             let message = "`mass` takes the name of a body";
             return self.report(Diagnostic::error(argument.span, message));
         };
         let body = self.find_body(name, argument.span)?;
         let massive = self.model.bodies[body].massive;
-        Some(super::quantity::Quantity {
+        Some(Quantity {
             expr: self.model.tree.bodies[massive].inertia.mass,
             measure: Measure::Known(Dimension::of_unit("kg").unwrap_or_default()),
         })
@@ -263,7 +282,8 @@ impl Builder<'_> {
     /// The unit of a port: only coordinates and inputs have one.
     pub(super) fn port_dimension(&self, kind: PortKind, index: usize) -> Option<Dimension> {
         match kind {
-            PortKind::Coordinate => self.model.coordinates[index].dimension,
+            PortKind::Coordinate | PortKind::Coordinates => self.model.coordinates[index].dimension,
+            PortKind::Constraint => self.model.constraints[index].dimension,
             PortKind::Input => self.model.inputs[index].dimension,
             PortKind::Body => Some(Dimension::LENGTH),
         }

@@ -66,6 +66,12 @@ pub(super) struct Builder<'a> {
     pub(super) channels: Vec<ExprId>,
     /// Beside [`Model::states`]: where each is declared and given its rate.
     pub(super) state_notes: Vec<super::state::StateNotes>,
+    /// What the inputs exert, wherever something asks for it.
+    pub(super) loads: Vec<super::contact::Load>,
+    /// The forces that inputs make, per coordinate.
+    pub(super) driven: Vec<(usize, ExprId)>,
+    /// Sets of the ports that are being bound.
+    pub(super) pending_sets: std::collections::BTreeMap<String, Vec<usize>>,
     pub has_kinetic: bool,
     pub too_large: bool,
     /// Whether the model says itself what gravity is.
@@ -92,6 +98,7 @@ impl<'a> Builder<'a> {
             time,
             coordinates: Vec::new(),
             inputs: Vec::new(),
+            measured: Vec::new(),
             delays: Vec::new(),
             states: Vec::new(),
             parameters: Vec::new(),
@@ -120,6 +127,9 @@ impl<'a> Builder<'a> {
             diagnostics,
             channels: Vec::new(),
             state_notes: Vec::new(),
+            loads: Vec::new(),
+            driven: Vec::new(),
+            pending_sets: std::collections::BTreeMap::new(),
             has_kinetic: false,
             too_large: false,
             states_gravity: false,
@@ -188,6 +198,7 @@ impl<'a> Builder<'a> {
                 nominal,
                 bounds,
                 prior,
+                tries,
             } = &statement.kind
             {
                 self.declare_parameter(
@@ -198,6 +209,7 @@ impl<'a> Builder<'a> {
                     prior.as_deref(),
                     &statement.doc,
                 );
+                self.set_tries(name, tries.as_ref());
             }
         }
     }
@@ -330,6 +342,7 @@ impl<'a> Builder<'a> {
             nominal: nominal_value,
             lower,
             upper,
+            tries: None,
             prior: prior.flatten(),
             symbol,
             effect: self.effect,
@@ -360,6 +373,21 @@ impl<'a> Builder<'a> {
             prior.sd.span,
             "a standard deviation is greater than zero",
         ))
+    }
+
+    /// `try 20`: how many values a search tries.
+    fn set_tries(&mut self, name: &Name, tries: Option<&Expr>) -> Option<()> {
+        let value = self.number(tries?)?;
+        let span = tries?.span;
+        if !(1.0..=100.0).contains(&value) || value.fract() != 0.0 {
+            let message = "a number of values to try is whole, from 1 to 100";
+            return self.report(Diagnostic::error(span, message));
+        }
+        let bound = self.scope.names.get(&name.text).map(|d| d.what.clone());
+        if let Some(Binding::Parameter(index)) = bound {
+            self.model.parameters[index].tries = Some(value as usize);
+        }
+        Some(())
     }
 
     /// The value of an expression of numbers and constants.
@@ -491,7 +519,12 @@ impl<'a> Builder<'a> {
             return;
         }
         self.fold();
-        for statement in statements {
+        // Forces name constraints.
+        let is_constraint = |s: &&&Statement| matches!(s.kind, StatementKind::Constraint { .. });
+        for statement in statements.iter().filter(is_constraint) {
+            self.lower_statement(statement);
+        }
+        for statement in statements.iter().filter(|s| !is_constraint(s)) {
             self.lower_statement(statement);
         }
         self.resolve_frames();
@@ -529,8 +562,15 @@ impl<'a> Builder<'a> {
                 self.lower_initial(name, initial.as_ref())?
             }
             StatementKind::Rate { name, value } => self.lower_rate(name, value)?,
-            StatementKind::Constraint { name, left, right } => {
+            StatementKind::Measured { name, value } => self.lower_measured(name, value)?,
+            StatementKind::Constraint {
+                name,
+                when,
+                left,
+                right,
+            } => {
                 self.lower_constraint(name, left, right, &statement.doc)?;
+                self.lower_switch(when.as_ref())?;
             }
             StatementKind::Output { name, value } => {
                 self.lower_output(name, value, &statement.doc)?;
@@ -555,6 +595,7 @@ impl<'a> Builder<'a> {
             _ => vec![(name.text.clone(), self.lower(value)?)],
         };
         for (text, quantity) in components {
+            self.refuse_momentary(quantity.expr, value.span, "an output")?;
             if self.model.outputs.iter().any(|y| y.name == text) {
                 let message = format!("there are two outputs named `{text}`");
                 return self.report(Diagnostic::error(name.span, message));
@@ -595,7 +636,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    fn refuse_inputs(&mut self, expr: ExprId, span: Span, role: &str) -> Option<()> {
+    pub(super) fn refuse_inputs(&mut self, expr: ExprId, span: Span, role: &str) -> Option<()> {
         let found = self
             .model
             .inputs
@@ -611,6 +652,12 @@ impl<'a> Builder<'a> {
     }
 
     fn lower_force(&mut self, on: &Name, value: &Expr) -> Option<()> {
+        if self.is_set(&on.text) {
+            return self.lower_set_force(&on.text, value);
+        }
+        if let Some(constraint) = self.contact_named(&on.text) {
+            return self.lower_sliding_force(constraint, value);
+        }
         let index = self.find_coordinate(on)?;
         let quantity = self.lower(value)?;
         if let Some(dimension) = self.model.coordinates[index].dimension {
@@ -622,6 +669,7 @@ impl<'a> Builder<'a> {
             .graph
             .add(self.model.forces[index], quantity.expr);
         self.model.forces[index] = sum;
+        self.note_driven(index, quantity.expr);
         Some(())
     }
 
@@ -683,6 +731,7 @@ impl<'a> Builder<'a> {
             let role = format!("what arrives at `{}`", name.text);
             self.expect_dimension(quantity, dimension, value.span, &role)?;
         }
+        self.refuse_momentary(quantity.expr, value.span, "what arrives")?;
         let replacement = self.what_arrives(index, quantity.expr, value.span)?;
         self.channels[index] = self.model.graph.substitute(&[quantity.expr], &replacement)[0];
         Some(())
@@ -722,10 +771,13 @@ impl<'a> Builder<'a> {
             );
         };
         let time_dependent = graph.depends_on(&[residual], self.model.time);
+        let multiplier = self.model.graph.symbol(format!("lambda_{}", name.text));
         self.model.constraints.push(Constraint {
             name: name.text.clone(),
             kind,
             time_dependent,
+            multiplier,
+            active: None,
             residual,
             dimension: measure.known(),
             doc: doc.to_string(),
@@ -759,6 +811,7 @@ impl<'a> Builder<'a> {
             self.look_for_inertia();
         }
         self.refuse_states_without_rate();
+        self.put_loads_into_forces();
         self.put_channels_into_forces(heading);
         for (input, &arrives) in self.model.inputs.iter_mut().zip(&self.channels) {
             input.arrives = arrives;

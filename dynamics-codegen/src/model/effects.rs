@@ -173,7 +173,15 @@ fn bind_ports(
     ports: &[Port],
     application: &Application<'_>,
 ) -> Option<(Vec<(PortKind, String)>, Scope)> {
-    if ports.len() != application.on.len() {
+    let several = ports
+        .last()
+        .is_some_and(|p| p.kind == PortKind::Coordinates);
+    let fits = if several {
+        application.on.len() >= ports.len()
+    } else {
+        application.on.len() == ports.len()
+    };
+    if !fits {
         let names: Vec<&str> = ports.iter().map(|port| port.name.text.as_str()).collect();
         return builder.report(Diagnostic::error(
             application.span,
@@ -186,17 +194,37 @@ fn bind_ports(
         ));
     }
     let (mut places, mut scope) = (Vec::new(), Scope::default());
-    for (port, place) in ports.iter().zip(application.on) {
+    for (position, (port, place)) in ports.iter().zip(application.on).enumerate() {
         let index = match port.kind {
             PortKind::Coordinate => builder.find_coordinate(place)?,
             PortKind::Input => builder.find_input(place)?,
             PortKind::Body => builder.find_body(&place.text, place.span)?,
+            PortKind::Constraint => builder.find_constraint(place)?,
+            PortKind::Coordinates if position + 1 < ports.len() => {
+                let message = "a port for several coordinates is the last one";
+                return builder.report(Diagnostic::error(port.name.span, message));
+            }
+            PortKind::Coordinates => {
+                let rest = &application.on[position..];
+                builder.bind_set(&port.name.text, rest)?;
+                places.extend(
+                    rest[1..]
+                        .iter()
+                        .map(|place| (PortKind::Coordinate, place.text.clone())),
+                );
+                builder.find_coordinate(place)?
+            }
         };
         scope
             .ports
             .insert(port.name.text.clone(), (port.kind, index));
-        places.push((port.kind, place.text.clone()));
+        let kind = match port.kind {
+            PortKind::Coordinates => PortKind::Coordinate,
+            kind => kind,
+        };
+        places.insert(position, (kind, place.text.clone()));
     }
+    scope.sets = std::mem::take(&mut builder.pending_sets);
     Some((places, scope))
 }
 

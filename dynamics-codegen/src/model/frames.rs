@@ -384,6 +384,11 @@ impl Builder<'_> {
             return self
                 .report(Diagnostic::error(member.span, message).help("components are x, y and z"));
         };
+        if let ExprKind::Name(name) = &inner.kind
+            && name == "gravity"
+        {
+            return self.gravity_component(component, inner.span);
+        }
         let ExprKind::Call(function, arguments) = &inner.kind else {
             let message = "only what is read off a frame or body has components";
             return self.report(Diagnostic::error(inner.span, message).help(VECTORS));

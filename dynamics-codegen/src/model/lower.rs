@@ -69,6 +69,12 @@ impl Builder<'_> {
             return match kind {
                 PortKind::Coordinate => self.position(index),
                 PortKind::Input => self.input_symbol(index),
+                PortKind::Coordinates => self.lower_set_member(name, span),
+                PortKind::Constraint => {
+                    let message = format!("`{name}` is a constraint, not a number");
+                    let help = format!("read its force: `normal_force({name})`");
+                    self.report(Diagnostic::error(span, message).help(help))
+                }
                 PortKind::Body => {
                     let message = format!("`{name}` is a body, not a number");
                     let help =
@@ -116,7 +122,7 @@ impl Builder<'_> {
         })
     }
 
-    fn position(&self, index: usize) -> Lowered {
+    pub(super) fn position(&self, index: usize) -> Lowered {
         let coordinate = &self.model.coordinates[index];
         let expr = self.model.graph.var(coordinate.position);
         Some(Quantity {
@@ -163,9 +169,11 @@ impl Builder<'_> {
                 continue;
             }
             let value = self.scope.terms[top].value.clone();
-            let quantity = self
-                .lower(&value)
-                .and_then(|quantity| self.check_term(top, quantity, &value));
+            // A term stands for the same wherever it is used.
+            let member = self.scope.member.take();
+            let lowered = self.lower(&value);
+            self.scope.member = member;
+            let quantity = lowered.and_then(|quantity| self.check_term(top, quantity, &value));
             if let Some(quantity) = quantity {
                 let name = &self.scope.terms[top].name.text;
                 self.model.graph.label(quantity.expr, name);
@@ -360,6 +368,10 @@ impl Builder<'_> {
             "dot" => self.lower_dot(&arguments[0], span),
             "delay" => self.lower_delay(&arguments[0], &arguments[1]),
             "mass" => self.lower_mass(&arguments[0]),
+            "norm" => self.lower_norm(&arguments[0], span),
+            "multiplier" | "normal_force" | "speed" | "load" => {
+                self.lower_contact(&name.text, &arguments[0], span)
+            }
             "input" | "coordinate" => self.lower_lookup(&name.text, &arguments[0]),
             "atan2" | "min" | "max" => self.lower_two(&name.text, &arguments[0], &arguments[1]),
             function => self.lower_one(function, &arguments[0]),

@@ -2,6 +2,7 @@
 
 mod bodies;
 mod builder;
+mod contact;
 mod delay;
 mod effects;
 mod fold;
@@ -9,13 +10,17 @@ mod frames;
 mod kinematic;
 mod library;
 mod lower;
+mod measured;
 mod names;
 mod quantity;
 mod robot;
+mod set;
 mod state;
+mod switch;
 
 pub use bodies::{NamedBody, PointForce};
 pub(crate) use builder::build;
+pub use contact::Sliding;
 pub use delay::Delay;
 pub use effects::{Template, TemplateParameter};
 pub use fold::Variables;
@@ -81,6 +86,8 @@ pub struct Parameter {
     pub lower: f64,
     /// The largest value that makes sense (`∞` if not stated).
     pub upper: f64,
+    /// How many values a search tries within the bounds, if stated.
+    pub tries: Option<usize>,
     /// Mean and standard deviation believed beforehand, if stated.
     pub prior: Option<(f64, f64)>,
     /// Its variable.
@@ -109,6 +116,10 @@ pub struct Constraint {
     pub kind: ConstraintKind,
     /// Whether it depends explicitly on time.
     pub time_dependent: bool,
+    /// Where this is positive the constraint is there; `None`: always.
+    pub active: Option<ExprId>,
+    /// The variable `λ` that stands for its multiplier in forces.
+    pub multiplier: SymbolId,
     /// `c`: left side minus right side.
     pub residual: ExprId,
     /// Its dimension, if known.
@@ -160,6 +171,8 @@ pub struct Model {
     pub coordinates: Vec<Coordinate>,
     /// The inputs, in the order of the text.
     pub inputs: Vec<Input>,
+    /// What sensors read in place of positions: the coordinate, and its reading.
+    pub measured: Vec<(usize, ExprId)>,
     /// Inputs as they were some time ago, wherever something asks for them.
     pub delays: Vec<Delay>,
     /// The first-order states, in the order of the text, then those of the effects.

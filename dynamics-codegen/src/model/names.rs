@@ -56,6 +56,10 @@ pub(super) struct Scope {
     pub inputs: BTreeMap<String, Declared<usize>>,
     /// In a template: what the ports are bound to.
     pub ports: BTreeMap<String, (PortKind, usize)>,
+    /// Of ports that stand for several coordinates: which.
+    pub sets: BTreeMap<String, Vec<usize>>,
+    /// The place in the set that such a port stands for just now.
+    pub member: Option<usize>,
     pub frames: super::frames::Frames,
     pub terms: Vec<Term>,
     /// Names whose definition could not be read: not there, and not to be complained about.
@@ -66,7 +70,7 @@ pub(super) struct Scope {
 pub(super) const RESERVED: [&str; 2] = ["t", "pi"];
 
 /// The functions of the language with their number of arguments.
-pub(super) const FUNCTIONS: [(&str, usize); 23] = [
+pub(super) const FUNCTIONS: [(&str, usize); 28] = [
     ("sin", 1),
     ("cos", 1),
     ("tan", 1),
@@ -90,10 +94,23 @@ pub(super) const FUNCTIONS: [(&str, usize); 23] = [
     ("coordinate", 1),
     ("delay", 2),
     ("mass", 1),
+    ("multiplier", 1),
+    ("normal_force", 1),
+    ("speed", 1),
+    ("load", 1),
+    ("norm", 1),
 ];
 
 /// Functions that read numbers or bodies by name.
-const LOOKUPS: [&str; 3] = ["input", "coordinate", "mass"];
+const LOOKUPS: [&str; 7] = [
+    "input",
+    "coordinate",
+    "mass",
+    "multiplier",
+    "normal_force",
+    "speed",
+    "load",
+];
 
 /// Functions of frames and bodies with three components.
 pub(super) const VECTORS: [&str; 7] = [

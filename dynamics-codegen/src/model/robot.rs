@@ -430,8 +430,15 @@ impl Assembly<'_, '_> {
         let residual = graph.sub(length, one);
         // ½ (ηᵀη − 1): its row is ηᵀ.
         let residual = graph.scale(0.5, residual);
+        let multiplier = self
+            .builder
+            .model
+            .graph
+            .symbol(format!("lambda_{name}_unit"));
         self.builder.model.constraints.push(Constraint {
             name: format!("{name}_unit"),
+            multiplier,
+            active: None,
             kind: ConstraintKind::Holonomic,
             time_dependent: false,
             residual,
@@ -553,6 +560,7 @@ impl Builder<'_> {
             nominal: value,
             lower,
             upper: f64::INFINITY,
+            tries: None,
             prior: None,
             symbol,
             effect: None,

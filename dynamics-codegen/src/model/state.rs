@@ -106,7 +106,11 @@ impl Builder<'_> {
 
     /// `state z = value`: what it is at the beginning.
     pub(super) fn lower_initial(&mut self, name: &Name, initial: Option<&Expr>) -> Option<()> {
-        let (index, initial) = (self.state_of(name)?, initial?);
+        // A name that is taken has been reported.
+        let bound = self.scope.names.get(&name.text).map(|d| d.what.clone());
+        let (Some(Binding::State(index)), Some(initial)) = (bound, initial) else {
+            return None;
+        };
         let quantity = self.lower(initial)?;
         if let Some(dimension) = self.model.states[index].dimension {
             let role = format!("the initial value of `{}`", name.text);
@@ -118,6 +122,7 @@ impl Builder<'_> {
                 "an initial value cannot depend on a state",
             ));
         }
+        self.refuse_momentary(quantity.expr, initial.span, "an initial value")?;
         self.model.states[index].initial = self.as_it_arrives(quantity.expr);
         Some(())
     }
@@ -138,6 +143,7 @@ impl Builder<'_> {
                     .also(first, "first here"),
             );
         }
+        self.refuse_momentary(quantity.expr, value.span, "a rate")?;
         self.model.states[index].rate = self.as_it_arrives(quantity.expr);
         Some(())
     }
@@ -169,14 +175,15 @@ impl Builder<'_> {
     /// Energies and constraints hold neither states nor delayed inputs, and neither has a
     /// rate that could be taken.
     pub(super) fn refuse_memory(&mut self, expr: ExprId, span: Span, role: &str) -> Option<()> {
+        self.refuse_momentary(expr, span, role)?;
         let graph = &self.model.graph;
         let mut states = self.model.states.iter();
         if let Some(state) = states.find(|z| graph.depends_on(&[expr], z.symbol)) {
             let message = format!("{role} contains the state `{}`", state.name);
-            return self.report(Diagnostic::error(span, message).help(
-                "a state acts through `force` and `input … = …`; give its rate a name with `let` \
-                 to use it elsewhere",
-            ));
+            return self.report(
+                Diagnostic::error(span, message)
+                    .help("a state acts through `force` and `input … = …`"),
+            );
         }
         let mut delays = self.model.delays.iter();
         if let Some(delay) = delays.find(|d| graph.depends_on(&[expr], d.symbol)) {
@@ -188,8 +195,31 @@ impl Builder<'_> {
         Some(())
     }
 
+    /// Multipliers and loads are known only when all forces are.
+    pub(super) fn refuse_momentary(&mut self, expr: ExprId, span: Span, role: &str) -> Option<()> {
+        let graph = &self.model.graph;
+        let mut constraints = self.model.constraints.iter();
+        if let Some(found) = constraints.find(|c| graph.depends_on(&[expr], c.multiplier)) {
+            let message = format!("{role} contains the multiplier of `{}`", found.name);
+            return self.report(
+                Diagnostic::error(span, message).help("a multiplier stands in `force` only"),
+            );
+        }
+        let mut loads = self.loads.iter();
+        if loads.any(|load| graph.depends_on(&[expr], load.symbol)) {
+            let message = format!("{role} contains a load");
+            return self
+                .report(Diagnostic::error(span, message).help("a load stands in `force` only"));
+        }
+        Some(())
+    }
+
     /// A state without a rate would stand still: a slip, not a wish.
     pub(super) fn refuse_states_without_rate(&mut self) {
+        // A faulty rate is no missing one.
+        if self.failed() {
+            return;
+        }
         for index in 0..self.state_notes.len() {
             let StateNotes { span, rate: None } = self.state_notes[index] else {
                 continue;

@@ -57,6 +57,10 @@ pub enum PortKind {
     Input,
     /// A body.
     Body,
+    /// Several coordinates of one unit: the last port of a template.
+    Coordinates,
+    /// A constraint that is a contact: something slides along it.
+    Constraint,
 }
 
 /// One statement.
@@ -86,6 +90,13 @@ pub enum StatementKind {
         name: Name,
         /// Its unit.
         unit: Option<Unit>,
+    },
+    /// `measured x = x + offset;`: what a log shows in place of the position.
+    Measured {
+        /// The coordinate.
+        name: Name,
+        /// What its sensor reads.
+        value: Expr,
     },
     /// `input u = gain*u;`: what arrives in place of what was commanded.
     Channel {
@@ -122,6 +133,8 @@ pub enum StatementKind {
         bounds: Option<Bounds>,
         /// What is believed of it beforehand.
         prior: Option<Box<Prior>>,
+        /// How many values a search tries within the bounds.
+        tries: Option<Expr>,
     },
     /// `constant g: m/s^2 = 9.81;`
     Constant {
@@ -152,10 +165,12 @@ pub enum StatementKind {
         /// The generalised force.
         value: Expr,
     },
-    /// `constraint name: left == right;`
+    /// `constraint name when flag: left == right;`
     Constraint {
         /// Its name.
         name: Name,
+        /// Where it is positive the constraint is there; always if not stated.
+        when: Option<Expr>,
         /// Left of `==`.
         left: Expr,
         /// Right of `==`.

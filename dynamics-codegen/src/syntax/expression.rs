@@ -300,7 +300,10 @@ pub(super) fn bounds(stream: &mut Stream<'_>) -> Parsed<Bounds> {
     }
     stream.skip();
     stream.skip();
-    let ends = stream.at(';') || stream.at_word("prior") || stream.input.is_empty();
+    let ends = stream.at(';')
+        || stream.at_word("prior")
+        || stream.at_word("try")
+        || stream.input.is_empty();
     let upper = if ends {
         None
     } else {

@@ -7,10 +7,11 @@ use super::stream::{Parsed, Stream};
 use crate::diagnostic::{Diagnostic, nearest};
 
 /// The words that begin a statement.
-const KEYWORDS: [&str; 18] = [
+const KEYWORDS: [&str; 19] = [
     "coordinate",
     "input",
     "state",
+    "measured",
     "parameter",
     "constant",
     "let",
@@ -97,19 +98,24 @@ fn heading(stream: &mut Stream<'_>) -> Parsed<(String, Heading)> {
     Ok((doc, heading))
 }
 
+/// What a port can stand for.
+const KINDS: &str = "`coordinate`, `coordinates`, `input`, `body` or `constraint`";
+
 fn ports(stream: &mut Stream<'_>) -> Parsed<Vec<Port>> {
     let mut ports = Vec::new();
     in_brackets(stream, |inner| {
         let name = inner.name("the name of a port")?;
         let kind = if inner.eat(':') {
-            let kind = inner.name("`coordinate`, `input` or `body`")?;
+            let kind = inner.name(KINDS)?;
             match kind.text.as_str() {
                 "coordinate" => PortKind::Coordinate,
                 "input" => PortKind::Input,
                 "body" => PortKind::Body,
+                "coordinates" => PortKind::Coordinates,
+                "constraint" => PortKind::Constraint,
                 _ => {
                     return Err(Box::new(
-                        Diagnostic::error(kind.span, "expected `coordinate`, `input` or `body`")
+                        Diagnostic::error(kind.span, format!("expected {KINDS}"))
                             .label("no such kind of port"),
                     ));
                 }
@@ -159,6 +165,13 @@ fn statement(stream: &mut Stream<'_>) -> Parsed<Statement> {
         }
         "input" => input(stream)?,
         "state" => state(stream)?,
+        "measured" => {
+            let name = stream.name("the coordinate that is measured")?;
+            StatementKind::Measured {
+                name,
+                value: value(stream)?,
+            }
+        }
         "dot" => rate(stream)?,
         "parameter" => parameter(stream)?,
         "constant" => constant(stream)?,
@@ -293,12 +306,17 @@ fn parameter(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
         .eat_word("prior")
         .then(|| prior(stream).map(Box::new))
         .transpose()?;
+    let tries = stream
+        .eat_word("try")
+        .then(|| expression(stream))
+        .transpose()?;
     Ok(StatementKind::Parameter {
         name,
         unit,
         nominal,
         bounds,
         prior,
+        tries,
     })
 }
 
@@ -331,7 +349,15 @@ fn constant(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
 
 fn constraint(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
     let name = stream.name("the constraint's name")?;
-    stream.expect(':', "the constraint's name")?;
+    let when = stream
+        .eat_word("when")
+        .then(|| expression(stream))
+        .transpose()?;
+    let before = match when {
+        Some(_) => "the condition",
+        None => "the constraint's name",
+    };
+    stream.expect(':', before)?;
     let left = expression(stream)?;
     if !stream.at_pair('=', '=') {
         let error = Diagnostic::error(
@@ -345,6 +371,7 @@ fn constraint(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
     stream.skip();
     Ok(StatementKind::Constraint {
         name,
+        when,
         left,
         right: expression(stream)?,
     })

@@ -78,6 +78,11 @@ pub enum SolveError {
         /// Number of rows.
         rows: usize,
     },
+    /// A force depends on multipliers, and no consistent value of them was found.
+    Unsettled {
+        /// A constraint row whose multiplier does not come to rest.
+        row: usize,
+    },
 }
 
 impl fmt::Display for SolveError {
@@ -122,6 +127,12 @@ impl fmt::Display for SolveError {
                 "the constraints contradict each other: {rows} rows have rank {rank} and row \
                  {row} misses its right-hand side by {residual:e}; remove the contradicting \
                  constraint, or start from a state that fulfils all of them"
+            ),
+            Self::Unsettled { row } => write!(
+                f,
+                "the friction of the contact at constraint row {row} finds no balance with the \
+                 force that it comes from: with this much friction the contact jams or has \
+                 several motions; lower the coefficient of friction"
             ),
         }
     }

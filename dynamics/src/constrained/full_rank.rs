@@ -9,7 +9,8 @@ use crate::{Real, Scalar};
 /// Factorised `K = [[M, Aᵀ], [A, 0]]` for positive definite `M` and `A` of full row rank.
 ///
 /// `M = L D Lᵀ`, `W = L⁻¹ Aᵀ`, `G = A M⁻¹ Aᵀ = Wᵀ D⁻¹ W`, again by `L D Lᵀ`. Straight
-/// line, without a comparison. Outside its demands the results are infinite or NaN
+/// line, without a comparison. A row of `A` that is zero, with its entry of `b`, is a
+/// constraint that is switched off. Outside its demands the results are infinite or NaN
 /// (or inaccurate close by); use [`RankRevealing`](super::RankRevealing) there.
 #[derive(Clone, Copy, Debug)]
 pub struct FullRank<T, const N: usize, const M: usize> {
@@ -26,7 +27,13 @@ impl<T: Scalar, const N: usize, const M: usize> FullRank<T, N, M> {
     pub fn new(mass: &SMatrix<T, N, N>, a: &SMatrix<T, M, N>) -> Self {
         let mass = Ldlt::new(mass);
         let w = mass.solve_lower(&SMatrix::from_fn(|i, j| a[(j, i)]));
-        let gram = gram(&w, mass.inverse_pivots());
+        let mut gram = gram(&w, mass.inverse_pivots());
+        // A row of zeros is a constraint that is switched off: its multiplier is 0.
+        for row in 0..M {
+            let size = (0..N).fold(T::zero(), |sum, column| sum + a[(row, column)].abs());
+            let there = size.sign();
+            gram[(row, row)] += T::one() - there;
+        }
         Self {
             constraint: *a,
             mass,
@@ -91,12 +98,15 @@ impl<T: Scalar, const N: usize, const M: usize> FullRank<T, N, M> {
 impl<T: Real, const N: usize, const M: usize> FullRank<T, N, M> {
     /// Whether the pivots of `M` (which must be the factorised one) and of `G` are
     /// above ε^(3/8) of their diagonal elements (1.3e-6 for `f64`, 2.5e-3 for `f32`), so
-    /// that this path loses at most about a third of the digits to each.
+    /// that this path loses at most about a third of the digits to each; and whether no row
+    /// of `A` is zero, which may be a contradiction.
     pub fn is_well_conditioned(&self, mass: &SMatrix<T, N, N>) -> bool {
         // ε^(1/4) ε^(1/8): square roots only, `powf` would cost more than the solve.
         let quarter = T::epsilon().sqrt().sqrt();
         let threshold = quarter * quarter.sqrt();
-        self.mass.is_positive_definite(mass, threshold)
+        let empty = |row: usize| (0..N).all(|column| self.constraint[(row, column)] == T::zero());
+        !(0..M).any(empty)
+            && self.mass.is_positive_definite(mass, threshold)
             && self.gram_factor.is_positive_definite(&self.gram, threshold)
     }
 }

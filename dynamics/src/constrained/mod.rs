@@ -17,6 +17,7 @@
 //! force is `Q_I = +Aᵀ λ`; `S = Tᵀ`.
 
 mod baumgarte;
+mod contact;
 mod error;
 mod full_rank;
 mod projectors;
@@ -24,6 +25,7 @@ mod rank_revealing;
 mod tolerance;
 
 pub use baumgarte::Baumgarte;
+pub(crate) use contact::{settle, settle_full_rank};
 pub use error::{Quantity, SolveError};
 pub use full_rank::FullRank;
 pub use projectors::Projectors;

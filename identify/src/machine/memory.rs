@@ -4,16 +4,16 @@
 //! Along a measured curve `(q̂, v̂, u)` a state `z` follows from its own equation
 //! `dz/dt = f(t, q̂, v̂, u, z)` alone, and so does `w = ∂z/∂p` for every parameter:
 //! `dw/dt = ∂f/∂z·w + ∂f/∂p`. Both are integrated here, in half steps of the log, by an
-//! exponential integrator. All samples are evaluated at once; where `f` is not affine in
-//! `z`, a window at a time is repeated until it stands still (Newton's method on the
-//! waveform).
+//! exponential integrator of the second order. Where `f` is affine in `z` and free of the
+//! other states, all samples are evaluated at once; the other states are taken from node
+//! to node.
 
 use super::exponential::step;
 use super::hold::{Hold, Signal};
 use super::{Machine, SensitivityTape, SolveError, States};
 use dynamics_codegen::derive::Sensitivity;
 use dynamics_codegen::graph::SymbolId;
-use dynamics_codegen::{Column, Compiled, Model, System, Tape};
+use dynamics_codegen::{Column, Compiled, Model, Stepper, System, Tape};
 
 /// Delayed inputs and states at some samples, in columns. Empty columns stand for a
 /// machine at rest: inputs as they have always been, states as at the beginning.
@@ -64,8 +64,11 @@ pub(super) struct Tapes {
     inputs: Vec<usize>,
     /// Number of states.
     pub states: usize,
-    /// Whether every `f` is affine in its own state and free of the others.
-    affine: bool,
+    /// States whose `f` is affine in themselves and free of the others.
+    affine: Vec<usize>,
+    /// The other states, and their `f` and `∂fᵢ/∂zᵢ`.
+    marched: Vec<usize>,
+    march: Tape,
 }
 
 /// The equations of `∂z/∂p`.
@@ -97,9 +100,8 @@ impl SlopeTapes {
     }
 }
 
-/// Intervals that are repeated together.
-const WINDOW: usize = 32;
-/// Repetitions at most, and the change that counts as standing still.
+/// Repetitions at most where slopes drive each other, and the change that counts as
+/// standing still.
 const REPETITIONS: usize = 60;
 const STILL: f64 = 1e-11;
 
@@ -112,19 +114,25 @@ impl Tapes {
         }
         let arguments = System::arguments(model);
         let mut outputs = compiled.system.state_rates.clone();
-        let mut affine = true;
+        let (mut affine, mut marched) = (Vec::new(), Vec::new());
         for index in 0..model.states.len() {
             let (rate, own) = (
                 compiled.system.state_rates[index],
                 model.states[index].symbol,
             );
             let slope = model.graph.derivatives(&[rate], own)[0];
-            for (other, state) in model.states.iter().enumerate() {
-                let coupled = other != index && model.graph.depends_on(&[rate], state.symbol);
-                affine &= !coupled && !model.graph.depends_on(&[slope], state.symbol);
+            let bent = model.graph.depends_on(&[slope], own);
+            let mut others = model.states.iter().filter(|z| z.symbol != own);
+            if bent || others.any(|z| model.graph.depends_on(&[rate], z.symbol)) {
+                marched.push(index);
+            } else {
+                affine.push(index);
             }
             outputs.push(slope);
         }
+        let count = model.states.len();
+        let mut of_marched: Vec<_> = marched.iter().map(|&z| outputs[z]).collect();
+        of_marched.extend(marched.iter().map(|&z| outputs[count + z]));
         let by: Vec<_> = model.delays.iter().map(|d| d.by).collect();
         let parameters: Vec<_> = model.parameters.iter().map(|p| p.symbol).collect();
         Some(Self {
@@ -132,8 +140,10 @@ impl Tapes {
             initial: Tape::new(&model.graph, &compiled.system.initial_states, &arguments),
             delays: Tape::new(&model.graph, &by, &parameters),
             inputs: model.delays.iter().map(|d| d.input).collect(),
-            states: model.states.len(),
+            states: count,
             affine,
+            march: Tape::new(&model.graph, &of_marched, &arguments),
+            marched,
         })
     }
 }
@@ -351,100 +361,99 @@ struct Path<'a> {
 }
 
 impl Path<'_> {
-    fn windows(&self, affine: bool) -> Vec<std::ops::Range<usize>> {
-        let intervals = self.t.len() - 1;
-        let window = if affine { intervals } else { WINDOW };
-        let starts = (0..intervals).step_by(window.max(1));
-        starts
-            .map(|start| start..(start + window).min(intervals))
-            .collect()
-    }
-
     /// Fills `z` in at the nodes.
     fn integrate(&self, nodes: &mut [States; 3], beginning: &States) -> Result<(), SolveError> {
-        let count = self.tapes.states;
-        let mut z: Vec<f64> = beginning.memory.z.iter().map(|column| column[0]).collect();
+        let start: Vec<f64> = beginning.memory.z.iter().map(|z| z[0]).collect();
         let intervals = self.t.len() - 1;
         for states in nodes.iter_mut() {
-            states.memory.z = vec![vec![0.0; intervals]; count];
+            states.memory.z = start.iter().map(|&z| vec![z; intervals]).collect();
         }
-        if count == 0 {
-            return Ok(());
+        if !self.tapes.affine.is_empty() {
+            self.sweep(&start, nodes);
         }
-        for window in self.windows(self.tapes.affine) {
-            let mut parts = [0, 1, 2].map(|node: usize| {
-                let mut part = nodes[node].slice(window.clone());
-                part.memory.z = z.iter().map(|&z| vec![z; window.len()]).collect();
-                part
-            });
-            let mut still = false;
-            for _ in 0..REPETITIONS {
-                let rates = [0, 1, 2].map(|node: usize| {
-                    let part = &parts[node];
-                    let columns = part.columns(self.parameters);
-                    self.tapes.rates.evaluate_all(&columns, part.len())
-                });
-                let change = self.sweep(&window, &z, &mut parts, &rates);
-                if !change.is_finite() {
-                    return Err(SolveError::NotFinite {
-                        sample: window.start,
-                    });
-                }
-                still = self.tapes.affine || change < STILL;
-                if still {
-                    break;
-                }
-            }
-            if !still {
-                return Err(SolveError::Unsettled {
-                    sample: window.start,
-                });
-            }
-            let last = window.len() - 1;
-            for (state, z) in z.iter_mut().enumerate() {
-                *z = parts[2].memory.z[state][last];
-            }
-            for (states, part) in nodes.iter_mut().zip(&parts) {
-                for (column, values) in states.memory.z.iter_mut().zip(&part.memory.z) {
-                    column[window.clone()].copy_from_slice(values);
-                }
-            }
+        if !self.tapes.marched.is_empty() {
+            self.march(start, nodes);
         }
-        Ok(())
+        let finite = |states: &States| states.memory.z.iter().flatten().all(|z| z.is_finite());
+        if nodes.iter().all(finite) {
+            Ok(())
+        } else {
+            Err(SolveError::NotFinite { sample: 0 })
+        }
     }
 
-    /// Integrates the equations as they are linearised at `parts`; says by how much
-    /// `z` changed, relative to its size.
-    fn sweep(
-        &self,
-        window: &std::ops::Range<usize>,
-        start: &[f64],
-        parts: &mut [States; 3],
-        rates: &[Vec<Vec<f64>>; 3],
-    ) -> f64 {
+    /// Integrates the affine states, all at once: anywhere `f = c + J z`.
+    fn sweep(&self, start: &[f64], nodes: &mut [States; 3]) {
         let count = start.len();
-        let mut change = 0.0_f64;
-        for state in 0..count {
+        let rates = [0, 1, 2].map(|node: usize| {
+            let states = &nodes[node];
+            let columns = states.columns(self.parameters);
+            self.tapes.rates.evaluate_all(&columns, states.len())
+        });
+        for &state in &self.tapes.affine {
             let mut z = start[state];
-            for (i, k) in window.clone().enumerate() {
+            for k in 0..self.t.len() - 1 {
                 let half = (self.t[k + 1] - self.t[k]) / 2.0;
                 let line = |node: usize| {
-                    let slope = rates[node][count + state][i];
-                    let old = parts[node].memory.z[state][i];
-                    (rates[node][state][i] - slope * old, slope)
+                    let slope = rates[node][count + state][k];
+                    (rates[node][state][k] - slope * start[state], slope)
                 };
                 let ends = [line(0), line(1), line(2)];
                 let middle = between(z, ends[0], ends[1], half);
                 let end = between(middle, ends[1], ends[2], half);
-                for (node, new) in [z, middle, end].into_iter().enumerate() {
-                    let old = &mut parts[node].memory.z[state][i];
-                    change = worst(change, (new - *old).abs() / (1.0 + new.abs()));
-                    *old = new;
+                for (states, new) in nodes.iter_mut().zip([z, middle, end]) {
+                    states.memory.z[state][k] = new;
                 }
                 z = end;
             }
         }
-        change
+    }
+
+    /// Integrates the other states, from node to node. Each step is linearised where it
+    /// begins, with the slope of that end at which the state decays faster: a corner of
+    /// `f` inside the step does no harm.
+    fn march(&self, mut z: Vec<f64>, nodes: &mut [States; 3]) {
+        let marched = &self.tapes.marched;
+        let count = marched.len();
+        let mut stepper = Stepper::new(&self.tapes.march);
+        let (mut arguments, mut here, mut there) =
+            (Vec::new(), vec![0.0; 2 * count], vec![0.0; 2 * count]);
+        for k in 0..self.t.len() - 1 {
+            let half = (self.t[k + 1] - self.t[k]) / 2.0;
+            for node in 0..3 {
+                if node > 0 {
+                    self.arguments(&nodes[node - 1], k, &z, &mut arguments);
+                    stepper.step(&arguments, &mut here);
+                    self.arguments(&nodes[node], k, &z, &mut arguments);
+                    stepper.step(&arguments, &mut there);
+                    for (place, &state) in marched.iter().enumerate() {
+                        let slope = here[count + place].min(there[count + place]);
+                        let [first, last] =
+                            [here[place], there[place]].map(|rate| rate - slope * z[state]);
+                        z[state] = step(z[state], slope, first, last, half);
+                    }
+                }
+                for &state in marched {
+                    nodes[node].memory.z[state][k] = z[state];
+                }
+            }
+        }
+    }
+
+    /// A tape's inputs at one sample; the marched states are those in `z`.
+    fn arguments(&self, states: &States, sample: usize, z: &[f64], arguments: &mut Vec<f64>) {
+        arguments.clear();
+        arguments.push(states.t[sample]);
+        let memory = &states.memory;
+        for group in [&states.q, &states.v, &states.u, &memory.delayed] {
+            arguments.extend(group.iter().map(|column| column[sample]));
+        }
+        let first = arguments.len();
+        arguments.extend(memory.z.iter().map(|column| column[sample]));
+        for &state in &self.tapes.marched {
+            arguments[first + state] = z[state];
+        }
+        arguments.extend(self.parameters);
     }
 
     /// Fills `∂z/∂p` in at the nodes.

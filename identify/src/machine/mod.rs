@@ -1,14 +1,17 @@
 //! A model that is known only now: its equations on tapes, solved for
 //! accelerations and multipliers at many states at once.
 
+mod contact;
 mod exponential;
 mod hold;
+mod measured;
 mod memory;
 mod rollout;
 mod solve;
 mod states;
 
 pub use hold::{Hold, Signal};
+pub use measured::{Measured, Sensors};
 pub use memory::{Memory, Trail};
 pub use rollout::{Rollout, RolloutOptions, Simulated};
 pub use solve::{Factorisation, SolveError};
@@ -44,8 +47,10 @@ pub struct Terms {
     pub applied_force: DVector<f64>,
     /// `B`, `n×(k+d)`: the inputs, then the delayed ones.
     pub input_matrix: DMatrix<f64>,
-    /// `Q`, `n`.
+    /// `Q`, `n`; of a [`Motion`], at its multipliers; of [`Machine::terms`], at none.
     pub force: DVector<f64>,
+    /// `∂Q/∂λ`, `n×m`; `n×0` where no force depends on a multiplier.
+    pub multiplier_slope: DMatrix<f64>,
     /// `A`, `m×n`.
     pub constraint_matrix: DMatrix<f64>,
     /// `b`, `m`.
@@ -83,6 +88,7 @@ impl Machine {
             constraint_bias,
             constraint_residual,
             constraint_rate,
+            multiplier_slope,
             ..
         } = &compiled.system;
         let mut outputs = Vec::new();
@@ -95,7 +101,8 @@ impl Machine {
         outputs.extend(constraint_bias);
         outputs.extend(constraint_residual);
         outputs.extend(constraint_rate);
-        let arguments = System::arguments(&compiled.model);
+        outputs.extend(multiplier_slope.iter().flatten());
+        let arguments = compiled.system.arguments_of_forces(&compiled.model);
         let terms = Tape::new(&compiled.model.graph, &outputs, &arguments);
         let coordinates = compiled.model.coordinates.len();
         let constraints = compiled.model.constraints.len();
@@ -132,9 +139,23 @@ impl Machine {
 
     /// The equation's terms at every state.
     pub fn terms(&self, states: &States, parameters: &[f64]) -> Vec<Terms> {
+        let nothing = vec![vec![0.0; states.len()]; self.constraints];
+        self.terms_at(states, parameters, &nothing)
+    }
+
+    /// The equation's terms where multipliers, one column each, act on the forces.
+    fn terms_at(
+        &self,
+        states: &States,
+        parameters: &[f64],
+        multipliers: &[Vec<f64>],
+    ) -> Vec<Terms> {
         let completed = self.completed(states, parameters);
         let states = completed.as_ref().unwrap_or(states);
-        let columns = states.columns(parameters);
+        let mut columns = states.columns(parameters);
+        if self.has_contact() {
+            columns.extend(multipliers.iter().map(|column| Column::Each(column)));
+        }
         let values = self.terms.evaluate_all(&columns, states.len());
         (0..states.len())
             .map(|sample| self.unpack(&values, sample))
@@ -144,6 +165,7 @@ impl Machine {
     fn unpack(&self, values: &[Vec<f64>], sample: usize) -> Terms {
         let (n, m) = (self.coordinates, self.constraints);
         let k = self.inputs + self.compiled.model.delays.len();
+        let l = if self.has_contact() { m } else { 0 };
         let mut next = values.iter().map(|column| column[sample]);
         let mut matrix = |rows: usize, columns: usize| {
             DMatrix::from_row_iterator(rows, columns, next.by_ref().take(rows * columns))
@@ -159,20 +181,18 @@ impl Machine {
             constraint_bias: vector(matrix(m, 1)),
             constraint_residual: vector(matrix(m, 1)),
             constraint_rate: vector(matrix(m, 1)),
+            multiplier_slope: matrix(n, l),
         }
     }
 
     /// Accelerations and multipliers at every state [3.38–3.43].
     ///
+    /// Where forces depend on multipliers, by Newton's method on the multipliers.
+    ///
     /// # Errors
     /// If the equation has no unique solution at one of the states.
     pub fn motion(&self, states: &States, parameters: &[f64]) -> Result<Vec<Motion>, SolveError> {
-        let terms = self.terms(states, parameters);
-        terms
-            .into_iter()
-            .enumerate()
-            .map(|(sample, terms)| Motion::of(terms, sample))
-            .collect()
+        self.motion_with(states, parameters, |_| ())
     }
 
     /// Which rows of the constraint are differentiated twice.
@@ -194,7 +214,10 @@ impl Machine {
         arguments.extend(&past[System::arguments(model).len()..]);
         let slopes =
             (!model.states.is_empty()).then(|| SlopeTapes::new(model, &sensitivity, &past));
+        let mut states = model.states.iter();
+        let reads_states = states.any(|z| model.graph.depends_on(&outputs, z.symbol));
         SensitivityTape {
+            reads_states: reads_states || !sensitivity.memory.is_empty(),
             tape: Tape::new(&model.graph, &outputs, &arguments),
             slopes,
             variables: variables.len(),
@@ -203,10 +226,13 @@ impl Machine {
 }
 
 impl Motion {
-    fn of(terms: Terms, sample: usize) -> Result<Self, SolveError> {
-        let factorisation =
-            Factorisation::new(&terms.mass_matrix, &terms.constraint_matrix, sample)?;
-        let force = DMatrix::from_column_slice(terms.force.len(), 1, terms.force.as_slice());
+    /// Where forces depend on multipliers: linearised at `known`.
+    fn of(terms: Terms, known: &[f64], sample: usize) -> Result<Self, SolveError> {
+        let factorisation = Factorisation::new(&terms, sample)?;
+        let mut force = DMatrix::from_column_slice(terms.force.len(), 1, terms.force.as_slice());
+        if terms.multiplier_slope.ncols() > 0 {
+            force -= &terms.multiplier_slope * DVector::from_column_slice(known);
+        }
         let bias = DMatrix::from_column_slice(
             terms.constraint_bias.len(),
             1,
@@ -247,12 +273,19 @@ impl Motion {
 #[derive(Debug, Clone)]
 pub struct SensitivityTape {
     tape: Tape,
+    /// Whether a derivative contains a state.
+    reads_states: bool,
     /// How states follow the variables; `None` if there are none.
     slopes: Option<SlopeTapes>,
     variables: usize,
 }
 
 impl SensitivityTape {
+    /// Whether it matters which states it is evaluated with.
+    pub fn reads_states(&self) -> bool {
+        self.reads_states
+    }
+
     /// `∂a/∂s` (`n × variables`) and `∂λ/∂s` (`m × variables`) at every state. By a
     /// parameter, what it does through delayed inputs and states is in them as far as
     /// `states.memory` says so ([`Machine::trail`]).

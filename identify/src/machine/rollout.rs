@@ -160,14 +160,10 @@ impl<'a> Rollout<'a> {
         let states = &self.machine.at_rest(states, self.parameters);
         let n = self.machine.coordinate_count();
         let mut accelerations = vec![vec![0.0; states.len()]; n];
-        for (window, mut terms) in self
+        let motions = self
             .machine
-            .terms(states, self.parameters)
-            .into_iter()
-            .enumerate()
-        {
-            self.stabilise(&mut terms);
-            let motion = super::Motion::of(terms, window)?;
+            .motion_with(states, self.parameters, |terms| self.stabilise(terms))?;
+        for (window, motion) in motions.iter().enumerate() {
             for i in 0..n {
                 accelerations[i][window] = motion.acceleration[i];
             }

@@ -1,5 +1,6 @@
 //! The constrained solve for sizes known at run time (Udwadia–Kalaba, MATH section 4).
 
+use super::Terms;
 use nalgebra::{Cholesky, DMatrix, Dyn};
 
 /// Why a state has no unique motion. `sample` counts from zero.
@@ -61,7 +62,7 @@ impl SolveError {
 /// Eigenvalues of `G = A M⁻¹ Aᵀ` below this share of the largest count as zero.
 const RANK_TOLERANCE: f64 = 1e-11;
 
-/// `K = [[M, Aᵀ], [A, 0]]`, factorised.
+/// `K = [[M, Aᵀ + Q′], [A, 0]]`, factorised; `Q′ = ∂Q/∂λ` is null but for contact friction.
 #[derive(Debug, Clone)]
 pub struct Factorisation {
     /// Of `M`, or of `M + α² AᵀA` where `M` is singular [3.49–3.54].
@@ -69,7 +70,7 @@ pub struct Factorisation {
     /// `α²`; zero where `M` is regular.
     penalty: f64,
     constraint: DMatrix<f64>,
-    /// `M⁻¹ Aᵀ`, `n×m`.
+    /// `M⁻¹ (Aᵀ + Q′)`, `n×m`.
     compliance: DMatrix<f64>,
     /// `G⁺`, `m×m`.
     inverse: DMatrix<f64>,
@@ -77,27 +78,48 @@ pub struct Factorisation {
 
 impl Factorisation {
     /// Factorises. `sample` is what an error calls the state.
-    pub(super) fn new(
+    pub(super) fn new(terms: &Terms, sample: usize) -> Result<Self, SolveError> {
+        Self::of(
+            &terms.mass_matrix,
+            &terms.constraint_matrix,
+            &terms.multiplier_slope,
+            sample,
+        )
+    }
+
+    /// `slope` is `Q′`, or has no column.
+    fn of(
         mass_matrix: &DMatrix<f64>,
         constraint: &DMatrix<f64>,
+        slope: &DMatrix<f64>,
         sample: usize,
     ) -> Result<Self, SolveError> {
         if mass_matrix
             .iter()
             .chain(constraint.iter())
+            .chain(slope.iter())
             .any(|x| !x.is_finite())
         {
             return Err(SolveError::NotFinite { sample });
         }
         let (inertia, penalty) =
             factorise_inertia(mass_matrix, constraint).ok_or(SolveError::Singular { sample })?;
-        let compliance = inertia.solve(&constraint.transpose());
+        let compliance = if slope.ncols() > 0 {
+            inertia.solve(&(constraint.transpose() + slope))
+        } else {
+            inertia.solve(&constraint.transpose())
+        };
         let gram = constraint * &compliance;
         // The eigenvalue iteration would not end on these.
         if gram.iter().any(|x| !x.is_finite()) {
             return Err(SolveError::NotFinite { sample });
         }
-        let inverse = pseudo_inverse(&gram);
+        let inverse = if slope.iter().any(|&x| x != 0.0) {
+            let plain = constraint * inertia.solve(&constraint.transpose());
+            contact_inverse(&gram, &plain).ok_or(SolveError::Unsettled { sample })?
+        } else {
+            pseudo_inverse(&gram)
+        };
         Ok(Self {
             inertia,
             penalty,
@@ -155,6 +177,22 @@ fn factorise_inertia(
     regular(&cholesky).then_some((cholesky, penalty))
 }
 
+/// Of `A M⁻¹ (Aᵀ + Q′)`, which is not symmetric; `None` where friction makes it singular
+/// that is not so without (`plain`).
+fn contact_inverse(matrix: &DMatrix<f64>, plain: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let rank = |matrix: &DMatrix<f64>| {
+        let svd = matrix.clone().svd(true, true);
+        let largest = svd.singular_values.amax();
+        (svd.rank(RANK_TOLERANCE * largest), svd, largest)
+    };
+    let (wanted, _, scale) = rank(plain);
+    let (found, svd, largest) = rank(matrix);
+    if found < wanted || largest < RANK_TOLERANCE * scale {
+        return None;
+    }
+    svd.pseudo_inverse(RANK_TOLERANCE * largest).ok()
+}
+
 /// Of a symmetric positive semidefinite matrix.
 fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     if matrix.nrows() == 0 {
@@ -181,8 +219,9 @@ mod tests {
     #[test]
     fn a_doubled_constraint_changes_nothing() {
         let m = dmatrix![2.0, 0.3; 0.3, 1.0];
-        let single = Factorisation::new(&m, &dmatrix![1.0, 2.0], 0).unwrap();
-        let double = Factorisation::new(&m, &dmatrix![1.0, 2.0; 1.0, 2.0], 0).unwrap();
+        let none = DMatrix::zeros(2, 0);
+        let single = Factorisation::of(&m, &dmatrix![1.0, 2.0], &none, 0).unwrap();
+        let double = Factorisation::of(&m, &dmatrix![1.0, 2.0; 1.0, 2.0], &none, 0).unwrap();
         let q = dmatrix![1.0; -3.0];
         let (a, _) = single.solve(&q, &dmatrix![0.7]);
         let (b, _) = double.solve(&q, &dmatrix![0.7; 0.7]);
@@ -192,13 +231,15 @@ mod tests {
     #[test]
     fn a_singular_mass_matrix_is_carried_by_the_constraint() {
         // Second coordinate massless, tied to the first: a2 = a1, m a1 = Q1 + Q2.
-        let f = Factorisation::new(&dmatrix![2.0, 0.0; 0.0, 0.0], &dmatrix![1.0, -1.0], 0).unwrap();
+        let none = DMatrix::zeros(2, 0);
+        let mass = dmatrix![2.0, 0.0; 0.0, 0.0];
+        let f = Factorisation::of(&mass, &dmatrix![1.0, -1.0], &none, 0).unwrap();
         let (a, lambda) = f.solve(&dmatrix![3.0; 1.0], &dmatrix![0.0]);
         assert!((a[0] - 2.0).abs() < 1e-12 && (a[1] - 2.0).abs() < 1e-12);
         // 0·a2 = Q2 − λ
         assert!((lambda[0] - 1.0).abs() < 1e-12);
         assert_eq!(
-            Factorisation::new(&dmatrix![2.0, 0.0; 0.0, 0.0], &dmatrix![1.0, 0.0], 4).unwrap_err(),
+            Factorisation::of(&mass, &dmatrix![1.0, 0.0], &none, 4).unwrap_err(),
             SolveError::Singular { sample: 4 }
         );
     }

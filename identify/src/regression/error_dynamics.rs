@@ -131,7 +131,8 @@ impl ErrorDynamics {
 #[derive(Default)]
 struct Trails {
     own: Trail,
-    blocks: Vec<Trail>,
+    /// `None`: as the curve's.
+    blocks: Vec<Option<Trail>>,
 }
 
 impl Trails {
@@ -148,7 +149,12 @@ impl Trails {
         let own = machine.trail(curve, hold, parameters, None)?;
         let blocks = columns
             .par_iter()
-            .map(|block| machine.trail(curve, hold, block.parameters, Some(block.tape)))
+            .map(|block| {
+                let needed = block.tape.reads_states();
+                needed
+                    .then(|| machine.trail(curve, hold, block.parameters, Some(block.tape)))
+                    .transpose()
+            })
             .collect::<Result<_, SolveError>>()?;
         Ok(Self { own, blocks })
     }
@@ -156,7 +162,11 @@ impl Trails {
     /// Puts the curve's memory into `states`; returns that of each block.
     fn at(&self, states: &mut States, node: usize, range: Range<usize>) -> Vec<Memory> {
         states.memory = self.own.nodes[node].slice(range.clone());
-        let slice = |trail: &Trail| trail.nodes[node].slice(range.clone());
+        let own = states.memory.clone();
+        let slice = |trail: &Option<Trail>| match trail {
+            Some(trail) => trail.nodes[node].slice(range.clone()),
+            None => own.clone(),
+        };
         self.blocks.iter().map(slice).collect()
     }
 }

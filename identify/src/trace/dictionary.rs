@@ -8,6 +8,7 @@
 
 use crate::machine::{Machine, SensitivityTape};
 use dynamics_codegen::derive::Variable;
+use dynamics_codegen::dimension::Dimension;
 use dynamics_codegen::syntax::{PortKind, written_name};
 use dynamics_codegen::{Library, Report, compile};
 use std::collections::{BTreeMap, HashMap};
@@ -90,7 +91,8 @@ const SHAPE_VALUES: [usize; 2] = [5, 3];
 impl Dictionary {
     /// Writes every effect of `library` at every place into `text` and compiles it.
     /// `overrides` replaces nominal values of the model's own parameters; `ranges`
-    /// holds, per coordinate, some positions of the log, ascending.
+    /// holds, per coordinate, some positions of the log, ascending; then, per input,
+    /// sizes of it.
     ///
     /// # Errors
     /// What the compiler says; the text itself is known to compile.
@@ -256,6 +258,10 @@ impl Dictionary {
         let model = &self.machine.compiled.model;
         let parameter = &model.parameters[index];
         let (lower, upper) = (parameter.lower, parameter.upper);
+        let count = parameter.tries.unwrap_or(count);
+        if count == 1 {
+            return vec![parameter.nominal];
+        }
         let steps = |f: &dyn Fn(f64) -> f64| -> Vec<f64> {
             (0..count)
                 .map(|i| f((i as f64 + 0.5) / count as f64))
@@ -269,19 +275,47 @@ impl Dictionary {
         }
         // In the unit of the coordinate it acts on: somewhere along the log.
         let place = parameter.effect.and_then(|effect| {
-            let (_, name) = model.effects[effect].on.first()?;
-            model
-                .coordinates
-                .iter()
-                .position(|c| c.name == *name && c.dimension == parameter.dimension)
+            let (kind, name) = model.effects[effect].on.first()?;
+            let same = |unit: Option<Dimension>| unit == parameter.dimension;
+            let mut coordinates = model.coordinates.iter();
+            let mut inputs = model.inputs.iter();
+            match kind {
+                PortKind::Input => inputs
+                    .position(|u| u.name == *name && same(u.dimension))
+                    .map(|input| model.coordinates.len() + input),
+                _ => coordinates.position(|c| c.name == *name && same(c.dimension)),
+            }
         });
         match place {
-            Some(coordinate) => {
-                let sorted = &ranges[coordinate];
+            Some(place) => {
+                let sorted = &ranges[place];
                 steps(&|share| sorted[((sorted.len() - 1) as f64 * share) as usize])
             }
             None => vec![parameter.nominal],
         }
+    }
+}
+
+/// Whether two coordinates have one unit: only then can they share a drive.
+fn alike(model: &dynamics_codegen::Model, a: &str, b: &str) -> bool {
+    let unit = |name: &str| {
+        let mut coordinates = model.coordinates.iter();
+        coordinates.find(|c| c.name == name).map(|c| c.dimension)
+    };
+    unit(a) == unit(b)
+}
+
+/// The coordinates of a point that moves: all in metres, if there are two or three.
+fn axes(model: &dynamics_codegen::Model) -> Vec<String> {
+    let metres = model
+        .coordinates
+        .iter()
+        .filter(|c| c.dimension == Dimension::of_unit("m"));
+    let axes: Vec<String> = metres.map(|c| c.name.clone()).collect();
+    if (2..=3).contains(&axes.len()) {
+        axes
+    } else {
+        Vec::new()
     }
 }
 
@@ -292,18 +326,40 @@ fn places(model: &dynamics_codegen::Model, library: &Library) -> Vec<(String, Ve
             PortKind::Coordinate => model.coordinates.iter().map(|c| c.name.clone()).collect(),
             PortKind::Input => model.inputs.iter().map(|u| u.name.clone()).collect(),
             PortKind::Body => model.moving_bodies().map(|b| b.name.clone()).collect(),
+            PortKind::Constraint => (0..model.constraints.len())
+                .filter(|&index| model.sliding(index).is_some())
+                .map(|index| model.constraints[index].name.clone())
+                .collect(),
+            // Chosen all together, below.
+            PortKind::Coordinates => Vec::new(),
         }
     };
     let mut places = Vec::new();
     for template in library.names().filter_map(|name| library.describe(name)) {
         let mut choices: Vec<Vec<String>> = vec![Vec::new()];
-        for kind in &template.ports {
+        for (position, kind) in template.ports.iter().enumerate() {
+            if *kind == PortKind::Coordinates {
+                let axes = axes(model);
+                choices = choices
+                    .into_iter()
+                    .filter(|_| !axes.is_empty())
+                    .map(|chosen| [chosen, axes.clone()].concat())
+                    .collect();
+                continue;
+            }
+            let again = position > 0 && template.ports[position - 1] == *kind;
             choices = choices
                 .iter()
                 .flat_map(|chosen| {
-                    names(*kind)
-                        .into_iter()
+                    let all = names(*kind);
+                    // Two ports of one kind: each pair once.
+                    let last = chosen.last().filter(|_| again);
+                    let first = last.and_then(|last| all.iter().position(|name| name == last));
+                    let begin = first.map_or(0, |first| first + 1);
+                    all.into_iter()
+                        .skip(begin)
                         .filter(|name| !chosen.contains(name))
+                        .filter(move |name| last.is_none_or(|last| alike(model, last, name)))
                         .map(|name| {
                             let mut longer = chosen.clone();
                             longer.push(name);
@@ -317,7 +373,8 @@ fn places(model: &dynamics_codegen::Model, library: &Library) -> Vec<(String, Ve
                 effect.template == template.name
                     && effect.on.iter().map(|(_, name)| name).eq(on.iter())
             });
-            if !present && !on.is_empty() {
+            // A template for inputs has no place in a model without any.
+            if !present && (!on.is_empty() || template.ports.is_empty()) {
                 places.push((template.name.clone(), on));
             }
         }

@@ -103,6 +103,16 @@ impl Observed {
         }
     }
 
+    /// Sizes of each input, ascending.
+    pub fn input_sizes(&self) -> Vec<Vec<f64>> {
+        let sorted = |column: &Vec<f64>| {
+            let mut values: Vec<f64> = column.iter().map(|u| u.abs()).collect();
+            values.sort_by(f64::total_cmp);
+            values
+        };
+        self.record.u.iter().map(sorted).collect()
+    }
+
     /// Some positions of each coordinate, ascending.
     pub fn ranges(&self) -> Vec<Vec<f64>> {
         let sorted = |column: &Vec<f64>| {

@@ -168,7 +168,8 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     let (train, test, split) = split(request, &plain)?;
     let train = thinned(train);
     let mut observed = Observed::new(train, request.hold.unwrap_or(Hold::Linear))?;
-    let ranges = observed.ranges();
+    let mut ranges = observed.ranges();
+    ranges.extend(observed.input_sizes());
     let dictionary = Dictionary::new(
         model_name,
         model_text,

@@ -130,6 +130,13 @@ impl Unit<'_> {
                     one_line(of)
                 ));
             }
+            if model.uses_multipliers() {
+                text.push_str(
+                    "\nForces depend on the constraints' multipliers lambda, in the last places. \
+                     Begin with 0,\nsolve, put the multipliers found here, and repeat until \
+                     they stand still.",
+                );
+            }
             comment(w, 1, &text);
             w.line(&format!("    {prefix}_real u[{}];", inputs.len()));
         }

@@ -2,6 +2,7 @@
 
 use super::Unit;
 use super::layout::Writer;
+use crate::emit::axes::inputs;
 
 /// Fields of `::dynamics::ResidualDerivatives`, with the quantities they hold.
 const FIELDS: [(&str, &str); 7] = [
@@ -43,8 +44,9 @@ impl Unit<'_> {
 
     fn differentiable(&self, w: &mut Writer) {
         let [n, k, m] = self.lengths();
+        let s = self.plan.model.states.len();
         let name = &self.type_name;
-        let of = format!("::dynamics::Differentiable<T, {n}, {k}, {m}, 0>");
+        let of = format!("::dynamics::Differentiable<T, {n}, {k}, {m}, {s}>");
         let result = format!("::dynamics::ResidualDerivatives<T, {n}, {k}, {m}>");
         w.implementation(&of, &format!("{name}<T>"), |w| {
             let arguments = self.stated(n, m);
@@ -77,8 +79,11 @@ impl Unit<'_> {
 
     fn parameter_derivatives(&self, w: &mut Writer) {
         let ([n, k, m], name) = (self.lengths(), &self.type_name);
-        let p = self.plan.model.parameters.len();
-        let sizes = format!("{n}, {k}, {m}, 0, {p}");
+        let (p, s) = (
+            self.plan.model.parameters.len(),
+            self.plan.model.states.len(),
+        );
+        let sizes = format!("{n}, {k}, {m}, {s}, {p}");
         let of = format!("::dynamics::ParameterDerivatives<T, {sizes}>");
         let result = format!("(SMatrix<T, {n}, {p}>, SMatrix<T, {m}, {p}>)");
         w.implementation(&of, &format!("{name}<T>"), |w| {
@@ -102,7 +107,7 @@ impl Unit<'_> {
         let model = &self.plan.model;
         [
             model.coordinates.len(),
-            model.inputs.len(),
+            inputs(model).len(),
             model.constraints.len(),
         ]
     }

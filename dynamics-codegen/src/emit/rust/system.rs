@@ -66,6 +66,17 @@ impl Unit<'_> {
                     },
                 );
                 w.blank();
+                if model.uses_multipliers() {
+                    w.function(
+                        "fn multipliers_at",
+                        &["&self".into()],
+                        "Option<usize>",
+                        |w| {
+                            w.line(format!("Some({})", k - m));
+                        },
+                    );
+                    w.blank();
+                }
                 if s == 0 {
                     self.method(w, "state_rate", "_x", "[T; 0]", |w| w.line("[]"));
                 } else {

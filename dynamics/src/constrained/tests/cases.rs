@@ -50,6 +50,24 @@ fn an_empty_row_is_redundant_or_a_contradiction() {
     ));
 }
 
+/// A row that is switched off leaves the others as they are, on both paths.
+#[test]
+fn an_empty_row_is_switched_off() {
+    let mass = SMatrix::<f64, 2, 2>::new(2.0, 0.5, 0.5, 1.0);
+    let force = SVector::from([3.0, -1.0]);
+    let a = SMatrix::<f64, 2, 2>::new(0.0, 0.0, 1.0, 2.0);
+    let b = SVector::from([0.0, 0.7]);
+    let one = SMatrix::<f64, 1, 2>::new(1.0, 2.0);
+    let expected = FullRank::new(&mass, &one).solve(&force, &SVector::from([0.7]));
+    let blind = FullRank::new(&mass, &a).solve(&force, &b);
+    let checked = solve(&mass, &force, &a, &b, &Tolerance::default()).unwrap();
+    for found in [blind, checked] {
+        assert!((found.a - expected.a).amax() < 1e-12);
+        assert!((found.lambda[1] - expected.lambda[0]).abs() < 1e-12);
+        assert!(found.lambda[0].abs() < 1e-12);
+    }
+}
+
 /// A wheel described by position and angle with the inertia on one of them only
 /// (thesis 3.49): x without mass, φ with inertia 2, rolling x = 0.5 φ.
 #[test]

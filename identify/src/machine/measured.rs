@@ -1,0 +1,78 @@
+//! What sensors read along a motion.
+
+use super::{Machine, States};
+use dynamics_codegen::derive::Variable;
+use dynamics_codegen::{Column, System, Tape};
+
+/// The sensors of a machine: readings of positions and velocities, and their derivatives
+/// by some parameters.
+#[derive(Debug, Clone)]
+pub struct Sensors {
+    tape: Tape,
+    coordinates: usize,
+    variables: usize,
+}
+
+/// Readings at every sample, one column per coordinate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measured {
+    /// Of positions.
+    pub q: Vec<Vec<f64>>,
+    /// Of velocities.
+    pub v: Vec<Vec<f64>>,
+    /// Per variable, `∂q/∂s`.
+    pub q_by: Vec<Vec<Vec<f64>>>,
+    /// Per variable, `∂v/∂s`.
+    pub v_by: Vec<Vec<Vec<f64>>>,
+}
+
+impl Machine {
+    /// The sensors, with derivatives by `variables`: what these change in the readings of a
+    /// motion that stays as it is.
+    pub fn sensors(&mut self, variables: &[Variable]) -> Sensors {
+        let (model, system) = (&mut self.compiled.model, &self.compiled.system);
+        let mut outputs = system.measured.clone();
+        outputs.extend(&system.measured_rates);
+        let readings = outputs.clone();
+        for variable in variables {
+            let symbol = variable.symbol(model);
+            outputs.extend(model.graph.derivatives(&readings, symbol));
+        }
+        let mut arguments = System::arguments(model);
+        arguments.extend(&system.acceleration);
+        Sensors {
+            tape: Tape::new(&model.graph, &outputs, &arguments),
+            coordinates: model.coordinates.len(),
+            variables: variables.len(),
+        }
+    }
+
+    /// Whether a sensor reads anything but its position.
+    pub fn has_sensor_errors(&self) -> bool {
+        !self.compiled.model.measured.is_empty()
+    }
+}
+
+impl Sensors {
+    /// The readings where the machine is in `states` with these accelerations, one column
+    /// per coordinate.
+    pub fn read(
+        &self,
+        states: &States,
+        accelerations: &[Vec<f64>],
+        parameters: &[f64],
+    ) -> Measured {
+        let mut columns = states.columns(parameters);
+        columns.extend(accelerations.iter().map(|a| Column::Each(a)));
+        let mut values = self.tape.evaluate_all(&columns, states.len()).into_iter();
+        let n = self.coordinates;
+        let mut group = || -> Vec<Vec<f64>> { values.by_ref().take(n).collect() };
+        let (q, v) = (group(), group());
+        let (mut q_by, mut v_by) = (Vec::new(), Vec::new());
+        for _ in 0..self.variables {
+            q_by.push(group());
+            v_by.push(group());
+        }
+        Measured { q, v, q_by, v_by }
+    }
+}
