@@ -86,6 +86,7 @@
 pub mod batch;
 pub mod constrained;
 mod dual;
+mod entries;
 pub mod integrate;
 pub mod linalg;
 mod scalar;
@@ -94,6 +95,7 @@ mod simulate;
 mod system;
 
 pub use dual::Dual;
+pub use entries::Entries;
 pub use scalar::{Real, Scalar};
 pub use sensitivity::{
     Differentiable, MotionDerivatives, ParameterDerivatives, ResidualDerivatives,

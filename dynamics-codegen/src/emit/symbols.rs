@@ -74,7 +74,7 @@ pub(super) struct Symbols {
 }
 
 /// Names of a function's arguments.
-const ARGUMENTS: [&str; 7] = ["p", "x", "a", "lambda", "out", "angles", "circular"];
+const ARGUMENTS: [&str; 6] = ["p", "x", "a", "lambda", "out", "circular"];
 
 impl Symbols {
     /// Names them, and the symbols that stand for `a` and `λ`; `taken` lists what the

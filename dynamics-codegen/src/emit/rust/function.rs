@@ -40,6 +40,8 @@ impl Unit<'_> {
             }
         });
         w.blank();
+        self.entries(w, function, &name);
+        w.blank();
         let body = function.body(&self.plan.model, &self.symbols);
         w.doc(&Doc::of(format!(
             "{}; shared terms are computed once.",
@@ -53,6 +55,21 @@ impl Unit<'_> {
                     results = rest;
                     let value = self.array(quantity, own, &body);
                     w.array(&format!("{}: ", quantity.name), &value, ",");
+                }
+            });
+        });
+    }
+
+    /// `impl Entries`: the struct as one list of numbers.
+    fn entries(&self, w: &mut Writer, function: &Function, name: &str) {
+        w.implementation("::dynamics::Entries<T>", &format!("{name}<T>"), |w| {
+            let length: usize = function.quantities.iter().map(|q| q.entries.len()).sum();
+            w.line(format!("const LENGTH: usize = {length};"));
+            w.blank();
+            w.line("#[inline(always)]");
+            w.block("fn each(&self, take: &mut impl FnMut(T)) {", "}", |w| {
+                for quantity in &function.quantities {
+                    w.line(format!("self.{}.each(take);", quantity.name));
                 }
             });
         });
@@ -136,16 +153,30 @@ impl Unit<'_> {
                     w.line(format!("let ({sine}, {cosine}) = {argument}.sin_cos();"));
                 }
                 Statement::SinCosEach(group) => {
-                    let angle = |c: &Circular| Array::of(rust.write(&c.argument, locals).text);
-                    let angles = Array::Row(group.iter().map(angle).collect());
-                    w.array("let angles = ", &angles, ";");
-                    w.line("let circular = T::sin_cos_each(angles);");
-                    for (index, Circular { sine, cosine, .. }) in group.iter().enumerate() {
-                        let (sine, cosine) = (&locals[*sine], &locals[*cosine]);
-                        w.line(format!("let ({sine}, {cosine}) = circular[{index}];"));
+                    for group in group.chunks(4) {
+                        self.circular(w, group, body);
                     }
                 }
             }
+        }
+    }
+
+    /// Up to four sines and cosines side by side.
+    fn circular(&self, w: &mut Writer, group: &[Circular], body: &Body) {
+        let rust = Rust {
+            symbols: &self.symbols,
+        };
+        let write = |c: &Circular| rust.write(&c.argument, &body.locals);
+        let pair = |c: &Circular| format!("({}, {})", body.locals[c.sine], body.locals[c.cosine]);
+        if let [only] = group {
+            let argument = write(only).within(Precedence::Atom);
+            return w.line(format!("let {} = {argument}.sin_cos();", pair(only)));
+        }
+        let arguments: Vec<String> = group.iter().map(|c| write(c).text).collect();
+        let function = format!("T::sin_cos_{}", group.len());
+        w.call("let circular = ", &function, &arguments, ";");
+        for (index, c) in group.iter().enumerate() {
+            w.line(format!("let {} = circular[{index}];", pair(c)));
         }
     }
 
