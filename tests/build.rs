@@ -28,6 +28,13 @@ const MORE: [&str; 16] = [
     "outputs_by_position",
 ];
 
+/// Robots whose functions are compared: the second one's derivatives come in parts.
+const ROBOTS: [&str; 2] = ["../models/iiwa7.urdf", "../models/panda.urdf"];
+
+/// The functions of a robot.
+const ROBOT: &str = "mass_matrix+bias_force,inverse_dynamics,inverse_dynamics_derivatives,\
+    forward_dynamics,forward_dynamics_derivatives,force_residual,residual_derivatives";
+
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=../models");
@@ -40,7 +47,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let bytes = std::fs::read(&path).map_err(|e| format!("{name}: {e}"))?;
         let compiled = compile_bytes(&name, &bytes, &Library::builtin())
             .map_err(|report| report.render())?;
-        let list = list(&compiled);
+        let robot = path.extension().is_some_and(|e| e == "urdf");
+        let list = if robot { ROBOT.to_string() } else { list(&compiled) };
         let emission = Emission::new(&compiled, &name, &list.parse()?)?;
         let file = emission.rust_file();
         let path = out.join("full").join(&file.name);
@@ -122,7 +130,8 @@ fn calls(out: &mut String, emission: &Emission<'_>, compiled: &Compiled) -> std:
 }
 
 fn models() -> Result<Vec<PathBuf>, Box<dyn Error>> {
-    let mut paths = vec![PathBuf::from("data/models/type.model")];
+    let mut paths = ROBOTS.map(PathBuf::from).to_vec();
+    paths.push(PathBuf::from("data/models/type.model"));
     for entry in std::fs::read_dir(Path::new("../models"))? {
         let path = entry?.path();
         if path.extension().is_some_and(|e| e == "model") {

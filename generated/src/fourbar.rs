@@ -172,8 +172,7 @@ pub fn mass_matrix<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 1, 0>) -> [[T; 
     let q_j3 = x.q[2];
     let phi2 = q_j1 + q_j2;
     let phi3 = q_j3 + phi2;
-    let angles = [q_j1, phi2, phi3];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_3(q_j1, phi2, phi3);
     let (sin_j1, cos_j1) = circular[0];
     let (sin_phi2, cos_phi2) = circular[1];
     let (sin_phi3, cos_phi3) = circular[2];
@@ -250,8 +249,7 @@ pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 1, 0>) -> [T; 3]
     let dq_j3 = x.v[2];
     let phi2 = q_j1 + q_j2;
     let phi3 = q_j3 + phi2;
-    let angles = [q_j1, phi2, phi3];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_3(q_j1, phi2, phi3);
     let (sin_j1, cos_j1) = circular[0];
     let (sin_phi2, cos_phi2) = circular[1];
     let (sin_phi3, cos_phi3) = circular[2];
@@ -390,8 +388,7 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 1, 0>) -> [T; 3] {
     let u_j1 = x.u[0];
     let phi2 = q_j1 + q_j2;
     let phi3 = q_j3 + phi2;
-    let angles = [q_j1, phi2, phi3];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_3(q_j1, phi2, phi3);
     let (sin_j1, cos_j1) = circular[0];
     let (sin_phi2, cos_phi2) = circular[1];
     let (sin_phi3, cos_phi3) = circular[2];
@@ -512,8 +509,7 @@ pub fn constraint_jacobian<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 1, 0>) 
     let q_j3 = x.q[2];
     let phi2 = q_j1 + q_j2;
     let phi3 = q_j3 + phi2;
-    let angles = [q_j1, phi2, phi3];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_3(q_j1, phi2, phi3);
     let (sin_j1, cos_j1) = circular[0];
     let (sin_phi2, cos_phi2) = circular[1];
     let (sin_phi3, cos_phi3) = circular[2];
@@ -548,8 +544,7 @@ pub fn constraint_bias<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 1, 0>) -> [
     let dq_j3 = x.v[2];
     let phi2 = q_j1 + q_j2;
     let phi3 = q_j3 + phi2;
-    let angles = [q_j1, phi2, phi3];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_3(q_j1, phi2, phi3);
     let (sin_j1, cos_j1) = circular[0];
     let (sin_phi2, cos_phi2) = circular[1];
     let (sin_phi3, cos_phi3) = circular[2];
@@ -577,8 +572,7 @@ pub fn constraint_residual<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 1, 0>) 
     let q_j3 = x.q[2];
     let phi2 = q_j1 + q_j2;
     let phi3 = q_j3 + phi2;
-    let angles = [q_j1, phi2, phi3];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_3(q_j1, phi2, phi3);
     let (sin_j1, cos_j1) = circular[0];
     let (sin_phi2, cos_phi2) = circular[1];
     let (sin_phi3, cos_phi3) = circular[2];
@@ -603,8 +597,7 @@ pub fn constraint_rate<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 1, 0>) -> [
     let dq_j3 = x.v[2];
     let phi2 = q_j1 + q_j2;
     let phi3 = q_j3 + phi2;
-    let angles = [q_j1, phi2, phi3];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_3(q_j1, phi2, phi3);
     let (sin_j1, cos_j1) = circular[0];
     let (sin_phi2, cos_phi2) = circular[1];
     let (sin_phi3, cos_phi3) = circular[2];
@@ -652,6 +645,20 @@ pub struct EquationOfMotion<T> {
     pub constraint_rate: [T; 2],
 }
 
+impl<T: Scalar> ::dynamics::Entries<T> for EquationOfMotion<T> {
+    const LENGTH: usize = 24;
+
+    #[inline(always)]
+    fn each(&self, take: &mut impl FnMut(T)) {
+        self.mass_matrix.each(take);
+        self.force.each(take);
+        self.constraint_jacobian.each(take);
+        self.constraint_bias.each(take);
+        self.constraint_residual.each(take);
+        self.constraint_rate.each(take);
+    }
+}
+
 /// Everything that the equation of motion needs; shared terms are computed once.
 pub fn equation_of_motion<T: Scalar>(
     p: &Parameters<T>,
@@ -666,8 +673,7 @@ pub fn equation_of_motion<T: Scalar>(
     let u_j1 = x.u[0];
     let phi2 = q_j1 + q_j2;
     let phi3 = q_j3 + phi2;
-    let angles = [q_j1, phi2, phi3];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_3(q_j1, phi2, phi3);
     let (sin_j1, cos_j1) = circular[0];
     let (sin_phi2, cos_phi2) = circular[1];
     let (sin_phi3, cos_phi3) = circular[2];

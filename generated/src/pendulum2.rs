@@ -140,8 +140,7 @@ pub fn mass_matrix<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [[T; 
     let q_j1 = x.q[0];
     let q_j2 = x.q[1];
     let phi = q_j1 + q_j2;
-    let angles = [q_j1, phi];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_2(q_j1, phi);
     let (sin_j1, cos_j1) = circular[0];
     let (sin_phi, cos_phi) = circular[1];
     let x1 = p.lc1 * sin_j1;
@@ -179,8 +178,7 @@ pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [T; 2]
     let dq_j1 = x.v[0];
     let dq_j2 = x.v[1];
     let phi = q_j1 + q_j2;
-    let angles = [q_j1, phi];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_2(q_j1, phi);
     let (sin_j1, cos_j1) = circular[0];
     let (sin_phi, cos_phi) = circular[1];
     let x1 = p.lc1 * sin_j1;
@@ -258,8 +256,7 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [T; 2] {
     let u_j1 = x.u[0];
     let u_j2 = x.u[1];
     let phi = q_j1 + q_j2;
-    let angles = [q_j1, phi];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_2(q_j1, phi);
     let (sin_j1, cos_j1) = circular[0];
     let (sin_phi, cos_phi) = circular[1];
     let x1 = p.lc1 * sin_j1;
@@ -325,6 +322,16 @@ pub struct EquationOfMotion<T> {
     pub force: [T; 2],
 }
 
+impl<T: Scalar> ::dynamics::Entries<T> for EquationOfMotion<T> {
+    const LENGTH: usize = 6;
+
+    #[inline(always)]
+    fn each(&self, take: &mut impl FnMut(T)) {
+        self.mass_matrix.each(take);
+        self.force.each(take);
+    }
+}
+
 /// Everything that the equation of motion needs; shared terms are computed once.
 pub fn equation_of_motion<T: Scalar>(
     p: &Parameters<T>,
@@ -337,8 +344,7 @@ pub fn equation_of_motion<T: Scalar>(
     let u_j1 = x.u[0];
     let u_j2 = x.u[1];
     let phi = q_j1 + q_j2;
-    let angles = [q_j1, phi];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_2(q_j1, phi);
     let (sin_j1, cos_j1) = circular[0];
     let (sin_phi, cos_phi) = circular[1];
     let w1 = T::from_f64(0.5) * p.m1;

@@ -213,10 +213,10 @@ macro_rules! rows {
 }
 
 macro_rules! agree {
-    ($($module:ident $calls:ident $model:ident from $path:expr, $reference:expr;)*) => {$(
+    ($($module:ident $calls:ident from $path:expr;)*) => {$(
         mod $module {
             use super::*;
-            use super::full::{$calls as calls, $module as module};
+            use super::full::$calls as calls;
 
             #[test]
             fn values_and_slopes() {
@@ -228,18 +228,41 @@ macro_rules! agree {
                 let samples: Vec<Vec<f64>> = (0..STATES).map(|_| subject.sample(&mut rng)).collect();
                 let values = subject.check_values(&samples);
                 let (dual, difference, count) = subject.check_slopes(&samples);
-                assert!(count >= 10, "only {count} derivatives");
+                assert!(count >= 9, "only {count} derivatives");
                 println!(
                     "{}: {count} derivatives; tape {values:.1e}, dual {dual:.1e}, differences {difference:.1e}",
                     stringify!($module),
                 );
             }
+        }
+    )*};
+}
 
+agree! {
+    r#type__ call_type__ from models::EVERYTHING;
+    cartpole call_cartpole from "models/cartpole.model";
+    duffing_constrained call_duffing_constrained from "models/duffing_constrained.model";
+    duffing_free call_duffing_free from "models/duffing_free.model";
+    fourbar call_fourbar from "models/fourbar.model";
+    pendulum call_pendulum from "models/pendulum.model";
+    pendulum2 call_pendulum2 from "models/pendulum2.model";
+    surface_particle call_surface_particle from "models/surface_particle.model";
+    unicycle2d call_unicycle2d from "models/unicycle2d.model";
+    iiwa7 call_iiwa7 from "models/iiwa7.urdf";
+    panda call_panda from "models/panda.urdf";
+}
+
+/// Models that CasADi derives too.
+mod casadi {
+    use super::*;
+
+macro_rules! agree {
+    ($($module:ident $calls:ident $model:ident from $path:expr;)*) => {$(
             /// The motion's derivatives by the implicit route, and written out.
             #[test]
-            fn casadi() {
-                let reference: Option<&str> = $reference;
-                let Some(reference) = reference.map(Reference::read) else { return };
+            fn $module() {
+                use super::full::{$calls as calls, $module as module};
+                let reference = Reference::read(stringify!($module));
                 let compiled = models::read($path);
                 let constrained = !compiled.model.constraints.is_empty();
                 let mut worst = Deviations::default();
@@ -283,22 +306,20 @@ macro_rules! agree {
                 }
                 println!("{}: {}", stringify!($module), worst.summary());
             }
-        }
     )*};
 }
 
 agree! {
-    r#type__ call_type__ Type from models::EVERYTHING, None;
-    cartpole call_cartpole Cartpole from "models/cartpole.model", Some("cartpole");
+    cartpole call_cartpole Cartpole from "models/cartpole.model";
     duffing_constrained call_duffing_constrained DuffingConstrained
-        from "models/duffing_constrained.model", Some("duffing_constrained");
-    duffing_free call_duffing_free DuffingFree from "models/duffing_free.model", Some("duffing_free");
-    fourbar call_fourbar Fourbar from "models/fourbar.model", Some("fourbar");
-    pendulum call_pendulum Pendulum from "models/pendulum.model", Some("pendulum");
-    pendulum2 call_pendulum2 Pendulum2 from "models/pendulum2.model", Some("pendulum2");
-    surface_particle call_surface_particle SurfaceParticle
-        from "models/surface_particle.model", Some("surface_particle");
-    unicycle2d call_unicycle2d Unicycle2d from "models/unicycle2d.model", Some("unicycle2d");
+        from "models/duffing_constrained.model";
+    duffing_free call_duffing_free DuffingFree from "models/duffing_free.model";
+    fourbar call_fourbar Fourbar from "models/fourbar.model";
+    pendulum call_pendulum Pendulum from "models/pendulum.model";
+    pendulum2 call_pendulum2 Pendulum2 from "models/pendulum2.model";
+    surface_particle call_surface_particle SurfaceParticle from "models/surface_particle.model";
+    unicycle2d call_unicycle2d Unicycle2d from "models/unicycle2d.model";
+}
 }
 
 /// Every model under `models/` has its line above.

@@ -74,11 +74,26 @@ impl Writer {
         result: &str,
         body: impl FnOnce(&mut Self),
     ) {
-        let one = format!("{name}({}) -> {result} {{", arguments.join(", "));
+        self.signature(name, arguments, &format!(" -> {result} {{"), body);
+    }
+
+    /// A function without a result.
+    pub fn procedure(&mut self, name: &str, arguments: &[String], body: impl FnOnce(&mut Self)) {
+        self.signature(name, arguments, " {", body);
+    }
+
+    fn signature(
+        &mut self,
+        name: &str,
+        arguments: &[String],
+        end: &str,
+        body: impl FnOnce(&mut Self),
+    ) {
+        let one = format!("{name}({}){end}", arguments.join(", "));
         if 4 * self.depth + one.len() <= MAX_WIDTH {
             return self.block(&one, "}", body);
         }
-        self.block(&format!("{name}("), &format!(") -> {result} {{"), |w| {
+        self.block(&format!("{name}("), &format!("){end}"), |w| {
             for argument in arguments {
                 w.line(format!("{argument},"));
             }
