@@ -45,10 +45,19 @@ fn main() -> Result<(), Box<dyn Error>> {
     for path in models()? {
         let name = path.display().to_string();
         let bytes = std::fs::read(&path).map_err(|e| format!("{name}: {e}"))?;
-        let compiled = compile_bytes(&name, &bytes, &Library::builtin())
-            .map_err(|report| report.render())?;
+        let mut library = Library::builtin();
+        library.look_in(path.parent().unwrap_or(Path::new("")));
+        let compiled = compile_bytes(&name, &bytes, &library).map_err(|report| report.render())?;
         let robot = path.extension().is_some_and(|e| e == "urdf");
-        let list = if robot { ROBOT.to_string() } else { list(&compiled) };
+        // Those on top of robot descriptions are compared with Pinocchio's.
+        if compiled.model.robot.is_some() && !robot {
+            continue;
+        }
+        let list = if robot {
+            ROBOT.to_string()
+        } else {
+            list(&compiled)
+        };
         let emission = Emission::new(&compiled, &name, &list.parse()?)?;
         let file = emission.rust_file();
         let path = out.join("full").join(&file.name);
@@ -109,22 +118,41 @@ fn calls(out: &mut String, emission: &Emission<'_>, compiled: &Compiled) -> std:
     if parameters.is_empty() {
         writeln!(out, "let p = module::Parameters::nominal();")?;
     } else {
-        writeln!(out, "let p = module::Parameters {{ {} }};", parameters.join(", "))?;
+        writeln!(
+            out,
+            "let p = module::Parameters {{ {} }};",
+            parameters.join(", ")
+        )?;
     }
     writeln!(out, "let _ = (&a, &lambda);\nmatch function {{")?;
     for (name, quantities) in emission.functions() {
         let takes = |which: fn(&Quantity) -> bool| quantities.iter().any(which);
-        let a = if takes(|q| q.item.is_some_and(|item| item.term.takes_acceleration())) { ", &a" } else { "" };
-        let lambda = if takes(|q| q.item.is_some_and(|item| item.term.takes_multipliers())) { ", &lambda" } else { "" };
+        let a = if takes(|q| q.item.is_some_and(|item| item.term.takes_acceleration())) {
+            ", &a"
+        } else {
+            ""
+        };
+        let lambda = if takes(|q| q.item.is_some_and(|item| item.term.takes_multipliers())) {
+            ", &lambda"
+        } else {
+            ""
+        };
         let single = quantities.len() == 1 && quantities[0].name == name;
         let values = quantities.iter().map(|q| {
-            let field = if single { String::new() } else { format!(".{}", q.name) };
+            let field = if single {
+                String::new()
+            } else {
+                format!(".{}", q.name)
+            };
             let flat = ".concat()".repeat(q.axes.len() - 1);
             let flat = if flat.is_empty() { ".to_vec()" } else { &flat };
             format!("r{field}{flat}")
         });
         let values = values.collect::<Vec<_>>().join(", ");
-        writeln!(out, "{name:?} => {{ let r = module::{name}(&p, &x{a}{lambda}); vec![{values}] }}")?;
+        writeln!(
+            out,
+            "{name:?} => {{ let r = module::{name}(&p, &x{a}{lambda}); vec![{values}] }}"
+        )?;
     }
     writeln!(out, "_ => panic!(\"no function {{function}}\"),\n}}\n}}")
 }

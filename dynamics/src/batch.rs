@@ -20,9 +20,9 @@
 //! Columns whose lengths are a large power of two fall into the same sets of the cache; some
 //! hundred states per call, or an odd length, are faster than 4096.
 
-use crate::{Entries, Point};
 #[cfg(doc)]
 use crate::Scalar;
+use crate::{Entries, Point};
 
 pub use crate::scalar::{Lanes, WideF32, WideF64};
 
@@ -231,7 +231,9 @@ mod tests {
         for samples in 0..40_usize {
             let column = |seed: usize| -> Vec<L::Element> {
                 let value = |i: usize| ((seed * 31 + i * 17) % 29) as f64 / 40.0;
-                (0..samples).map(|i| L::Element::from_f64(value(i))).collect()
+                (0..samples)
+                    .map(|i| L::Element::from_f64(value(i)))
+                    .collect()
             };
             let columns: [Vec<L::Element>; 6] = core::array::from_fn(column);
             let states = Columns {
@@ -242,7 +244,8 @@ mod tests {
                 z: [],
             };
             let mut results = vec![vec![L::Element::zero(); samples]; 5];
-            let mut out: Vec<&mut [L::Element]> = results.iter_mut().map(Vec::as_mut_slice).collect();
+            let mut out: Vec<&mut [L::Element]> =
+                results.iter_mut().map(Vec::as_mut_slice).collect();
             evaluate(&states, &mut out, |x: &Point<L, 2, 1, 0>| terms(x)).unwrap();
             for i in 0..samples {
                 let x = Point {
@@ -253,10 +256,19 @@ mod tests {
                     z: [],
                 };
                 let (matrix, vector) = terms(&x);
-                let expected = [matrix[0][0], matrix[0][1], matrix[1][0], matrix[1][1], vector[0]];
+                let expected = [
+                    matrix[0][0],
+                    matrix[0][1],
+                    matrix[1][0],
+                    matrix[1][1],
+                    vector[0],
+                ];
                 for (k, expected) in expected.into_iter().enumerate() {
                     let gap = (results[k][i] - expected).abs();
-                    assert!(crate::Real::to_f64(gap) <= tolerance, "state {i} of {samples}");
+                    assert!(
+                        crate::Real::to_f64(gap) <= tolerance,
+                        "state {i} of {samples}"
+                    );
                 }
             }
         }
@@ -289,12 +301,27 @@ mod tests {
         };
         assert_eq!(run(&states(full), &[9; 5]), Ok(()));
         let error = run(&states([&[0.0; 9], &[0.0; 8]]), &[9; 5]);
-        let expected = ColumnError::State { array: "v", column: 1, found: 8, expected: 9 };
+        let expected = ColumnError::State {
+            array: "v",
+            column: 1,
+            found: 8,
+            expected: 9,
+        };
         assert_eq!(error, Err(expected));
         let error = run(&states(full), &[9; 4]);
-        assert_eq!(error, Err(ColumnError::Width { found: 4, expected: 5 }));
+        assert_eq!(
+            error,
+            Err(ColumnError::Width {
+                found: 4,
+                expected: 5
+            })
+        );
         let error = run(&states(full), &[9, 9, 10, 9, 9]);
-        let expected = ColumnError::Result { column: 2, found: 10, expected: 9 };
+        let expected = ColumnError::Result {
+            column: 2,
+            found: 10,
+            expected: 9,
+        };
         assert_eq!(error, Err(expected));
     }
 }

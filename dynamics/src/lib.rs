@@ -78,6 +78,8 @@
 //! * `simd`: [`Scalar`] for `wide`'s `f64x4`, `f64x8`, `f32x8`, `f32x16`, and the module
 //!   `batch` for arrays of states. Compile with `-C target-cpu=native` to use more than the
 //!   baseline instructions.
+//! * `derive`: `#[derive(Dynamics)]`, which makes a struct a [`System`] from the text of
+//!   a model.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -95,6 +97,8 @@ mod simulate;
 mod system;
 
 pub use dual::Dual;
+#[cfg(feature = "derive")]
+pub use dynamics_macros::Dynamics;
 pub use entries::Entries;
 pub use scalar::{Real, Scalar};
 pub use sensitivity::{

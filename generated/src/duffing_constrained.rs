@@ -42,6 +42,9 @@ pub const CONSTRAINT_NAMES: [&str; CONSTRAINTS] = ["distance"];
 /// Number of outputs.
 pub const OUTPUTS: usize = 0;
 
+/// Names of the outputs, as the model writes them.
+pub const OUTPUT_NAMES: [&str; OUTPUTS] = [];
+
 /// Number of parameters.
 pub const PARAMETERS: usize = 11;
 

@@ -32,8 +32,14 @@ pub const INPUT_NAMES: [&str; INPUTS] = ["x1", "x2"];
 /// Number of constraint rows.
 pub const CONSTRAINTS: usize = 0;
 
+/// Names of the constraint rows, as the model writes them.
+pub const CONSTRAINT_NAMES: [&str; CONSTRAINTS] = [];
+
 /// Number of outputs.
 pub const OUTPUTS: usize = 0;
+
+/// Names of the outputs, as the model writes them.
+pub const OUTPUT_NAMES: [&str; OUTPUTS] = [];
 
 /// Number of parameters.
 pub const PARAMETERS: usize = 8;

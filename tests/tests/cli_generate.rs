@@ -96,7 +96,14 @@ fn functions_come_on_request() {
     let out = folder.path().to_str().unwrap();
     let request = |model: &'static str, to: &'static str, functions: &'static str| {
         [
-            "generate", model, "--to", to, "--out", out, "--functions", functions,
+            "generate",
+            model,
+            "--to",
+            to,
+            "--out",
+            out,
+            "--functions",
+            functions,
         ]
         .map(str::to_string)
     };

@@ -35,8 +35,17 @@ fn largest(values: &[f64]) -> f64 {
 fn deviation(found: &[f64], expected: &[f64], floor: f64) -> f64 {
     assert_eq!(found.len(), expected.len());
     let size = largest(expected).max(floor).max(f64::MIN_POSITIVE);
-    let gaps = found.iter().zip(expected).map(|(a, b)| (a - b).abs() / size);
-    let worst = |worst: f64, gap: f64| if gap.is_finite() { worst.max(gap) } else { f64::NAN };
+    let gaps = found
+        .iter()
+        .zip(expected)
+        .map(|(a, b)| (a - b).abs() / size);
+    let worst = |worst: f64, gap: f64| {
+        if gap.is_finite() {
+            worst.max(gap)
+        } else {
+            f64::NAN
+        }
+    };
     gaps.fold(0.0, worst)
 }
 
@@ -136,17 +145,24 @@ impl<'a> Subject<'a> {
                 let width = self.columns(group).len();
                 assert_eq!(found.len(), value.len() * width, "{item}");
                 for (column, variable) in self.columns(group).enumerate() {
-                    let found: Vec<f64> = found.iter().skip(column).step_by(width).copied().collect();
+                    let found: Vec<f64> =
+                        found.iter().skip(column).step_by(width).copied().collect();
                     let expected = self.by_dual(of, *place, sample, variable);
                     let scale = largest(&expected).max(floor);
                     let off = deviation(&found, &expected, floor);
-                    assert!(off <= DUAL, "{item}, column {column}: {off:e} from dual numbers");
+                    assert!(
+                        off <= DUAL,
+                        "{item}, column {column}: {off:e} from dual numbers"
+                    );
                     dual = dual.max(off);
                     let expected = self.by_differences(of, *place, sample, variable);
                     // Rounding of the values, over the step.
                     let noise = 1e-9 * largest(value);
                     let off = deviation(&found, &expected, scale.max(noise / DIFFERENCES));
-                    assert!(off <= DIFFERENCES, "{item}, column {column}: {off:e} from differences");
+                    assert!(
+                        off <= DIFFERENCES,
+                        "{item}, column {column}: {off:e} from differences"
+                    );
                     difference = difference.max(off);
                 }
             }
@@ -164,7 +180,13 @@ impl<'a> Subject<'a> {
     }
 
     /// Central differences of fourth order.
-    fn by_differences(&self, name: &str, place: usize, sample: &[f64], variable: usize) -> Vec<f64> {
+    fn by_differences(
+        &self,
+        name: &str,
+        place: usize,
+        sample: &[f64],
+        variable: usize,
+    ) -> Vec<f64> {
         let step = 1e-3 * sample[variable].abs().max(0.1);
         let at = |shift: f64| {
             let mut moved = sample.to_vec();
@@ -182,12 +204,7 @@ impl<'a> Subject<'a> {
 }
 
 /// Compares `(∂a/∂s, ∂λ/∂s)`, each row by row, with what the file says.
-fn check_motion(
-    worst: &mut Deviations,
-    case: &Case,
-    group: &str,
-    found: (Vec<f64>, Vec<f64>),
-) {
+fn check_motion(worst: &mut Deviations, case: &Case, group: &str, found: (Vec<f64>, Vec<f64>)) {
     for (what, found) in [("a", found.0), ("lambda", found.1)] {
         let key = format!("d{what}_d{group}");
         let floor = FLOOR * largest(&case.numbers(what));
@@ -256,7 +273,7 @@ agree! {
 mod casadi {
     use super::*;
 
-macro_rules! agree {
+    macro_rules! agree {
     ($($module:ident $calls:ident $model:ident from $path:expr;)*) => {$(
             /// The motion's derivatives by the implicit route, and written out.
             #[test]
@@ -309,17 +326,17 @@ macro_rules! agree {
     )*};
 }
 
-agree! {
-    cartpole call_cartpole Cartpole from "models/cartpole.model";
-    duffing_constrained call_duffing_constrained DuffingConstrained
-        from "models/duffing_constrained.model";
-    duffing_free call_duffing_free DuffingFree from "models/duffing_free.model";
-    fourbar call_fourbar Fourbar from "models/fourbar.model";
-    pendulum call_pendulum Pendulum from "models/pendulum.model";
-    pendulum2 call_pendulum2 Pendulum2 from "models/pendulum2.model";
-    surface_particle call_surface_particle SurfaceParticle from "models/surface_particle.model";
-    unicycle2d call_unicycle2d Unicycle2d from "models/unicycle2d.model";
-}
+    agree! {
+        cartpole call_cartpole Cartpole from "models/cartpole.model";
+        duffing_constrained call_duffing_constrained DuffingConstrained
+            from "models/duffing_constrained.model";
+        duffing_free call_duffing_free DuffingFree from "models/duffing_free.model";
+        fourbar call_fourbar Fourbar from "models/fourbar.model";
+        pendulum call_pendulum Pendulum from "models/pendulum.model";
+        pendulum2 call_pendulum2 Pendulum2 from "models/pendulum2.model";
+        surface_particle call_surface_particle SurfaceParticle from "models/surface_particle.model";
+        unicycle2d call_unicycle2d Unicycle2d from "models/unicycle2d.model";
+    }
 }
 
 /// Every model under `models/` has its line above.
@@ -327,6 +344,9 @@ agree! {
 fn no_model_is_left_out() {
     let source = include_str!("derivatives.rs");
     for (path, _) in models::all() {
-        assert!(source.contains(&format!("from \"{path}\"")), "{path} is not tested");
+        assert!(
+            source.contains(&format!("from \"{path}\"")),
+            "{path} is not tested"
+        );
     }
 }

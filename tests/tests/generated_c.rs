@@ -23,7 +23,10 @@ fn first(quantity: &Quantity) -> String {
 /// `Emission::arguments`, and prints what every function computes.
 fn driver(emission: &Emission<'_>, compiled: &Compiled) -> String {
     let (model, name) = (&compiled.model, module_name(compiled));
-    let stated = [("a", model.coordinates.len()), ("lambda", model.constraints.len())];
+    let stated = [
+        ("a", model.coordinates.len()),
+        ("lambda", model.constraints.len()),
+    ];
     let stated = stated.map(|(array, length)| (array, length.max(1), length));
     let mut c = format!("#include \"{name}.h\"\n#include <stdio.h>\n\n");
     let _ = write!(
@@ -60,17 +63,37 @@ fn driver(emission: &Emission<'_>, compiled: &Compiled) -> String {
         let _ = writeln!(c, "    (void){array};");
     }
     for (function, quantities) in emission.functions() {
-        let takes = |which: fn(Term) -> bool| quantities.iter().filter_map(|q| q.item).any(|i| which(i.term));
-        let a = if takes(Term::takes_acceleration) { ", a" } else { "" };
+        let takes = |which: fn(Term) -> bool| {
+            quantities
+                .iter()
+                .filter_map(|q| q.item)
+                .any(|i| which(i.term))
+        };
+        let a = if takes(Term::takes_acceleration) {
+            ", a"
+        } else {
+            ""
+        };
         let lambda = takes(Term::takes_multipliers) && !model.constraints.is_empty();
         let lambda = if lambda { ", lambda" } else { "" };
         let fused = result_type(function, quantities, &name).is_some();
         let address = if fused { "&" } else { "" };
-        let _ = writeln!(c, "    {name}_{function}(&p, &x{a}{lambda}, {address}r_{function});");
+        let _ = writeln!(
+            c,
+            "    {name}_{function}(&p, &x{a}{lambda}, {address}r_{function});"
+        );
         for q in quantities {
-            let field = if fused { format!(".{}", q.name) } else { String::new() };
+            let field = if fused {
+                format!(".{}", q.name)
+            } else {
+                String::new()
+            };
             let first = first(q);
-            let _ = writeln!(c, "    put(&r_{function}{field}{first}, {});", q.entries.len());
+            let _ = writeln!(
+                c,
+                "    put(&r_{function}{field}{first}, {});",
+                q.entries.len()
+            );
         }
     }
     c.push_str("  }\n  return 0;\n}\n");
@@ -142,7 +165,12 @@ fn deviation(compiled: &Compiled, path: &str, precision: Precision) -> f64 {
     let quantities = emission.functions().flat_map(|(_, quantities)| quantities);
     let arguments = emission.arguments();
     let tapes: Vec<(&str, Tape)> = quantities
-        .map(|q| (q.name.as_str(), Tape::new(emission.graph(), &q.entries, &arguments)))
+        .map(|q| {
+            (
+                q.name.as_str(),
+                Tape::new(emission.graph(), &q.entries, &arguments),
+            )
+        })
         .collect();
 
     let model = &compiled.model;
@@ -237,7 +265,9 @@ fn nominal_parameters() {
 #[test]
 fn plain_straight_code() {
     for (path, compiled) in all() {
-        let [header, source] = Emission::new(&compiled, &path, &Functions::full()).unwrap().c();
+        let [header, source] = Emission::new(&compiled, &path, &Functions::full())
+            .unwrap()
+            .c();
         for word in [
             "malloc",
             "for (",

@@ -68,7 +68,11 @@ impl<T: Real> Kernel<T> {
 
     /// Compares all results with CasADi's.
     pub fn compare(&self, driver: &mut Driver) -> Result<(), String> {
-        let tolerance = if T::epsilon().to_f64() < 1e-10 { 1e-9 } else { 2e-3 };
+        let tolerance = if T::epsilon().to_f64() < 1e-10 {
+            1e-9
+        } else {
+            2e-3
+        };
         for (index, state) in self.states.iter().enumerate() {
             let theirs = driver.values(self.casadi, index)?;
             for (place, ours) in (self.value)(state).iter().enumerate() {
@@ -156,7 +160,12 @@ pub fn kernels<T: Real>() -> Vec<Kernel<T>> {
             },
         ),
         kernel(
-            ("∂ inverse dynamics", "drnea_ana_cse", "inverse_dynamics_derivatives", 0.30),
+            (
+                "∂ inverse dynamics",
+                "drnea_ana_cse",
+                "inverse_dynamics_derivatives",
+                0.30,
+            ),
             run!(|p, s| iiwa7::inverse_dynamics_derivatives(p, &s.x, &s.a)),
             |s| {
                 let r = iiwa7::inverse_dynamics_derivatives(&p(), &s.x, &s.a);
@@ -167,7 +176,12 @@ pub fn kernels<T: Real>() -> Vec<Kernel<T>> {
             },
         ),
         kernel(
-            ("∂ forward dynamics", "daba_ana_cse", "forward_dynamics_derivatives", 0.48),
+            (
+                "∂ forward dynamics",
+                "daba_ana_cse",
+                "forward_dynamics_derivatives",
+                0.48,
+            ),
             run!(|p, s| iiwa7::forward_dynamics_derivatives(p, &s.x)),
             |s| {
                 let r = iiwa7::forward_dynamics_derivatives(&p(), &s.x);
@@ -263,10 +277,15 @@ impl<L: Lanes> Batch<L> {
         let states = states::<L::Element>();
         let tolerance = 100.0 * L::Element::epsilon().to_f64();
         for i in 0..SAMPLES {
-            let r = iiwa7::mass_matrix_and_bias_force(&Parameters::nominal(), &states[i % STATES].x);
+            let r =
+                iiwa7::mass_matrix_and_bias_force(&Parameters::nominal(), &states[i % STATES].x);
             let expected = r.mass_matrix.concat().into_iter().chain(r.bias_force);
             for (k, expected) in expected.enumerate() {
-                let found = self.results.columns().nth(k).map_or(&[][..], |column| column);
+                let found = self
+                    .results
+                    .columns()
+                    .nth(k)
+                    .map_or(&[][..], |column| column);
                 let gap = (found[i] - expected).abs().to_f64();
                 if gap.is_nan() || gap > tolerance * expected.abs().to_f64().max(10.0) {
                     return Err(format!("batched: result {k} of state {i} is {gap:e} off"));

@@ -87,7 +87,11 @@ pub fn batched(precision: Precision, both: &Row, (casadi, ours): (f64, f64)) -> 
 
 /// Which goals are missed.
 pub fn verdict(rows: &[Row]) -> String {
-    let missed: Vec<&str> = rows.iter().filter(|r| r.ratio() > r.goal).map(|r| r.name).collect();
+    let missed: Vec<&str> = rows
+        .iter()
+        .filter(|r| r.ratio() > r.goal)
+        .map(|r| r.name)
+        .collect();
     if missed.is_empty() {
         "\nEvery goal for one state is met.".to_string()
     } else {

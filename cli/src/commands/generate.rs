@@ -27,7 +27,12 @@ pub struct Arguments {
     /// Functions besides the terms and `equation_of_motion`, separated by commas: `full`, or
     /// names as `inverse_dynamics`, `forward_dynamics_derivatives`, `residual_derivatives`,
     /// `force_by_velocity`; with `+` between them, several in one function
-    #[arg(long, value_name = "LIST", default_value = "", hide_default_value = true)]
+    #[arg(
+        long,
+        value_name = "LIST",
+        default_value = "",
+        hide_default_value = true
+    )]
     functions: String,
 
     /// The folder for the files; made if it is not there

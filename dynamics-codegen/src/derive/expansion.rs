@@ -121,6 +121,9 @@ impl Expansion {
     fn lacks(&self, item: Item) -> Option<&'static str> {
         let term = match item.term {
             Term::InputMatrix if self.model.inputs.is_empty() => Some("input"),
+            Term::StateRate | Term::InitialState if self.model.states.is_empty() => {
+                Some("internal state")
+            }
             Term::Outputs | Term::OutputRates if self.model.outputs.is_empty() => Some("output"),
             Term::OutputJacobian | Term::OutputBias
                 if self.system.positional_outputs.is_empty() =>
@@ -160,6 +163,8 @@ impl Expansion {
             Term::ConstraintBias => system.constraint_bias.clone(),
             Term::ConstraintResidual => system.constraint_residual.clone(),
             Term::ConstraintRate => system.constraint_rate.clone(),
+            Term::StateRate => system.state_rates.clone(),
+            Term::InitialState => system.initial_states.clone(),
             Term::Outputs => system.outputs.clone(),
             Term::OutputRates => system.output_rates.clone(),
             Term::OutputJacobian => system.output_jacobian.concat(),
@@ -284,9 +289,9 @@ impl Expansion {
             Term::ForwardDynamics => self.forward_slopes(group),
             Term::ConstrainedAcceleration => self.motion_slopes(true, group).0,
             Term::ConstrainedMultipliers => self.motion_slopes(true, group).1,
-            Term::InverseDynamics => self.recursive_slopes(group, |this, rest| {
-                this.inverse_dynamics(rest)
-            }),
+            Term::InverseDynamics => {
+                self.recursive_slopes(group, |this, rest| this.inverse_dynamics(rest))
+            }
             Term::ForceResidual => self.recursive_slopes(group, |this, rest| {
                 let mut residuals = this.residuals(true, rest);
                 residuals.truncate(n);
@@ -338,7 +343,9 @@ impl Expansion {
     /// `∂a/∂s` without constraints; of a tree by recursion.
     fn forward_slopes(&mut self, group: Group) -> Vec<Vec<ExprId>> {
         let recursive = matches!(group, Group::Position | Group::Velocity | Group::Input);
-        let mechanism = self.mechanism().filter(|_| recursive && self.is_pure_tree());
+        let mechanism = self
+            .mechanism()
+            .filter(|_| recursive && self.is_pure_tree());
         let Some(mechanism) = mechanism else {
             return self.motion_slopes(false, group).0;
         };
@@ -393,7 +400,10 @@ impl Expansion {
         match group {
             Group::Position => model.coordinates.iter().map(|c| c.position).collect(),
             Group::Velocity => model.coordinates.iter().map(|c| c.velocity).collect(),
-            Group::Input => model.inputs.iter().map(|u| u.symbol).collect(),
+            // As generated code has them: delayed ones behind the others.
+            Group::Input => (model.inputs.iter().map(|u| u.symbol))
+                .chain(model.delays.iter().map(|d| d.symbol))
+                .collect(),
             Group::Parameters => model.parameters.iter().map(|p| p.symbol).collect(),
             Group::Time => vec![model.time],
         }

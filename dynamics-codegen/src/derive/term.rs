@@ -25,6 +25,10 @@ pub enum Term {
     ConstraintResidual,
     /// `ċ`, `m`.
     ConstraintRate,
+    /// Rates `dz/dt` of the internal states.
+    StateRate,
+    /// Values of the internal states at the beginning.
+    InitialState,
     /// The model's outputs.
     Outputs,
     /// Their rates along the motion, without the acceleration's part.
@@ -49,7 +53,7 @@ pub enum Term {
 
 impl Term {
     /// All of them.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 21] = [
         Self::MassMatrix,
         Self::BiasForce,
         Self::AppliedForce,
@@ -59,6 +63,8 @@ impl Term {
         Self::ConstraintBias,
         Self::ConstraintResidual,
         Self::ConstraintRate,
+        Self::StateRate,
+        Self::InitialState,
         Self::Outputs,
         Self::OutputRates,
         Self::OutputJacobian,
@@ -83,6 +89,8 @@ impl Term {
             Self::ConstraintBias => "constraint_bias",
             Self::ConstraintResidual => "constraint_residual",
             Self::ConstraintRate => "constraint_rate",
+            Self::StateRate => "state_rate",
+            Self::InitialState => "initial_state",
             Self::Outputs => "outputs",
             Self::OutputRates => "output_rates",
             Self::OutputJacobian => "output_jacobian",
@@ -205,7 +213,13 @@ mod tests {
                 assert_eq!(Item::parse(&item.to_string()), Some(item));
             }
         }
-        for name in ["", "mass", "mass_matrix_by_", "by_time", "force_by_time_by_time"] {
+        for name in [
+            "",
+            "mass",
+            "mass_matrix_by_",
+            "by_time",
+            "force_by_time_by_time",
+        ] {
             assert_eq!(Item::parse(name), None, "{name}");
         }
     }

@@ -3,13 +3,15 @@
 use super::plan::Entry;
 use crate::derive::{Expansion, Group, Term};
 use crate::dimension::Dimension;
-use crate::model::{ConstraintKind, Coordinate};
+use crate::model::{ConstraintKind, Coordinate, Model};
 
 /// Everything that a row or column can belong to.
 pub(super) struct Axes {
     force: Vec<Entry>,
     acceleration: Vec<Entry>,
     input: Vec<Entry>,
+    state: Vec<Entry>,
+    state_rate: Vec<Entry>,
     constraint: Vec<Entry>,
     constraint_rate: Vec<Entry>,
     constraint_acceleration: Vec<Entry>,
@@ -53,10 +55,13 @@ impl Axes {
             });
             entries.collect()
         };
-        let inputs = model.inputs.iter().map(|u| Entry {
-            name: u.name.clone(),
-            unit: u.unit.clone(),
-        });
+        let states = |order: i32| -> Vec<Entry> {
+            let entries = model.states.iter().map(|z| Entry {
+                name: z.name.clone(),
+                unit: text(z.dimension.map(|d| over_time(d, order))),
+            });
+            entries.collect()
+        };
         // Force is A's transpose times the multiplier: energy over the constraint's unit.
         let multipliers = model.constraints.iter().map(|c| {
             let order = match c.kind {
@@ -76,7 +81,9 @@ impl Axes {
         Self {
             force: coordinates(&|c| text(c.dimension.map(|d| Dimension::ENERGY / d))),
             acceleration: coordinates(&|c| coordinate_unit(c, 2)),
-            input: inputs.collect(),
+            input: inputs(model),
+            state: states(0),
+            state_rate: states(1),
             constraint: holonomic_rates(0),
             constraint_rate: holonomic_rates(1),
             constraint_acceleration: holonomic_rates(2),
@@ -106,6 +113,8 @@ impl Axes {
             Term::ConstraintBias | Term::AccelerationResidual => &[&self.constraint_acceleration],
             Term::ConstraintResidual => &[&self.constraint],
             Term::ConstraintRate => &[&self.constraint_rate],
+            Term::StateRate => &[&self.state_rate],
+            Term::InitialState => &[&self.state],
             Term::Outputs => &[&self.output],
             Term::OutputRates => &[&self.output_rate],
             Term::OutputJacobian => &[&self.positional_output_acceleration, &self.acceleration],
@@ -126,6 +135,19 @@ impl Axes {
             Group::Time => None,
         }
     }
+}
+
+/// The inputs as generated code has them: those of the model, then the delayed ones.
+pub(super) fn inputs(model: &Model) -> Vec<Entry> {
+    let commanded = model.inputs.iter().map(|u| Entry {
+        name: u.name.clone(),
+        unit: u.unit.clone(),
+    });
+    let delayed = model.delays.iter().map(|d| Entry {
+        name: d.name.clone(),
+        unit: model.inputs[d.input].unit.clone(),
+    });
+    commanded.chain(delayed).collect()
 }
 
 /// The unit of a coordinate's `order`-th derivative, in the words of the model.

@@ -166,7 +166,10 @@ impl FromStr for Functions {
     type Err = FunctionError;
 
     fn from_str(text: &str) -> Result<Self, FunctionError> {
-        let names = text.split(',').map(str::trim).filter(|name| !name.is_empty());
+        let names = text
+            .split(',')
+            .map(str::trim)
+            .filter(|name| !name.is_empty());
         let mut wishes: Vec<Wish> = Vec::new();
         for name in names {
             let new = match name {
@@ -197,7 +200,7 @@ impl fmt::Display for Functions {
 }
 
 /// Terms that every emitted file holds.
-pub(super) const TERMS: [Term; 13] = [
+pub(super) const TERMS: [Term; 15] = [
     Term::MassMatrix,
     Term::BiasForce,
     Term::AppliedForce,
@@ -207,6 +210,8 @@ pub(super) const TERMS: [Term; 13] = [
     Term::ConstraintBias,
     Term::ConstraintResidual,
     Term::ConstraintRate,
+    Term::StateRate,
+    Term::InitialState,
     Term::Outputs,
     Term::OutputRates,
     Term::OutputJacobian,
@@ -286,7 +291,12 @@ mod tests {
         let names: Vec<&str> = functions.wishes().iter().map(|w| w.name.as_str()).collect();
         assert_eq!(names[2], "mass_matrix_and_bias_force");
         // What is always there needs no second function.
-        assert!("mass_matrix, force,".parse::<Functions>().unwrap().is_empty());
+        assert!(
+            "mass_matrix, force,"
+                .parse::<Functions>()
+                .unwrap()
+                .is_empty()
+        );
         assert_eq!("full".parse::<Functions>().unwrap(), Functions::full());
         assert_eq!(Functions::full().to_string(), "full");
     }

@@ -3,7 +3,7 @@
 use super::counts;
 use super::digest::digest;
 use super::emission::Emission;
-use super::text::one_line;
+use super::text::{decimal, one_line};
 
 /// The lines, without any comment sign: who made the file, from what, how much it
 /// computes, and how to make it again.
@@ -31,8 +31,15 @@ pub(super) fn lines(emission: &Emission<'_>, language: &str) -> Vec<String> {
             shell_word(source_name)
         ),
         String::new(),
-        "Operations; what a function shares inside itself is counted once:".to_string(),
     ];
+    if !emission.plan.model.fixed.is_empty() {
+        let fixed = emission.plan.model.fixed.iter();
+        let fixed = fixed.map(|p| format!("{} = {}", one_line(&p.name), decimal(p.nominal)));
+        let fixed: Vec<String> = fixed.collect();
+        lines.push(format!("Folded in:  {}", fixed.join(", ")));
+        lines.push(String::new());
+    }
+    lines.push("Operations; what a function shares inside itself is counted once:".to_string());
     lines.extend(
         counts::table(&emission.plan)
             .iter()

@@ -47,7 +47,10 @@ impl Quantity {
             Some(group) => {
                 own.extend(axes.of_group(group));
                 let by = variables(group);
-                (format!("Derivative by {by} of: {meaning}"), format!("d_{prefix}"))
+                (
+                    format!("Derivative by {by} of: {meaning}"),
+                    format!("d_{prefix}"),
+                )
             }
         };
         Self {
@@ -100,7 +103,9 @@ impl Quantity {
             (1, true) => notes.push("The unit of an entry is the stated one per second.".into()),
             (2, false) => notes.push("The unit of an entry is its row's over its column's.".into()),
             (2, true) => {
-                notes.push("The unit of an entry is its row's over its column's, per second.".into());
+                notes.push(
+                    "The unit of an entry is its row's over its column's, per second.".into(),
+                );
             }
             _ => notes.push("The unit of an entry is its first index's over the others'.".into()),
         }
@@ -246,7 +251,8 @@ fn requested_function(
         }
     }
     // A bundle without what it is named after is none.
-    let headless = wish.is_fused() && wish.items.first().copied() != quantities.first().and_then(|q: &Quantity| q.item);
+    let headless = wish.is_fused()
+        && wish.items.first().copied() != quantities.first().and_then(|q: &Quantity| q.item);
     match missing {
         Some(_) if (quantities.is_empty() || headless) && Functions::passes_over(wish) => Ok(None),
         Some(error) if quantities.is_empty() || headless => Err(error.into()),
@@ -360,6 +366,8 @@ fn describe(term: Term) -> (&'static str, &'static str) {
             "Rate `ċ` of a holonomic constraint; `c` itself of a nonholonomic one",
             "c_dot",
         ),
+        Term::StateRate => ("Rates `dz/dt` of the internal states", "z_rate"),
+        Term::InitialState => ("Values of the internal states at the beginning", "z_start"),
         Term::Outputs => ("Values of the model's outputs", "out"),
         Term::OutputRates => (
             "Rates of the outputs along the motion, without the acceleration's part",

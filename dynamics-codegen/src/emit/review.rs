@@ -1,8 +1,8 @@
 //! The review sheet: what a model is, on a page that is read when it changes.
 
+use super::axes::coordinate_unit;
 use super::counts;
 use super::emission::Emission;
-use super::axes::coordinate_unit;
 use super::text::{decimal, one_line, plain_lines};
 use crate::compile::Compiled;
 use crate::graph::{ExprId, SymbolId};
@@ -28,6 +28,9 @@ impl Emission<'_> {
     }
 }
 
+/// More operations than this are not written out.
+const LONG: usize = 60;
+
 struct Sheet<'a> {
     emission: &'a Emission<'a>,
     compiled: &'a Compiled,
@@ -46,6 +49,15 @@ impl<'a> Sheet<'a> {
         }
         for u in &model.inputs {
             names.insert(u.symbol, format!("input({})", one_line(&u.name)));
+        }
+        for d in &model.delays {
+            let of = one_line(&model.inputs[d.input].name);
+            let own = |id| one_line(model.graph.symbol_name(id));
+            let by = model.graph.display(d.by, own);
+            names.insert(d.symbol, format!("delay({of}, {by})"));
+        }
+        for z in &model.states {
+            names.insert(z.symbol, one_line(&z.name));
         }
         for p in &model.parameters {
             names.insert(p.symbol, one_line(&p.name));
@@ -71,6 +83,16 @@ impl<'a> Sheet<'a> {
         self.model.graph.display(expr, name).to_string()
     }
 
+    /// An expression if it fits on a few lines, else how long it is.
+    fn short(&self, expr: ExprId) -> String {
+        let operations = self.model.graph.operation_count(&[expr]);
+        if operations > LONG {
+            format!("({operations} operations, too long to write out)")
+        } else {
+            self.expression(expr)
+        }
+    }
+
     fn write(&self, out: &mut String, source_name: &str) -> std::fmt::Result {
         writeln!(
             out,
@@ -80,6 +102,7 @@ impl<'a> Sheet<'a> {
         )?;
         paragraph(out, &self.model.doc)?;
         self.arguments(out)?;
+        self.states(out)?;
         self.parameters(out)?;
         super::review_bodies::bodies(out, self.model)?;
         self.dynamics(out)?;
@@ -116,6 +139,23 @@ impl<'a> Sheet<'a> {
             ]);
         }
         columns(out, &rows)
+    }
+
+    /// Only where there are any.
+    fn states(&self, out: &mut String) -> std::fmt::Result {
+        if self.model.states.is_empty() {
+            return Ok(());
+        }
+        heading(out, "states", self.model.states.len())?;
+        for z in &self.model.states {
+            writeln!(out, "  {} {}", one_line(&z.name), z.unit)?;
+            for line in plain_lines(&z.doc) {
+                writeln!(out, "    {line}")?;
+            }
+            writeln!(out, "    at first = {}", self.expression(z.initial))?;
+            writeln!(out, "    rate = {}", self.expression(z.rate))?;
+        }
+        Ok(())
     }
 
     fn parameters(&self, out: &mut String) -> std::fmt::Result {
@@ -183,11 +223,7 @@ impl<'a> Sheet<'a> {
             for line in plain_lines(&constraint.doc) {
                 writeln!(out, "    {line}")?;
             }
-            writeln!(
-                out,
-                "    0 = {}",
-                self.expression(system.constraint_residual[row])
-            )?;
+            writeln!(out, "    0 = {}", self.expression(constraint.residual))?;
             for (c, &entry) in self
                 .model
                 .coordinates
@@ -195,19 +231,10 @@ impl<'a> Sheet<'a> {
                 .zip(&system.constraint_matrix[row])
             {
                 if !self.model.graph.is_zero(entry) {
-                    writeln!(
-                        out,
-                        "    A[{}] = {}",
-                        one_line(&c.name),
-                        self.expression(entry)
-                    )?;
+                    writeln!(out, "    A[{}] = {}", one_line(&c.name), self.short(entry))?;
                 }
             }
-            writeln!(
-                out,
-                "    b = {}",
-                self.expression(system.constraint_bias[row])
-            )?;
+            writeln!(out, "    b = {}", self.short(system.constraint_bias[row]))?;
         }
         Ok(())
     }

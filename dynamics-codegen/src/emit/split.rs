@@ -65,7 +65,10 @@ impl Parts {
         let mut carried = Carried::default();
         let mut parts = Vec::new();
         for (index, (range, (locals, roles))) in ranges.into_iter().zip(uses).enumerate() {
-            let takes = carried.held.iter().filter(|(local, _)| locals.contains(local));
+            let takes = carried
+                .held
+                .iter()
+                .filter(|(local, _)| locals.contains(local));
             let takes = takes.map(|(&local, &place)| (local, place)).collect();
             carried.release(|local| last_use[&local] <= index);
             let own = body.statements[range.clone()].iter().flat_map(defined);

@@ -12,6 +12,7 @@ pub(super) enum Role {
     Position(usize),
     Velocity(usize),
     Input(usize),
+    State(usize),
     Parameter(usize),
     /// A stated acceleration.
     Acceleration(usize),
@@ -32,7 +33,11 @@ impl Role {
     /// The argument that holds it.
     pub fn argument(self) -> Argument {
         match self {
-            Self::Time | Self::Position(_) | Self::Velocity(_) | Self::Input(_) => Argument::Point,
+            Self::Time
+            | Self::Position(_)
+            | Self::Velocity(_)
+            | Self::Input(_)
+            | Self::State(_) => Argument::Point,
             Self::Parameter(_) => Argument::Parameters,
             Self::Acceleration(_) => Argument::Acceleration,
             Self::Multiplier(_) => Argument::Multipliers,
@@ -47,6 +52,7 @@ impl Role {
             Self::Position(i) => format!("x{access}q[{i}]"),
             Self::Velocity(i) => format!("x{access}v[{i}]"),
             Self::Input(i) => format!("x{access}u[{i}]"),
+            Self::State(i) => format!("x{access}z[{i}]"),
             Self::Acceleration(i) => format!("a[{i}]"),
             Self::Multiplier(i) => format!("lambda[{i}]"),
             Self::Parameter(_) => return None,
@@ -118,6 +124,16 @@ impl Symbols {
                 code,
                 format!("u_{}", snake(&u.name)),
             );
+        }
+        for (i, d) in model.delays.iter().enumerate() {
+            let code = locals.claim(&format!("u_{}", d.name));
+            let role = Role::Input(model.inputs.len() + i);
+            add(d.symbol, role, code, format!("u_{}", snake(&d.name)));
+        }
+        for (i, z) in model.states.iter().enumerate() {
+            let code = locals.claim(&format!("z_{}", z.name));
+            let telling = format!("z_{}", snake(&z.name));
+            add(z.symbol, Role::State(i), code, telling);
         }
         for (i, (c, &id)) in model.coordinates.iter().zip(acceleration).enumerate() {
             let code = locals.claim(&format!("ddq_{}", c.name));

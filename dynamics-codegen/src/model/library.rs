@@ -10,6 +10,8 @@ use std::path::{Path, PathBuf};
 pub struct Library {
     templates: BTreeMap<String, TemplateText>,
     folder: PathBuf,
+    /// What paths are relative to where that is not the current folder.
+    root: PathBuf,
     /// Texts that stand in for files, with the name shown in messages.
     files: BTreeMap<String, (String, String)>,
 }
@@ -51,7 +53,9 @@ const BUILTIN: &[(&str, &str)] = builtin![
     "constant_force",
     "coulomb",
     "input_bias",
+    "input_delay",
     "input_gain",
+    "input_lag",
     "quadratic_drag",
     "spring",
     "stribeck",
@@ -127,6 +131,12 @@ impl Library {
         self.folder = folder.into();
     }
 
+    /// Says what all paths are relative to, where that is not the current folder.
+    /// Messages do not show it.
+    pub fn start_from(&mut self, root: impl Into<PathBuf>) {
+        self.root = root.into();
+    }
+
     /// Puts a text in place of the file `path`; messages call it `shown`.
     pub fn add_file(
         &mut self,
@@ -142,14 +152,15 @@ impl Library {
         if let Some(known) = self.files.get(path) {
             return Ok(known.clone());
         }
-        let place = self.folder.join(path);
+        let shown = self.folder.join(path);
+        let place = self.root.join(&shown);
         let size = std::fs::metadata(&place)?.len();
         if size > MAX_FILE {
             let message = format!("it has {size} bytes; a robot description may have {MAX_FILE}");
             return Err(std::io::Error::other(message));
         }
         let text = std::fs::read_to_string(&place)?;
-        Ok((place.display().to_string(), text))
+        Ok((shown.display().to_string(), text))
     }
 
     /// The names of all templates, sorted.

@@ -18,10 +18,11 @@ impl Builder<'_> {
     pub(super) fn lower(&mut self, expr: &Expr) -> Lowered {
         let quantity = self.lower_kind(expr)?;
         match self.model.graph.as_constant(quantity.expr) {
-            Some(value) if !value.is_finite() => self.report(
-                Diagnostic::error(expr.span, "this is not a finite number")
-                    .label(format!("its value is {value}")),
-            ),
+            Some(value) if !value.is_finite() => {
+                let error = Diagnostic::error(expr.span, "this is not a finite number")
+                    .label(format!("its value is {value}"));
+                self.report(self.with_folding_in_mind(error))
+            }
             _ => Some(quantity),
         }
     }
@@ -91,6 +92,7 @@ impl Builder<'_> {
                     measure,
                 })
             }
+            Some(Binding::State(index)) => self.state_symbol(index),
             Some(Binding::Term(index)) => self.lower_term(index, name, span),
             None => match self.scope.inputs.get(name).map(|declared| declared.what) {
                 Some(index) => self.input_symbol(index),
@@ -123,7 +125,7 @@ impl Builder<'_> {
         })
     }
 
-    fn input_symbol(&self, index: usize) -> Lowered {
+    pub(super) fn input_symbol(&self, index: usize) -> Lowered {
         let input = &self.model.inputs[index];
         let expr = self.model.graph.var(input.symbol);
         Some(Quantity {
@@ -287,7 +289,8 @@ impl Builder<'_> {
             };
             let graph = &mut self.model.graph;
             if *divide && graph.is_zero(b.expr) {
-                product = self.report(Diagnostic::error(factor.span, "division by zero"));
+                let error = Diagnostic::error(factor.span, "division by zero");
+                product = self.report(self.with_folding_in_mind(error));
                 continue;
             }
             product = Some(if *divide {
@@ -355,6 +358,7 @@ impl Builder<'_> {
         }
         match name.text.as_str() {
             "dot" => self.lower_dot(&arguments[0], span),
+            "delay" => self.lower_delay(&arguments[0], &arguments[1]),
             "mass" => self.lower_mass(&arguments[0]),
             "input" | "coordinate" => self.lower_lookup(&name.text, &arguments[0]),
             "atan2" | "min" | "max" => self.lower_two(&name.text, &arguments[0], &arguments[1]),
@@ -447,6 +451,7 @@ impl Builder<'_> {
                 );
             }
         }
+        self.refuse_memory(inner.expr, span, "the argument of `dot`")?;
         let seeds = self.model.time_seeds();
         let expr = self.model.graph.directional(&[inner.expr], &seeds)[0];
         if let ExprKind::Name(name) = &argument.kind {

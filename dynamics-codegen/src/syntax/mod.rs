@@ -39,6 +39,7 @@ pub fn written_name(name: &str) -> String {
 /// Never fails as a whole: what could not be read is in the diagnostics, and
 /// what could be read is in the tree (`None` if not even the heading was found).
 pub fn parse(sources: &Sources, id: SourceId) -> (Option<File>, Vec<Diagnostic>) {
+    let _places = Places::own();
     let text = &sources.get(id).text;
     let faults = lexical::check(text, id);
     if !faults.is_empty() {
@@ -60,4 +61,23 @@ pub fn parse(sources: &Sources, id: SourceId) -> (Option<File>, Vec<Diagnostic>)
         ));
     }
     (file, diagnostics)
+}
+
+/// While this lives, tokens know the bytes they come from.
+///
+/// Inside a procedural macro `proc_macro2` hands the work to rustc, whose tokens do not
+/// tell their place on a stable compiler. Its own tokens do, there as everywhere.
+struct Places;
+
+impl Places {
+    fn own() -> Self {
+        proc_macro2::fallback::force();
+        Self
+    }
+}
+
+impl Drop for Places {
+    fn drop(&mut self) {
+        proc_macro2::fallback::unforce();
+    }
 }

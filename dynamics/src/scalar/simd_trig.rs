@@ -162,7 +162,17 @@ macro_rules! sin_cos_4 {
 // Not the widest vectors: while the full width of AVX-512 is at work, a core computes
 // single numbers at half its rate.
 sin_cos_4!(sin_cos_4_f64, near_f64x4, f64, f64x4, LIMIT_F64,);
-sin_cos_4!(sin_cos_4_f32, near_f32x8, f32, f32x8, LIMIT_F32, 0.0, 0.0, 0.0, 0.0);
+sin_cos_4!(
+    sin_cos_4_f32,
+    near_f32x8,
+    f32,
+    f32x8,
+    LIMIT_F32,
+    0.0,
+    0.0,
+    0.0,
+    0.0
+);
 
 /// Marks a path as unlikely.
 #[cold]

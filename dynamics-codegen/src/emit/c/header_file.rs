@@ -1,8 +1,8 @@
 //! The `.h` file: types and declarations.
 
 use super::{Lines, Unit, comment};
+use crate::emit::axes::{coordinate_unit, inputs};
 use crate::emit::naming::identifier;
-use crate::emit::axes::coordinate_unit;
 use crate::emit::plan::{Entry, Function, Quantity};
 use crate::emit::text::{decimal, one_line};
 use crate::model::Parameter;
@@ -117,15 +117,29 @@ impl Unit<'_> {
         w.line(&format!("    {prefix}_real q[{n}];"));
         comment(w, 1, &format!("Velocities: {}.", coordinates(1)));
         w.line(&format!("    {prefix}_real v[{n}];"));
-        if !model.inputs.is_empty() {
-            let inputs = list(
-                model
-                    .inputs
-                    .iter()
-                    .map(|u| (u.name.clone(), u.unit.clone())),
-            );
-            comment(w, 1, &format!("Inputs: {inputs}."));
-            w.line(&format!("    {prefix}_real u[{}];", model.inputs.len()));
+        let inputs = inputs(model);
+        if !inputs.is_empty() {
+            let mut text = format!("Inputs: {}.", entries(&inputs));
+            for delay in &model.delays {
+                let of = &model.inputs[delay.input].name;
+                let name = |id| one_line(model.graph.symbol_name(id));
+                let by = model.graph.display(delay.by, name);
+                text.push_str(&format!(
+                    "\n{} is {} as it was {by} seconds ago: the caller keeps its past.",
+                    one_line(&delay.name),
+                    one_line(of)
+                ));
+            }
+            comment(w, 1, &text);
+            w.line(&format!("    {prefix}_real u[{}];", inputs.len()));
+        }
+        if !model.states.is_empty() {
+            let states = model.states.iter().map(|z| {
+                let unit = z.dimension.map_or_else(String::new, |d| d.to_string());
+                (z.name.clone(), unit)
+            });
+            comment(w, 1, &format!("Internal states: {}.", list(states)));
+            w.line(&format!("    {prefix}_real z[{}];", model.states.len()));
         }
         w.line(&format!("}} {prefix}_point;"));
         w.blank();

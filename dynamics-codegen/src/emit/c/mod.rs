@@ -46,10 +46,7 @@ impl Emission<'_> {
             name: format!("{}.{ending}", unit.file),
             text,
         };
-        [
-            file("h", unit.header_file()),
-            file("c", unit.source_file()),
-        ]
+        [file("h", unit.header_file()), file("c", unit.source_file())]
     }
 }
 

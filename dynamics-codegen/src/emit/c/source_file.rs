@@ -154,14 +154,21 @@ impl Unit<'_> {
         let stated = |name: &str, length: usize| format!("const {prefix}_real {name}[{length}]");
         let (n, m) = (model.coordinates.len(), model.constraints.len());
         let all = [
-            ("p", Argument::Parameters, format!("const {prefix}_parameters *p")),
+            (
+                "p",
+                Argument::Parameters,
+                format!("const {prefix}_parameters *p"),
+            ),
             ("x", Argument::Point, format!("const {prefix}_point *x")),
             ("a", Argument::Acceleration, stated("a", n)),
             ("lambda", Argument::Multipliers, stated("lambda", m)),
         ];
         debug_assert!(function.takes_acceleration() || !part.reads_of(Argument::Acceleration));
-        let read = all.into_iter().filter(|(_, argument, _)| part.reads_of(*argument));
-        read.map(|(name, _, declaration)| (name, declaration)).collect()
+        let read = all
+            .into_iter()
+            .filter(|(_, argument, _)| part.reads_of(*argument));
+        read.map(|(name, _, declaration)| (name, declaration))
+            .collect()
     }
 
     /// Says which arguments are not read, runs the parts before, and takes out of the
@@ -205,7 +212,10 @@ impl Unit<'_> {
         }
         for &(local, place) in &part.takes {
             let name = &body.locals[local];
-            w.line(&format!("    const {}_real {name} = w[{place}];", self.prefix));
+            w.line(&format!(
+                "    const {}_real {name} = w[{place}];",
+                self.prefix
+            ));
         }
     }
 

@@ -9,8 +9,14 @@ const FIELDS: [(&str, &str); 7] = [
     ("force_by_velocity", "force_residual_by_velocity"),
     ("force_by_input", "force_residual_by_input"),
     ("force_by_time", "force_residual_by_time"),
-    ("acceleration_by_position", "acceleration_residual_by_position"),
-    ("acceleration_by_velocity", "acceleration_residual_by_velocity"),
+    (
+        "acceleration_by_position",
+        "acceleration_residual_by_position",
+    ),
+    (
+        "acceleration_by_velocity",
+        "acceleration_residual_by_velocity",
+    ),
     ("acceleration_by_time", "acceleration_residual_by_time"),
 ];
 
@@ -30,7 +36,9 @@ impl Unit<'_> {
     /// Whether a function computes a quantity.
     fn computes(&self, function: &str, quantity: &str) -> bool {
         let functions = self.plan.functions.iter().filter(|f| f.name == function);
-        functions.flat_map(|f| &f.quantities).any(|q| q.name == quantity)
+        functions
+            .flat_map(|f| &f.quantities)
+            .any(|q| q.name == quantity)
     }
 
     fn differentiable(&self, w: &mut Writer) {

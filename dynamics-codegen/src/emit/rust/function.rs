@@ -1,9 +1,9 @@
 //! One emitted function: its signature, documentation and body.
 
-use super::{Unit, result_name};
 use super::documentation::{Doc, of_quantity};
 use super::language::{Rust, numbers_as_stated};
 use super::layout::{Array, Writer};
+use super::{Unit, result_name};
 use crate::emit::body::{Body, Circular, Statement, Term};
 use crate::emit::plan::{Function, Quantity};
 use crate::emit::split::{Part, Parts};
@@ -15,7 +15,9 @@ use std::collections::BTreeSet;
 /// The type of a quantity: `[T; n]` or `[[T; n]; m]`.
 fn shape(quantity: &Quantity) -> String {
     let lengths = quantity.shape().into_iter().rev();
-    lengths.fold("T".to_string(), |inner, length| format!("[{inner}; {length}]"))
+    lengths.fold("T".to_string(), |inner, length| {
+        format!("[{inner}; {length}]")
+    })
 }
 
 impl Unit<'_> {
@@ -147,9 +149,15 @@ impl Unit<'_> {
             ("p", Argument::Parameters, true),
             ("x", Argument::Point, true),
             ("a", Argument::Acceleration, function.takes_acceleration()),
-            ("lambda", Argument::Multipliers, function.takes_multipliers()),
+            (
+                "lambda",
+                Argument::Multipliers,
+                function.takes_multipliers(),
+            ),
         ];
-        let own = there.into_iter().filter(|&(_, argument, there)| there && part.reads_of(argument));
+        let own = there
+            .into_iter()
+            .filter(|&(_, argument, there)| there && part.reads_of(argument));
         let mut names: Vec<&str> = own.map(|(name, ..)| name).collect();
         names.push("&mut w");
         names.join(", ")
@@ -164,7 +172,7 @@ impl Unit<'_> {
         self.statements(w, body, &body.statements[part.statements.clone()]);
     }
 
-    /// `p: &Parameters<T>`, `x: &Point<T, n, k, 0>`, `a` and `lambda`, with `_` in front of what is
+    /// `p: &Parameters<T>`, `x: &Point<T, n, k, s>`, `a` and `lambda`, with `_` in front of what is
     /// not read.
     fn arguments(&self, function: &Function, reads: impl Fn(Argument) -> bool) -> Vec<String> {
         let mark = |argument: Argument| if reads(argument) { "" } else { "_" };

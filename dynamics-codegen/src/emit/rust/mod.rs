@@ -10,10 +10,10 @@
 //! * `equation_of_motion`, which computes what a step of a simulation needs at once,
 //! * a type named after the model that implements `::dynamics::System`.
 
+mod derivatives;
 mod documentation;
 mod function;
 mod language;
-mod derivatives;
 mod layout;
 mod library;
 mod parameters;
@@ -21,13 +21,16 @@ mod system;
 
 pub use library::{DuplicateModel, File, module_name, rust_crate, rust_crate_of, rust_file};
 
+use super::axes::inputs;
 use super::emission::Emission;
 use super::header;
 use super::naming::type_name;
 use super::plan::{Function, Plan};
 use super::symbols::Symbols;
+use super::text::one_line;
 use crate::compile::Compiled;
-use documentation::Doc;
+use crate::model::Delay;
+use documentation::{Doc, code};
 use layout::{Array, Writer};
 
 /// Types that the module defines or imports.
@@ -131,13 +134,14 @@ impl<'a> Unit<'a> {
         self.plan.functions.iter().any(|f| f.name == name)
     }
 
-    /// `Point<T, n, k, 0>`
+    /// `Point<T, n, k, s>`
     fn point(&self) -> String {
         let model = &self.compiled.model;
         format!(
-            "Point<T, {}, {}, 0>",
+            "Point<T, {}, {}, {}>",
             model.coordinates.len(),
-            model.inputs.len()
+            inputs(model).len(),
+            model.states.len()
         )
     }
 
@@ -146,12 +150,18 @@ impl<'a> Unit<'a> {
         let model = &self.compiled.model;
         let coordinates = model.coordinates.iter().map(|c| c.name.as_str()).collect();
         size(w, "COORDINATE", "coordinates", coordinates);
+        let entries = inputs(model);
         size(
             w,
             "INPUT",
             "inputs",
-            model.inputs.iter().map(|u| u.name.as_str()).collect(),
+            entries.iter().map(|u| u.name.as_str()).collect(),
         );
+        self.delays(w);
+        if !model.states.is_empty() {
+            let states = model.states.iter().map(|z| z.name.as_str()).collect();
+            size(w, "STATE", "internal states", states);
+        }
         let constraints = model.constraints.iter().map(|c| c.name.as_str()).collect();
         size(w, "CONSTRAINT", "constraint rows", constraints);
         size(
@@ -169,6 +179,44 @@ impl<'a> Unit<'a> {
     }
 }
 
+impl Unit<'_> {
+    /// What a caller must know of inputs that arrive late.
+    fn delays(&self, w: &mut Writer) {
+        let model = &self.compiled.model;
+        if model.delays.is_empty() {
+            return;
+        }
+        let mut doc =
+            Doc::of("Delayed inputs, and which input each is. The caller keeps the past:");
+        doc.line("");
+        for delay in &model.delays {
+            doc.line(format!(
+                "* {} is {} as it was {} seconds ago",
+                code(&delay.name),
+                code(&model.inputs[delay.input].name),
+                code(&self.delay_text(delay)),
+            ));
+        }
+        w.doc(&doc);
+        let pairs = model.delays.iter().enumerate().map(|(index, delay)| {
+            let place = model.inputs.len() + index;
+            Array::Simple(format!("({place}, {})", delay.input))
+        });
+        let opening = format!(
+            "pub const DELAYED_INPUTS: [(usize, usize); {}] =",
+            model.delays.len()
+        );
+        w.constant(&opening, &Array::Row(pairs.collect()));
+        w.blank();
+    }
+
+    fn delay_text(&self, delay: &Delay) -> String {
+        let graph = &self.compiled.model.graph;
+        let name = |id| one_line(graph.symbol_name(id));
+        graph.display(delay.by, name).to_string()
+    }
+}
+
 /// The type that a function of several quantities returns.
 fn result_name(function: &Function) -> String {
     type_name(&function.name, &[])
@@ -179,12 +227,14 @@ fn size(w: &mut Writer, word: &str, what: &str, names: Vec<&str>) {
     w.doc(&Doc::of(format!("Number of {what}.")));
     w.line(format!("pub const {word}S: usize = {};", names.len()));
     w.blank();
-    if names.is_empty() {
-        return;
-    }
     w.doc(&Doc::of(format!(
         "Names of the {what}, as the model writes them."
     )));
+    if names.is_empty() {
+        w.line(format!("pub const {word}_NAMES: [&str; {word}S] = [];"));
+        w.blank();
+        return;
+    }
     let strings = names
         .iter()
         .map(|name| Array::Simple(format!("\"{}\"", name.escape_debug())));
