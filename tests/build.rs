@@ -35,6 +35,10 @@ const ROBOTS: [&str; 2] = ["../models/iiwa7.urdf", "../models/panda.urdf"];
 const ROBOT: &str = "mass_matrix+bias_force,inverse_dynamics,inverse_dynamics_derivatives,\
     forward_dynamics,forward_dynamics_derivatives,force_residual,residual_derivatives";
 
+/// And of one with constraints.
+const CONSTRAINED: &str =
+    "acceleration_residual,constrained_dynamics,constrained_dynamics_derivatives";
+
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=../models");
@@ -48,15 +52,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut library = Library::builtin();
         library.look_in(path.parent().unwrap_or(Path::new("")));
         let compiled = compile_bytes(&name, &bytes, &library).map_err(|report| report.render())?;
-        let robot = path.extension().is_some_and(|e| e == "urdf");
-        // Those on top of robot descriptions are compared with Pinocchio's.
-        if compiled.model.robot.is_some() && !robot {
-            continue;
-        }
-        let list = if robot {
-            ROBOT.to_string()
-        } else {
-            list(&compiled)
+        let list = match &compiled.model.robot {
+            None => list(&compiled),
+            Some(_) if compiled.model.constraints.is_empty() => ROBOT.to_string(),
+            Some(_) => format!("{ROBOT},{CONSTRAINED}"),
         };
         let emission = Emission::new(&compiled, &name, &list.parse()?)?;
         let file = emission.rust_file();
