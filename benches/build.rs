@@ -36,8 +36,14 @@ fn tool(
     let model = &compiled.model;
     let mechanism = model.mechanism.clone().ok_or("the model has bodies")?;
     let mut bodies = model.tree.bodies.iter();
-    let link = bodies.position(|b| b.name == "link_7").ok_or("there is link_7")?;
-    let applied: Vec<ExprId> = model.inputs.iter().map(|u| model.graph.var(u.symbol)).collect();
+    let link = bodies
+        .position(|b| b.name == "link_7")
+        .ok_or("there is link_7")?;
+    let applied: Vec<ExprId> = model
+        .inputs
+        .iter()
+        .map(|u| model.graph.var(u.symbol))
+        .collect();
     let g = emission.graph_mut();
     let frame = Frame::of_body(g, link);
     let jacobian = mechanism.jacobian(g, &frame);
@@ -57,10 +63,20 @@ fn tool(
     let (joints, twist) = (axis(&joints), axis(&["vx", "vy", "vz", "wx", "wy", "wz"]));
     let matrix = |name: &str, entries: &[Vec<ExprId>]| {
         let axes = vec![twist.clone(), joints.clone()];
-        Quantity::own(name, "Jacobian of the last link's frame, or its rate", axes, entries.concat())
+        Quantity::own(
+            name,
+            "Jacobian of the last link's frame, or its rate",
+            axes,
+            entries.concat(),
+        )
     };
     let vector = |name: &str, axis: &[Entry], entries: Vec<ExprId>| {
-        Quantity::own(name, "Motion with the tool held", vec![axis.to_vec()], entries)
+        Quantity::own(
+            name,
+            "Motion with the tool held",
+            vec![axis.to_vec()],
+            entries,
+        )
     };
     emission.add("jacobian", vec![matrix("jacobian", &jacobian)]);
     emission.add(

@@ -28,6 +28,17 @@ const MORE: [&str; 16] = [
     "outputs_by_position",
 ];
 
+/// Robots whose functions are compared: the second one's derivatives come in parts.
+const ROBOTS: [&str; 2] = ["../models/iiwa7.urdf", "../models/panda.urdf"];
+
+/// The functions of a robot.
+const ROBOT: &str = "mass_matrix+bias_force,inverse_dynamics,inverse_dynamics_derivatives,\
+    forward_dynamics,forward_dynamics_derivatives,force_residual,residual_derivatives";
+
+/// And of one with constraints.
+const CONSTRAINED: &str =
+    "acceleration_residual,constrained_dynamics,constrained_dynamics_derivatives";
+
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=../models");
@@ -41,11 +52,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         let mut library = Library::builtin();
         library.look_in(path.parent().unwrap_or(Path::new("")));
         let compiled = compile_bytes(&name, &bytes, &library).map_err(|report| report.render())?;
-        // Those of robot descriptions are compared with Pinocchio's.
-        if compiled.model.robot.is_some() {
-            continue;
-        }
-        let list = list(&compiled);
+        let list = match &compiled.model.robot {
+            None => list(&compiled),
+            Some(_) if compiled.model.constraints.is_empty() => ROBOT.to_string(),
+            Some(_) => format!("{ROBOT},{CONSTRAINED}"),
+        };
         let emission = Emission::new(&compiled, &name, &list.parse()?)?;
         let file = emission.rust_file();
         let path = out.join("full").join(&file.name);
@@ -146,7 +157,8 @@ fn calls(out: &mut String, emission: &Emission<'_>, compiled: &Compiled) -> std:
 }
 
 fn models() -> Result<Vec<PathBuf>, Box<dyn Error>> {
-    let mut paths = vec![PathBuf::from("data/models/type.model")];
+    let mut paths = ROBOTS.map(PathBuf::from).to_vec();
+    paths.push(PathBuf::from("data/models/type.model"));
     for entry in std::fs::read_dir(Path::new("../models"))? {
         let path = entry?.path();
         if path.extension().is_some_and(|e| e == "model") {

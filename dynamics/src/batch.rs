@@ -20,7 +20,9 @@
 //! Columns whose lengths are a large power of two fall into the same sets of the cache; some
 //! hundred states per call, or an odd length, are faster than 4096.
 
-use crate::{Point, Scalar};
+#[cfg(doc)]
+use crate::Scalar;
+use crate::{Entries, Point};
 
 pub use crate::scalar::{Lanes, WideF32, WideF64};
 
@@ -101,46 +103,6 @@ impl core::fmt::Display for ColumnError {
 
 impl core::error::Error for ColumnError {}
 
-/// What a function returns, entry by entry: a number, or arrays and pairs of such, as
-/// generated functions return them.
-pub trait Entries<L> {
-    /// How many numbers.
-    const LENGTH: usize;
-
-    /// Hands on every entry with its place, the last index of arrays fastest.
-    fn each(&self, first: usize, take: &mut impl FnMut(usize, L));
-}
-
-impl<L: Lanes> Entries<L> for L {
-    const LENGTH: usize = 1;
-
-    #[inline]
-    fn each(&self, first: usize, take: &mut impl FnMut(usize, L)) {
-        take(first, *self);
-    }
-}
-
-impl<L: Lanes, A: Entries<L>, const K: usize> Entries<L> for [A; K] {
-    const LENGTH: usize = K * A::LENGTH;
-
-    #[inline]
-    fn each(&self, first: usize, take: &mut impl FnMut(usize, L)) {
-        for (i, part) in self.iter().enumerate() {
-            part.each(first + i * A::LENGTH, take);
-        }
-    }
-}
-
-impl<L: Lanes, A: Entries<L>, B: Entries<L>> Entries<L> for (A, B) {
-    const LENGTH: usize = A::LENGTH + B::LENGTH;
-
-    #[inline]
-    fn each(&self, first: usize, take: &mut impl FnMut(usize, L)) {
-        self.0.each(first, take);
-        self.1.each(first + A::LENGTH, take);
-    }
-}
-
 /// Computes `function` at every state; result `k` of state `i` goes to `out[k][i]`.
 ///
 /// # Errors
@@ -175,30 +137,43 @@ where
 {
     states.check::<R, L>(out)?;
     let samples = states.t.len();
-    let whole = samples - samples % L::LANES;
-    for start in (0..whole).step_by(L::LANES) {
-        let x = states.point(|column| L::load(&column[start..start + L::LANES]));
-        function(&x).each(0, &mut |k, value: L| {
-            value.store(&mut out[k][start..start + L::LANES]);
+    let rest = samples - samples % L::LANES;
+    let mut x = Point::zero();
+    for start in (0..rest).step_by(L::LANES) {
+        states.take(&mut x, |column| L::load(&column[start..]));
+        let mut columns = out.iter_mut();
+        function(&x).each(&mut |value: L| {
+            if let Some(column) = columns.next() {
+                value.store(&mut column[start..]);
+            }
         });
     }
-    if whole < samples {
-        let x = states.point(|column| L::load_padded(&column[whole..]));
-        function(&x).each(0, &mut |k, value: L| value.store_part(&mut out[k][whole..]));
+    if rest < samples {
+        states.take(&mut x, |column| L::load_padded(&column[rest..]));
+        let mut columns = out.iter_mut();
+        function(&x).each(&mut |value: L| {
+            if let Some(column) = columns.next() {
+                value.store_part(&mut column[rest..]);
+            }
+        });
     }
     Ok(())
 }
 
-impl<'a, E: Copy, const N: usize, const U: usize, const Z: usize> Columns<'a, E, N, U, Z> {
-    /// A point from what `load` makes of each column.
-    #[inline]
-    fn point<L: Scalar>(&self, load: impl Fn(&'a [E]) -> L) -> Point<L, N, U, Z> {
-        Point {
-            t: load(self.t),
-            q: self.q.map(&load),
-            v: self.v.map(&load),
-            u: self.u.map(&load),
-            z: self.z.map(&load),
+impl<E: Copy, const N: usize, const U: usize, const Z: usize> Columns<'_, E, N, U, Z> {
+    /// Fills `x` with what `load` makes of the columns.
+    #[inline(always)]
+    fn take<L: Lanes<Element = E>>(&self, x: &mut Point<L, N, U, Z>, load: impl Fn(&[E]) -> L) {
+        x.t = load(self.t);
+        for (arrays, columns) in [
+            (x.q.as_mut_slice(), self.q.as_slice()),
+            (&mut x.v, &self.v),
+            (&mut x.u, &self.u),
+            (&mut x.z, &self.z),
+        ] {
+            for (entry, column) in arrays.iter_mut().zip(columns) {
+                *entry = load(column);
+            }
         }
     }
 
@@ -238,6 +213,7 @@ impl<'a, E: Copy, const N: usize, const U: usize, const Z: usize> Columns<'a, E,
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Scalar;
     use std::vec;
     use std::vec::Vec;
 
@@ -272,7 +248,14 @@ mod tests {
                 results.iter_mut().map(Vec::as_mut_slice).collect();
             evaluate(&states, &mut out, |x: &Point<L, 2, 1, 0>| terms(x)).unwrap();
             for i in 0..samples {
-                let (matrix, vector) = terms(&states.point(|column| column[i]));
+                let x = Point {
+                    t: states.t[i],
+                    q: states.q.map(|column| column[i]),
+                    v: states.v.map(|column| column[i]),
+                    u: states.u.map(|column| column[i]),
+                    z: [],
+                };
+                let (matrix, vector) = terms(&x);
                 let expected = [
                     matrix[0][0],
                     matrix[0][1],

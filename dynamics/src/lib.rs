@@ -88,6 +88,7 @@
 pub mod batch;
 pub mod constrained;
 mod dual;
+mod entries;
 pub mod integrate;
 pub mod linalg;
 mod scalar;
@@ -98,6 +99,7 @@ mod system;
 pub use dual::Dual;
 #[cfg(feature = "derive")]
 pub use dynamics_macros::Dynamics;
+pub use entries::Entries;
 pub use scalar::{Real, Scalar};
 pub use sensitivity::{
     Differentiable, MotionDerivatives, ParameterDerivatives, ResidualDerivatives,

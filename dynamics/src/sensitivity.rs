@@ -241,10 +241,6 @@ impl<T: Scalar, const N: usize, const M: usize> Factors<T, N, M> for FullRank<T,
 }
 
 /// Whichever factors are accurate.
-#[expect(
-    clippy::large_enum_variant,
-    reason = "no allocation: both live on the stack"
-)]
 enum Checked<T: Real, const N: usize, const M: usize> {
     Fast(FullRank<T, N, M>),
     Safe(RankRevealing<T, N, M>),

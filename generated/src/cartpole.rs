@@ -210,6 +210,16 @@ pub struct EquationOfMotion<T> {
     pub force: [T; 2],
 }
 
+impl<T: Scalar> ::dynamics::Entries<T> for EquationOfMotion<T> {
+    const LENGTH: usize = 6;
+
+    #[inline(always)]
+    fn each(&self, take: &mut impl FnMut(T)) {
+        self.mass_matrix.each(take);
+        self.force.each(take);
+    }
+}
+
 /// Everything that the equation of motion needs; shared terms are computed once.
 pub fn equation_of_motion<T: Scalar>(
     p: &Parameters<T>,

@@ -172,8 +172,7 @@ impl<T: Scalar> Fourbar<T> {
 pub fn mass_matrix<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 1, 0>) -> [[T; 3]; 3] {
     let q_j2 = x.q[1];
     let q_j3 = x.q[2];
-    let angles = [q_j2, q_j3];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_2(q_j2, q_j3);
     let (sin_j2, cos_j2) = circular[0];
     let (sin_j3, cos_j3) = circular[1];
     let w1 = T::from_f64(0.5) * p.I1;
@@ -227,8 +226,7 @@ pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 1, 0>) -> [T; 3]
     let dq_j1 = x.v[0];
     let dq_j2 = x.v[1];
     let dq_j3 = x.v[2];
-    let angles = [q_j1, q_j2, q_j3];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_3(q_j1, q_j2, q_j3);
     let (sin_j1, cos_j1) = circular[0];
     let (sin_j2, cos_j2) = circular[1];
     let (sin_j3, cos_j3) = circular[2];
@@ -289,8 +287,7 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 1, 0>) -> [T; 3] {
     let dq_j2 = x.v[1];
     let dq_j3 = x.v[2];
     let u_j1 = x.u[0];
-    let angles = [q_j1, q_j2, q_j3];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_3(q_j1, q_j2, q_j3);
     let (sin_j1, cos_j1) = circular[0];
     let (sin_j2, cos_j2) = circular[1];
     let (sin_j3, cos_j3) = circular[2];
@@ -333,8 +330,7 @@ pub fn constraint_jacobian<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 1, 0>) 
     let q_j1 = x.q[0];
     let q_j2 = x.q[1];
     let q_j3 = x.q[2];
-    let angles = [q_j1, q_j2, q_j3];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_3(q_j1, q_j2, q_j3);
     let (sin_j1, cos_j1) = circular[0];
     let (sin_j2, cos_j2) = circular[1];
     let (sin_j3, cos_j3) = circular[2];
@@ -367,8 +363,7 @@ pub fn constraint_bias<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 1, 0>) -> [
     let dq_j1 = x.v[0];
     let dq_j2 = x.v[1];
     let dq_j3 = x.v[2];
-    let angles = [q_j1, q_j2, q_j3];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_3(q_j1, q_j2, q_j3);
     let (sin_j1, cos_j1) = circular[0];
     let (sin_j2, cos_j2) = circular[1];
     let (sin_j3, cos_j3) = circular[2];
@@ -400,8 +395,7 @@ pub fn constraint_residual<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 1, 0>) 
     let q_j1 = x.q[0];
     let q_j2 = x.q[1];
     let q_j3 = x.q[2];
-    let angles = [q_j1, q_j2, q_j3];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_3(q_j1, q_j2, q_j3);
     let (sin_j1, cos_j1) = circular[0];
     let (sin_j2, cos_j2) = circular[1];
     let (sin_j3, cos_j3) = circular[2];
@@ -427,8 +421,7 @@ pub fn constraint_rate<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 1, 0>) -> [
     let dq_j1 = x.v[0];
     let dq_j2 = x.v[1];
     let dq_j3 = x.v[2];
-    let angles = [q_j1, q_j2, q_j3];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_3(q_j1, q_j2, q_j3);
     let (sin_j1, cos_j1) = circular[0];
     let (sin_j2, cos_j2) = circular[1];
     let (sin_j3, cos_j3) = circular[2];
@@ -481,6 +474,20 @@ pub struct EquationOfMotion<T> {
     pub constraint_rate: [T; 2],
 }
 
+impl<T: Scalar> ::dynamics::Entries<T> for EquationOfMotion<T> {
+    const LENGTH: usize = 24;
+
+    #[inline(always)]
+    fn each(&self, take: &mut impl FnMut(T)) {
+        self.mass_matrix.each(take);
+        self.force.each(take);
+        self.constraint_jacobian.each(take);
+        self.constraint_bias.each(take);
+        self.constraint_residual.each(take);
+        self.constraint_rate.each(take);
+    }
+}
+
 /// Everything that the equation of motion needs; shared terms are computed once.
 pub fn equation_of_motion<T: Scalar>(
     p: &Parameters<T>,
@@ -493,8 +500,7 @@ pub fn equation_of_motion<T: Scalar>(
     let dq_j2 = x.v[1];
     let dq_j3 = x.v[2];
     let u_j1 = x.u[0];
-    let angles = [q_j1, q_j2, q_j3];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_3(q_j1, q_j2, q_j3);
     let (sin_j1, cos_j1) = circular[0];
     let (sin_j2, cos_j2) = circular[1];
     let (sin_j3, cos_j3) = circular[2];

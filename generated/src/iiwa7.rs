@@ -101,13 +101,12 @@ pub fn mass_matrix<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 7, 7, 0>) -> [[T;
     let q_j4 = x.q[3];
     let q_j5 = x.q[4];
     let q_j6 = x.q[5];
-    let angles = [q_j2, q_j3, q_j4, q_j5, q_j6];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_4(q_j2, q_j3, q_j4, q_j5);
     let (sin_j2, cos_j2) = circular[0];
     let (sin_j3, cos_j3) = circular[1];
     let (sin_j4, cos_j4) = circular[2];
     let (sin_j5, cos_j5) = circular[3];
-    let (sin_j6, cos_j6) = circular[4];
+    let (sin_j6, cos_j6) = q_j6.sin_cos();
     let w1 = T::from_f64(0.03138) * sin_j6;
     let w2 = T::from_f64(0.03138) * cos_j6;
     let w3 = T::from_f64(0.004460948) * cos_j6;
@@ -273,13 +272,12 @@ pub fn bias_force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 7, 7, 0>) -> [T; 7
     let dq_j5 = x.v[4];
     let dq_j6 = x.v[5];
     let dq_j7 = x.v[6];
-    let angles = [q_j2, q_j3, q_j4, q_j5, q_j6];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_4(q_j2, q_j3, q_j4, q_j5);
     let (sin_j2, cos_j2) = circular[0];
     let (sin_j3, cos_j3) = circular[1];
     let (sin_j4, cos_j4) = circular[2];
     let (sin_j5, cos_j5) = circular[3];
-    let (sin_j6, cos_j6) = circular[4];
+    let (sin_j6, cos_j6) = q_j6.sin_cos();
     let d_j1_sin_j2 = dq_j1 * sin_j2;
     let d_j1_cos_j2 = dq_j1 * cos_j2;
     let d_j2_d_j1_cos_j2 = dq_j2 * d_j1_cos_j2;
@@ -584,13 +582,12 @@ pub fn force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 7, 7, 0>) -> [T; 7] {
     let u_j5 = x.u[4];
     let u_j6 = x.u[5];
     let u_j7 = x.u[6];
-    let angles = [q_j2, q_j3, q_j4, q_j5, q_j6];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_4(q_j2, q_j3, q_j4, q_j5);
     let (sin_j2, cos_j2) = circular[0];
     let (sin_j3, cos_j3) = circular[1];
     let (sin_j4, cos_j4) = circular[2];
     let (sin_j5, cos_j5) = circular[3];
-    let (sin_j6, cos_j6) = circular[4];
+    let (sin_j6, cos_j6) = q_j6.sin_cos();
     let d_j1_sin_j2 = dq_j1 * sin_j2;
     let d_j1_cos_j2 = dq_j1 * cos_j2;
     let d_j2_d_j1_cos_j2 = dq_j2 * d_j1_cos_j2;
@@ -799,6 +796,16 @@ pub struct EquationOfMotion<T> {
     pub force: [T; 7],
 }
 
+impl<T: Scalar> ::dynamics::Entries<T> for EquationOfMotion<T> {
+    const LENGTH: usize = 56;
+
+    #[inline(always)]
+    fn each(&self, take: &mut impl FnMut(T)) {
+        self.mass_matrix.each(take);
+        self.force.each(take);
+    }
+}
+
 /// Everything that the equation of motion needs; shared terms are computed once.
 #[allow(clippy::approx_constant, reason = "numbers as the model states them")]
 pub fn equation_of_motion<T: Scalar>(
@@ -824,13 +831,12 @@ pub fn equation_of_motion<T: Scalar>(
     let u_j5 = x.u[4];
     let u_j6 = x.u[5];
     let u_j7 = x.u[6];
-    let angles = [q_j2, q_j3, q_j4, q_j5, q_j6];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_4(q_j2, q_j3, q_j4, q_j5);
     let (sin_j2, cos_j2) = circular[0];
     let (sin_j3, cos_j3) = circular[1];
     let (sin_j4, cos_j4) = circular[2];
     let (sin_j5, cos_j5) = circular[3];
-    let (sin_j6, cos_j6) = circular[4];
+    let (sin_j6, cos_j6) = q_j6.sin_cos();
     let w1 = T::from_f64(0.03138) * sin_j6;
     let w2 = T::from_f64(0.03138) * cos_j6;
     let w3 = T::from_f64(0.004460948) * cos_j6;

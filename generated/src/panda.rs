@@ -122,21 +122,19 @@ pub fn mass_matrix<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 8, 8, 0>) -> [[T;
     let q_panda_joint7 = x.q[6];
     let q_panda_finger_joint1 = x.q[7];
     let w1 = T::from_f64(-core::f64::consts::FRAC_PI_4) + q_panda_joint7;
-    let angles = [
+    let circular = T::sin_cos_4(
         q_panda_joint2,
         q_panda_joint3,
         q_panda_joint4,
         q_panda_joint5,
-        q_panda_joint6,
-        w1,
-    ];
-    let circular = T::sin_cos_each(angles);
+    );
     let (sin_panda_joint2, cos_panda_joint2) = circular[0];
     let (sin_panda_joint3, cos_panda_joint3) = circular[1];
     let (sin_panda_joint4, cos_panda_joint4) = circular[2];
     let (sin_panda_joint5, cos_panda_joint5) = circular[3];
-    let (sin_panda_joint6, cos_panda_joint6) = circular[4];
-    let (w3, w2) = circular[5];
+    let circular = T::sin_cos_2(q_panda_joint6, w1);
+    let (sin_panda_joint6, cos_panda_joint6) = circular[0];
+    let (w3, w2) = circular[1];
     let w4 = T::from_f64(0.015) * q_panda_finger_joint1;
     let w5 = q_panda_finger_joint1 * w4;
     let w6 = q_panda_finger_joint1.mul_add(T::from_f64(-0.015), T::from_f64(0.0032583801008580016));
@@ -561,21 +559,19 @@ pub fn bias_force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 8, 8, 0>) -> [T; 8
     let dq_panda_joint7 = x.v[6];
     let dq_panda_finger_joint1 = x.v[7];
     let w1 = T::from_f64(-core::f64::consts::FRAC_PI_4) + q_panda_joint7;
-    let angles = [
+    let circular = T::sin_cos_4(
         q_panda_joint2,
         q_panda_joint3,
         q_panda_joint4,
         q_panda_joint5,
-        q_panda_joint6,
-        w1,
-    ];
-    let circular = T::sin_cos_each(angles);
+    );
     let (sin_panda_joint2, cos_panda_joint2) = circular[0];
     let (sin_panda_joint3, cos_panda_joint3) = circular[1];
     let (sin_panda_joint4, cos_panda_joint4) = circular[2];
     let (sin_panda_joint5, cos_panda_joint5) = circular[3];
-    let (sin_panda_joint6, cos_panda_joint6) = circular[4];
-    let (w3, w2) = circular[5];
+    let circular = T::sin_cos_2(q_panda_joint6, w1);
+    let (sin_panda_joint6, cos_panda_joint6) = circular[0];
+    let (w3, w2) = circular[1];
     let w4 = dq_panda_joint1 * sin_panda_joint2;
     let w5 = dq_panda_joint1 * cos_panda_joint2;
     let w6 = dq_panda_joint2 * w5;
@@ -1086,21 +1082,19 @@ pub fn force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 8, 8, 0>) -> [T; 8] {
     let u_panda_joint7 = x.u[6];
     let u_panda_finger_joint1 = x.u[7];
     let w1 = T::from_f64(-core::f64::consts::FRAC_PI_4) + q_panda_joint7;
-    let angles = [
+    let circular = T::sin_cos_4(
         q_panda_joint2,
         q_panda_joint3,
         q_panda_joint4,
         q_panda_joint5,
-        q_panda_joint6,
-        w1,
-    ];
-    let circular = T::sin_cos_each(angles);
+    );
     let (sin_panda_joint2, cos_panda_joint2) = circular[0];
     let (sin_panda_joint3, cos_panda_joint3) = circular[1];
     let (sin_panda_joint4, cos_panda_joint4) = circular[2];
     let (sin_panda_joint5, cos_panda_joint5) = circular[3];
-    let (sin_panda_joint6, cos_panda_joint6) = circular[4];
-    let (w3, w2) = circular[5];
+    let circular = T::sin_cos_2(q_panda_joint6, w1);
+    let (sin_panda_joint6, cos_panda_joint6) = circular[0];
+    let (w3, w2) = circular[1];
     let w4 = dq_panda_joint1 * sin_panda_joint2;
     let w5 = dq_panda_joint1 * cos_panda_joint2;
     let w6 = dq_panda_joint2 * w5;
@@ -1492,6 +1486,16 @@ pub struct EquationOfMotion<T> {
     pub force: [T; 8],
 }
 
+impl<T: Scalar> ::dynamics::Entries<T> for EquationOfMotion<T> {
+    const LENGTH: usize = 72;
+
+    #[inline(always)]
+    fn each(&self, take: &mut impl FnMut(T)) {
+        self.mass_matrix.each(take);
+        self.force.each(take);
+    }
+}
+
 /// Everything that the equation of motion needs; shared terms are computed once.
 #[allow(clippy::approx_constant, reason = "numbers as the model states them")]
 pub fn equation_of_motion<T: Scalar>(
@@ -1522,21 +1526,19 @@ pub fn equation_of_motion<T: Scalar>(
     let u_panda_joint7 = x.u[6];
     let u_panda_finger_joint1 = x.u[7];
     let w1 = T::from_f64(-core::f64::consts::FRAC_PI_4) + q_panda_joint7;
-    let angles = [
+    let circular = T::sin_cos_4(
         q_panda_joint2,
         q_panda_joint3,
         q_panda_joint4,
         q_panda_joint5,
-        q_panda_joint6,
-        w1,
-    ];
-    let circular = T::sin_cos_each(angles);
+    );
     let (sin_panda_joint2, cos_panda_joint2) = circular[0];
     let (sin_panda_joint3, cos_panda_joint3) = circular[1];
     let (sin_panda_joint4, cos_panda_joint4) = circular[2];
     let (sin_panda_joint5, cos_panda_joint5) = circular[3];
-    let (sin_panda_joint6, cos_panda_joint6) = circular[4];
-    let (w3, w2) = circular[5];
+    let circular = T::sin_cos_2(q_panda_joint6, w1);
+    let (sin_panda_joint6, cos_panda_joint6) = circular[0];
+    let (w3, w2) = circular[1];
     let w4 = T::from_f64(0.015) * q_panda_finger_joint1;
     let w5 = q_panda_finger_joint1 * w4;
     let w6 = q_panda_finger_joint1.mul_add(T::from_f64(-0.015), T::from_f64(0.0032583801008580016));

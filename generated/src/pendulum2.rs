@@ -170,8 +170,7 @@ pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [T; 2]
     let q_j2 = x.q[1];
     let dq_j1 = x.v[0];
     let dq_j2 = x.v[1];
-    let angles = [q_j1, q_j2];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_2(q_j1, q_j2);
     let (sin_j1, cos_j1) = circular[0];
     let (sin_j2, cos_j2) = circular[1];
     let m2_lc2 = p.m2 * p.lc2;
@@ -218,8 +217,7 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [T; 2] {
     let dq_j2 = x.v[1];
     let u_j1 = x.u[0];
     let u_j2 = x.u[1];
-    let angles = [q_j1, q_j2];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_2(q_j1, q_j2);
     let (sin_j1, cos_j1) = circular[0];
     let (sin_j2, cos_j2) = circular[1];
     let m2_lc2 = p.m2 * p.lc2;
@@ -255,6 +253,16 @@ pub struct EquationOfMotion<T> {
     pub force: [T; 2],
 }
 
+impl<T: Scalar> ::dynamics::Entries<T> for EquationOfMotion<T> {
+    const LENGTH: usize = 6;
+
+    #[inline(always)]
+    fn each(&self, take: &mut impl FnMut(T)) {
+        self.mass_matrix.each(take);
+        self.force.each(take);
+    }
+}
+
 /// Everything that the equation of motion needs; shared terms are computed once.
 pub fn equation_of_motion<T: Scalar>(
     p: &Parameters<T>,
@@ -266,8 +274,7 @@ pub fn equation_of_motion<T: Scalar>(
     let dq_j2 = x.v[1];
     let u_j1 = x.u[0];
     let u_j2 = x.u[1];
-    let angles = [q_j1, q_j2];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_2(q_j1, q_j2);
     let (sin_j1, cos_j1) = circular[0];
     let (sin_j2, cos_j2) = circular[1];
     let w1 = T::from_f64(0.5) * p.I1;

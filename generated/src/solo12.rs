@@ -109,18 +109,16 @@ pub fn mass_matrix<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 12, 12, 0>) -> [[
     let q_hl_kfe = x.q[8];
     let q_hr_hfe = x.q[10];
     let q_hr_kfe = x.q[11];
-    let angles = [
-        q_fl_hfe, q_fl_kfe, q_fr_hfe, q_fr_kfe, q_hl_hfe, q_hl_kfe, q_hr_hfe, q_hr_kfe,
-    ];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_4(q_fl_hfe, q_fl_kfe, q_fr_hfe, q_fr_kfe);
     let (sin_fl_hfe, cos_fl_hfe) = circular[0];
     let (sin_fl_kfe, cos_fl_kfe) = circular[1];
     let (sin_fr_hfe, cos_fr_hfe) = circular[2];
     let (sin_fr_kfe, cos_fr_kfe) = circular[3];
-    let (sin_hl_hfe, cos_hl_hfe) = circular[4];
-    let (sin_hl_kfe, cos_hl_kfe) = circular[5];
-    let (sin_hr_hfe, cos_hr_hfe) = circular[6];
-    let (sin_hr_kfe, cos_hr_kfe) = circular[7];
+    let circular = T::sin_cos_4(q_hl_hfe, q_hl_kfe, q_hr_hfe, q_hr_kfe);
+    let (sin_hl_hfe, cos_hl_hfe) = circular[0];
+    let (sin_hl_kfe, cos_hl_kfe) = circular[1];
+    let (sin_hr_hfe, cos_hr_hfe) = circular[2];
+    let (sin_hr_kfe, cos_hr_kfe) = circular[3];
     let w1 = T::from_f64(0.0005396092213171669) * cos_hr_kfe;
     let w2 = cos_hr_kfe * w1;
     let w3 = T::from_f64(1.504999999999997e-6) + w2;
@@ -410,23 +408,21 @@ pub fn bias_force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 12, 12, 0>) -> [T;
     let dq_hr_haa = x.v[9];
     let dq_hr_hfe = x.v[10];
     let dq_hr_kfe = x.v[11];
-    let angles = [
-        q_fl_haa, q_fl_hfe, q_fl_kfe, q_fr_haa, q_fr_hfe, q_fr_kfe, q_hl_haa, q_hl_hfe, q_hl_kfe,
-        q_hr_haa, q_hr_hfe, q_hr_kfe,
-    ];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_4(q_fl_haa, q_fl_hfe, q_fl_kfe, q_fr_haa);
     let (sin_fl_haa, cos_fl_haa) = circular[0];
     let (sin_fl_hfe, cos_fl_hfe) = circular[1];
     let (sin_fl_kfe, cos_fl_kfe) = circular[2];
     let (sin_fr_haa, cos_fr_haa) = circular[3];
-    let (sin_fr_hfe, cos_fr_hfe) = circular[4];
-    let (sin_fr_kfe, cos_fr_kfe) = circular[5];
-    let (sin_hl_haa, cos_hl_haa) = circular[6];
-    let (sin_hl_hfe, cos_hl_hfe) = circular[7];
-    let (sin_hl_kfe, cos_hl_kfe) = circular[8];
-    let (sin_hr_haa, cos_hr_haa) = circular[9];
-    let (sin_hr_hfe, cos_hr_hfe) = circular[10];
-    let (sin_hr_kfe, cos_hr_kfe) = circular[11];
+    let circular = T::sin_cos_4(q_fr_hfe, q_fr_kfe, q_hl_haa, q_hl_hfe);
+    let (sin_fr_hfe, cos_fr_hfe) = circular[0];
+    let (sin_fr_kfe, cos_fr_kfe) = circular[1];
+    let (sin_hl_haa, cos_hl_haa) = circular[2];
+    let (sin_hl_hfe, cos_hl_hfe) = circular[3];
+    let circular = T::sin_cos_4(q_hl_kfe, q_hr_haa, q_hr_hfe, q_hr_kfe);
+    let (sin_hl_kfe, cos_hl_kfe) = circular[0];
+    let (sin_hr_haa, cos_hr_haa) = circular[1];
+    let (sin_hr_hfe, cos_hr_hfe) = circular[2];
+    let (sin_hr_kfe, cos_hr_kfe) = circular[3];
     let w1 = T::from_f64(9.81) * cos_fl_haa;
     let d_fl_haa_sin_fl_hfe = dq_fl_haa * sin_fl_hfe;
     let d_fl_haa_cos_fl_hfe = dq_fl_haa * cos_fl_hfe;
@@ -958,23 +954,21 @@ pub fn force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 12, 12, 0>) -> [T; 12] 
     let u_hr_haa = x.u[9];
     let u_hr_hfe = x.u[10];
     let u_hr_kfe = x.u[11];
-    let angles = [
-        q_fl_haa, q_fl_hfe, q_fl_kfe, q_fr_haa, q_fr_hfe, q_fr_kfe, q_hl_haa, q_hl_hfe, q_hl_kfe,
-        q_hr_haa, q_hr_hfe, q_hr_kfe,
-    ];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_4(q_fl_haa, q_fl_hfe, q_fl_kfe, q_fr_haa);
     let (sin_fl_haa, cos_fl_haa) = circular[0];
     let (sin_fl_hfe, cos_fl_hfe) = circular[1];
     let (sin_fl_kfe, cos_fl_kfe) = circular[2];
     let (sin_fr_haa, cos_fr_haa) = circular[3];
-    let (sin_fr_hfe, cos_fr_hfe) = circular[4];
-    let (sin_fr_kfe, cos_fr_kfe) = circular[5];
-    let (sin_hl_haa, cos_hl_haa) = circular[6];
-    let (sin_hl_hfe, cos_hl_hfe) = circular[7];
-    let (sin_hl_kfe, cos_hl_kfe) = circular[8];
-    let (sin_hr_haa, cos_hr_haa) = circular[9];
-    let (sin_hr_hfe, cos_hr_hfe) = circular[10];
-    let (sin_hr_kfe, cos_hr_kfe) = circular[11];
+    let circular = T::sin_cos_4(q_fr_hfe, q_fr_kfe, q_hl_haa, q_hl_hfe);
+    let (sin_fr_hfe, cos_fr_hfe) = circular[0];
+    let (sin_fr_kfe, cos_fr_kfe) = circular[1];
+    let (sin_hl_haa, cos_hl_haa) = circular[2];
+    let (sin_hl_hfe, cos_hl_hfe) = circular[3];
+    let circular = T::sin_cos_4(q_hl_kfe, q_hr_haa, q_hr_hfe, q_hr_kfe);
+    let (sin_hl_kfe, cos_hl_kfe) = circular[0];
+    let (sin_hr_haa, cos_hr_haa) = circular[1];
+    let (sin_hr_hfe, cos_hr_hfe) = circular[2];
+    let (sin_hr_kfe, cos_hr_kfe) = circular[3];
     let w1 = T::from_f64(9.81) * cos_fl_haa;
     let d_fl_haa_sin_fl_hfe = dq_fl_haa * sin_fl_hfe;
     let d_fl_haa_cos_fl_hfe = dq_fl_haa * cos_fl_hfe;
@@ -1290,6 +1284,16 @@ pub struct EquationOfMotion<T> {
     pub force: [T; 12],
 }
 
+impl<T: Scalar> ::dynamics::Entries<T> for EquationOfMotion<T> {
+    const LENGTH: usize = 156;
+
+    #[inline(always)]
+    fn each(&self, take: &mut impl FnMut(T)) {
+        self.mass_matrix.each(take);
+        self.force.each(take);
+    }
+}
+
 /// Everything that the equation of motion needs; shared terms are computed once.
 #[allow(clippy::approx_constant, reason = "numbers as the model states them")]
 pub fn equation_of_motion<T: Scalar>(
@@ -1332,23 +1336,21 @@ pub fn equation_of_motion<T: Scalar>(
     let u_hr_haa = x.u[9];
     let u_hr_hfe = x.u[10];
     let u_hr_kfe = x.u[11];
-    let angles = [
-        q_fl_haa, q_fl_hfe, q_fl_kfe, q_fr_haa, q_fr_hfe, q_fr_kfe, q_hl_haa, q_hl_hfe, q_hl_kfe,
-        q_hr_haa, q_hr_hfe, q_hr_kfe,
-    ];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_4(q_fl_haa, q_fl_hfe, q_fl_kfe, q_fr_haa);
     let (sin_fl_haa, cos_fl_haa) = circular[0];
     let (sin_fl_hfe, cos_fl_hfe) = circular[1];
     let (sin_fl_kfe, cos_fl_kfe) = circular[2];
     let (sin_fr_haa, cos_fr_haa) = circular[3];
-    let (sin_fr_hfe, cos_fr_hfe) = circular[4];
-    let (sin_fr_kfe, cos_fr_kfe) = circular[5];
-    let (sin_hl_haa, cos_hl_haa) = circular[6];
-    let (sin_hl_hfe, cos_hl_hfe) = circular[7];
-    let (sin_hl_kfe, cos_hl_kfe) = circular[8];
-    let (sin_hr_haa, cos_hr_haa) = circular[9];
-    let (sin_hr_hfe, cos_hr_hfe) = circular[10];
-    let (sin_hr_kfe, cos_hr_kfe) = circular[11];
+    let circular = T::sin_cos_4(q_fr_hfe, q_fr_kfe, q_hl_haa, q_hl_hfe);
+    let (sin_fr_hfe, cos_fr_hfe) = circular[0];
+    let (sin_fr_kfe, cos_fr_kfe) = circular[1];
+    let (sin_hl_haa, cos_hl_haa) = circular[2];
+    let (sin_hl_hfe, cos_hl_hfe) = circular[3];
+    let circular = T::sin_cos_4(q_hl_kfe, q_hr_haa, q_hr_hfe, q_hr_kfe);
+    let (sin_hl_kfe, cos_hl_kfe) = circular[0];
+    let (sin_hr_haa, cos_hr_haa) = circular[1];
+    let (sin_hr_hfe, cos_hr_hfe) = circular[2];
+    let (sin_hr_kfe, cos_hr_kfe) = circular[3];
     let w1 = T::from_f64(0.0005396092213171669) * cos_hr_kfe;
     let w2 = cos_hr_kfe * w1;
     let w3 = T::from_f64(1.504999999999997e-6) + w2;

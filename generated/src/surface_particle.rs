@@ -280,6 +280,20 @@ pub struct EquationOfMotion<T> {
     pub constraint_rate: [T; 1],
 }
 
+impl<T: Scalar> ::dynamics::Entries<T> for EquationOfMotion<T> {
+    const LENGTH: usize = 18;
+
+    #[inline(always)]
+    fn each(&self, take: &mut impl FnMut(T)) {
+        self.mass_matrix.each(take);
+        self.force.each(take);
+        self.constraint_jacobian.each(take);
+        self.constraint_bias.each(take);
+        self.constraint_residual.each(take);
+        self.constraint_rate.each(take);
+    }
+}
+
 /// Everything that the equation of motion needs; shared terms are computed once.
 pub fn equation_of_motion<T: Scalar>(
     p: &Parameters<T>,

@@ -115,19 +115,17 @@ pub fn mass_matrix<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 6, 6, 0>) -> [[T;
     let q_wrist_1_joint = x.q[3];
     let q_wrist_2_joint = x.q[4];
     let q_wrist_3_joint = x.q[5];
-    let angles = [
+    let circular = T::sin_cos_4(
         q_shoulder_lift_joint,
         q_elbow_joint,
         q_wrist_1_joint,
         q_wrist_2_joint,
-        q_wrist_3_joint,
-    ];
-    let circular = T::sin_cos_each(angles);
+    );
     let (sin_shoulder_lift_joint, cos_shoulder_lift_joint) = circular[0];
     let (sin_elbow_joint, cos_elbow_joint) = circular[1];
     let (sin_wrist_1_joint, cos_wrist_1_joint) = circular[2];
     let (sin_wrist_2_joint, cos_wrist_2_joint) = circular[3];
-    let (sin_wrist_3_joint, cos_wrist_3_joint) = circular[4];
+    let (sin_wrist_3_joint, cos_wrist_3_joint) = q_wrist_3_joint.sin_cos();
     let w1 = T::from_f64(0.0166855268546) * cos_wrist_3_joint;
     let w2 = cos_wrist_3_joint * w1;
     let w3 = sin_wrist_3_joint * w1;
@@ -301,19 +299,17 @@ pub fn bias_force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 6, 6, 0>) -> [T; 6
     let dq_wrist_1_joint = x.v[3];
     let dq_wrist_2_joint = x.v[4];
     let dq_wrist_3_joint = x.v[5];
-    let angles = [
+    let circular = T::sin_cos_4(
         q_shoulder_lift_joint,
         q_elbow_joint,
         q_wrist_1_joint,
         q_wrist_2_joint,
-        q_wrist_3_joint,
-    ];
-    let circular = T::sin_cos_each(angles);
+    );
     let (sin_shoulder_lift_joint, cos_shoulder_lift_joint) = circular[0];
     let (sin_elbow_joint, cos_elbow_joint) = circular[1];
     let (sin_wrist_1_joint, cos_wrist_1_joint) = circular[2];
     let (sin_wrist_2_joint, cos_wrist_2_joint) = circular[3];
-    let (sin_wrist_3_joint, cos_wrist_3_joint) = circular[4];
+    let (sin_wrist_3_joint, cos_wrist_3_joint) = q_wrist_3_joint.sin_cos();
     let w1 = dq_shoulder_pan_joint * sin_shoulder_lift_joint;
     let w2 = dq_shoulder_pan_joint * cos_shoulder_lift_joint;
     let w3 = dq_shoulder_lift_joint * w2;
@@ -561,19 +557,17 @@ pub fn force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 6, 6, 0>) -> [T; 6] {
     let u_wrist_1_joint = x.u[3];
     let u_wrist_2_joint = x.u[4];
     let u_wrist_3_joint = x.u[5];
-    let angles = [
+    let circular = T::sin_cos_4(
         q_shoulder_lift_joint,
         q_elbow_joint,
         q_wrist_1_joint,
         q_wrist_2_joint,
-        q_wrist_3_joint,
-    ];
-    let circular = T::sin_cos_each(angles);
+    );
     let (sin_shoulder_lift_joint, cos_shoulder_lift_joint) = circular[0];
     let (sin_elbow_joint, cos_elbow_joint) = circular[1];
     let (sin_wrist_1_joint, cos_wrist_1_joint) = circular[2];
     let (sin_wrist_2_joint, cos_wrist_2_joint) = circular[3];
-    let (sin_wrist_3_joint, cos_wrist_3_joint) = circular[4];
+    let (sin_wrist_3_joint, cos_wrist_3_joint) = q_wrist_3_joint.sin_cos();
     let w1 = dq_shoulder_pan_joint * sin_shoulder_lift_joint;
     let w2 = dq_shoulder_pan_joint * cos_shoulder_lift_joint;
     let w3 = dq_shoulder_lift_joint * w2;
@@ -745,6 +739,16 @@ pub struct EquationOfMotion<T> {
     pub force: [T; 6],
 }
 
+impl<T: Scalar> ::dynamics::Entries<T> for EquationOfMotion<T> {
+    const LENGTH: usize = 42;
+
+    #[inline(always)]
+    fn each(&self, take: &mut impl FnMut(T)) {
+        self.mass_matrix.each(take);
+        self.force.each(take);
+    }
+}
+
 /// Everything that the equation of motion needs; shared terms are computed once.
 #[allow(clippy::approx_constant, reason = "numbers as the model states them")]
 pub fn equation_of_motion<T: Scalar>(
@@ -768,19 +772,17 @@ pub fn equation_of_motion<T: Scalar>(
     let u_wrist_1_joint = x.u[3];
     let u_wrist_2_joint = x.u[4];
     let u_wrist_3_joint = x.u[5];
-    let angles = [
+    let circular = T::sin_cos_4(
         q_shoulder_lift_joint,
         q_elbow_joint,
         q_wrist_1_joint,
         q_wrist_2_joint,
-        q_wrist_3_joint,
-    ];
-    let circular = T::sin_cos_each(angles);
+    );
     let (sin_shoulder_lift_joint, cos_shoulder_lift_joint) = circular[0];
     let (sin_elbow_joint, cos_elbow_joint) = circular[1];
     let (sin_wrist_1_joint, cos_wrist_1_joint) = circular[2];
     let (sin_wrist_2_joint, cos_wrist_2_joint) = circular[3];
-    let (sin_wrist_3_joint, cos_wrist_3_joint) = circular[4];
+    let (sin_wrist_3_joint, cos_wrist_3_joint) = q_wrist_3_joint.sin_cos();
     let w1 = T::from_f64(0.0166855268546) * cos_wrist_3_joint;
     let w2 = cos_wrist_3_joint * w1;
     let w3 = sin_wrist_3_joint * w1;

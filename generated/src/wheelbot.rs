@@ -213,8 +213,7 @@ pub fn mass_matrix<T: Scalar>(p: &Parameters<T>, x: &Point<T, 7, 2, 0>) -> [[T; 
     let q_roll = x.q[2];
     let q_pitch = x.q[3];
     let q_yaw = x.q[4];
-    let angles = [q_yaw, q_roll, q_pitch];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_3(q_yaw, q_roll, q_pitch);
     let (sin_yaw, cos_yaw) = circular[0];
     let (sin_roll, cos_roll) = circular[1];
     let (sin_pitch, cos_pitch) = circular[2];
@@ -366,8 +365,7 @@ pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 7, 2, 0>) -> [T; 7]
     let dq_yaw = x.v[4];
     let dq_wheel = x.v[5];
     let dq_reaction = x.v[6];
-    let angles = [q_yaw, q_roll, q_pitch];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_3(q_yaw, q_roll, q_pitch);
     let (sin_yaw, cos_yaw) = circular[0];
     let (sin_roll, cos_roll) = circular[1];
     let (sin_pitch, cos_pitch) = circular[2];
@@ -558,8 +556,7 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 7, 2, 0>) -> [T; 7] {
     let dq_reaction = x.v[6];
     let u_reaction = x.u[0];
     let u_wheel = x.u[1];
-    let angles = [q_yaw, q_roll, q_pitch];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_3(q_yaw, q_roll, q_pitch);
     let (sin_yaw, cos_yaw) = circular[0];
     let (sin_roll, cos_roll) = circular[1];
     let (sin_pitch, cos_pitch) = circular[2];
@@ -813,6 +810,20 @@ pub struct EquationOfMotion<T> {
     pub constraint_rate: [T; 2],
 }
 
+impl<T: Scalar> ::dynamics::Entries<T> for EquationOfMotion<T> {
+    const LENGTH: usize = 76;
+
+    #[inline(always)]
+    fn each(&self, take: &mut impl FnMut(T)) {
+        self.mass_matrix.each(take);
+        self.force.each(take);
+        self.constraint_jacobian.each(take);
+        self.constraint_bias.each(take);
+        self.constraint_residual.each(take);
+        self.constraint_rate.each(take);
+    }
+}
+
 /// Everything that the equation of motion needs; shared terms are computed once.
 pub fn equation_of_motion<T: Scalar>(
     p: &Parameters<T>,
@@ -830,8 +841,7 @@ pub fn equation_of_motion<T: Scalar>(
     let dq_reaction = x.v[6];
     let u_reaction = x.u[0];
     let u_wheel = x.u[1];
-    let angles = [q_yaw, q_roll, q_pitch];
-    let circular = T::sin_cos_each(angles);
+    let circular = T::sin_cos_3(q_yaw, q_roll, q_pitch);
     let (sin_yaw, cos_yaw) = circular[0];
     let (sin_roll, cos_roll) = circular[1];
     let (sin_pitch, cos_pitch) = circular[2];

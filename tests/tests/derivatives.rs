@@ -155,9 +155,9 @@ impl<'a> Subject<'a> {
                         "{item}, column {column}: {off:e} from dual numbers"
                     );
                     dual = dual.max(off);
-                    let expected = self.by_differences(of, *place, sample, variable);
+                    let (expected, step) = self.by_differences(of, *place, sample, variable);
                     // Rounding of the values, over the step.
-                    let noise = 1e-9 * largest(value);
+                    let noise = 1e-12 * largest(value) / step;
                     let off = deviation(&found, &expected, scale.max(noise / DIFFERENCES));
                     assert!(
                         off <= DIFFERENCES,
@@ -186,20 +186,24 @@ impl<'a> Subject<'a> {
         place: usize,
         sample: &[f64],
         variable: usize,
-    ) -> Vec<f64> {
-        let step = 1e-3 * sample[variable].abs().max(0.1);
+    ) -> (Vec<f64>, f64) {
+        // A parameter may be as small as a wheel's moment of inertia.
+        let parameter = self.columns(Group::Parameters).contains(&variable);
+        let least = if parameter { 1e-6 } else { 0.1 };
+        let step = 1e-3 * sample[variable].abs().max(least);
         let at = |shift: f64| {
             let mut moved = sample.to_vec();
             moved[variable] += shift * step;
             (self.call)(name, &moved)[place].clone()
         };
         let (near, far) = ([at(-1.0), at(1.0)], [at(-2.0), at(2.0)]);
-        (0..near[0].len())
+        let slopes: Vec<f64> = (0..near[0].len())
             .map(|i| {
                 let (near, far) = (near[1][i] - near[0][i], far[1][i] - far[0][i]);
                 (8.0 * near - far) / (12.0 * step)
             })
-            .collect()
+            .collect();
+        (slopes, step)
     }
 }
 
@@ -230,10 +234,10 @@ macro_rules! rows {
 }
 
 macro_rules! agree {
-    ($($module:ident $calls:ident $model:ident from $path:expr, $reference:expr;)*) => {$(
+    ($($module:ident $calls:ident from $path:expr;)*) => {$(
         mod $module {
             use super::*;
-            use super::full::{$calls as calls, $module as module};
+            use super::full::$calls as calls;
 
             #[test]
             fn values_and_slopes() {
@@ -245,18 +249,43 @@ macro_rules! agree {
                 let samples: Vec<Vec<f64>> = (0..STATES).map(|_| subject.sample(&mut rng)).collect();
                 let values = subject.check_values(&samples);
                 let (dual, difference, count) = subject.check_slopes(&samples);
-                assert!(count >= 10, "only {count} derivatives");
+                assert!(count >= 9, "only {count} derivatives");
                 println!(
                     "{}: {count} derivatives; tape {values:.1e}, dual {dual:.1e}, differences {difference:.1e}",
                     stringify!($module),
                 );
             }
+        }
+    )*};
+}
 
+agree! {
+    r#type__ call_type__ from models::EVERYTHING;
+    cartpole call_cartpole from "models/cartpole.model";
+    duffing_constrained call_duffing_constrained from "models/duffing_constrained.model";
+    duffing_free call_duffing_free from "models/duffing_free.model";
+    fourbar call_fourbar from "models/fourbar.model";
+    pendulum call_pendulum from "models/pendulum.model";
+    pendulum2 call_pendulum2 from "models/pendulum2.model";
+    surface_particle call_surface_particle from "models/surface_particle.model";
+    unicycle2d call_unicycle2d from "models/unicycle2d.model";
+    iiwa7 call_iiwa7 from "models/iiwa7.urdf";
+    iiwa7_plane call_iiwa7_plane from "models/iiwa7_plane.model";
+    panda call_panda from "models/panda.urdf";
+    wheelbot call_wheelbot from "models/wheelbot.model";
+}
+
+/// Models that CasADi derives too.
+mod casadi {
+    use super::*;
+
+    macro_rules! agree {
+    ($($module:ident $calls:ident $model:ident from $path:expr;)*) => {$(
             /// The motion's derivatives by the implicit route, and written out.
             #[test]
-            fn casadi() {
-                let reference: Option<&str> = $reference;
-                let Some(reference) = reference.map(Reference::read) else { return };
+            fn $module() {
+                use super::full::{$calls as calls, $module as module};
+                let reference = Reference::read(stringify!($module));
                 let compiled = models::read($path);
                 let constrained = !compiled.model.constraints.is_empty();
                 let mut worst = Deviations::default();
@@ -300,29 +329,29 @@ macro_rules! agree {
                 }
                 println!("{}: {}", stringify!($module), worst.summary());
             }
-        }
     )*};
 }
 
-agree! {
-    r#type__ call_type__ Type from models::EVERYTHING, None;
-    cartpole call_cartpole Cartpole from "models/cartpole.model", Some("cartpole");
-    duffing_constrained call_duffing_constrained DuffingConstrained
-        from "models/duffing_constrained.model", Some("duffing_constrained");
-    duffing_free call_duffing_free DuffingFree from "models/duffing_free.model", Some("duffing_free");
-    fourbar call_fourbar Fourbar from "models/fourbar.model", Some("fourbar");
-    pendulum call_pendulum Pendulum from "models/pendulum.model", Some("pendulum");
-    pendulum2 call_pendulum2 Pendulum2 from "models/pendulum2.model", Some("pendulum2");
-    surface_particle call_surface_particle SurfaceParticle
-        from "models/surface_particle.model", Some("surface_particle");
-    unicycle2d call_unicycle2d Unicycle2d from "models/unicycle2d.model", Some("unicycle2d");
+    agree! {
+        cartpole call_cartpole Cartpole from "models/cartpole.model";
+        duffing_constrained call_duffing_constrained DuffingConstrained
+            from "models/duffing_constrained.model";
+        duffing_free call_duffing_free DuffingFree from "models/duffing_free.model";
+        fourbar call_fourbar Fourbar from "models/fourbar.model";
+        pendulum call_pendulum Pendulum from "models/pendulum.model";
+        pendulum2 call_pendulum2 Pendulum2 from "models/pendulum2.model";
+        surface_particle call_surface_particle SurfaceParticle from "models/surface_particle.model";
+        unicycle2d call_unicycle2d Unicycle2d from "models/unicycle2d.model";
+    }
 }
 
-/// Every model under `models/` has its line above.
+/// Every model in our language has its line above; of robot descriptions, which differ in
+/// figures alone, two.
 #[test]
 fn no_model_is_left_out() {
     let source = include_str!("derivatives.rs");
-    for (path, _) in models::all() {
+    let models = models::all().into_iter().map(|(path, _)| path);
+    for path in models.filter(|path| path.ends_with(".model")) {
         assert!(
             source.contains(&format!("from \"{path}\"")),
             "{path} is not tested"

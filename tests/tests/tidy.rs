@@ -22,6 +22,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "identify",
         ],
     ),
+    ("benches", &["dynamics", "dynamics-codegen"]),
     ("dynamics", &["dynamics-macros"]),
     ("dynamics-codegen", &[]),
     ("dynamics-macros", &["dynamics-codegen"]),

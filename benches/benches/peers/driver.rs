@@ -67,18 +67,31 @@ impl Driver {
         };
         let mut text = String::new();
         for state in states::<f64>() {
-            for value in state.x.q.iter().chain(&state.x.v).chain(&state.x.u).chain(&state.a) {
+            for value in state
+                .x
+                .q
+                .iter()
+                .chain(&state.x.v)
+                .chain(&state.x.u)
+                .chain(&state.a)
+            {
                 let _ = writeln!(text, "{value:?}");
             }
         }
-        driver.input.write_all(text.as_bytes()).map_err(|e| e.to_string())?;
+        driver
+            .input
+            .write_all(text.as_bytes())
+            .map_err(|e| e.to_string())?;
         Ok(driver)
     }
 
     /// Nanoseconds per evaluation over `count` evaluations.
     pub fn time(&mut self, function: &str, count: usize) -> Result<f64, String> {
         let answer = self.ask(&format!("time {function} {count}"))?;
-        answer.trim().parse().map_err(|e| format!("{function}: {answer:?}: {e}"))
+        answer
+            .trim()
+            .parse()
+            .map_err(|e| format!("{function}: {answer:?}: {e}"))
     }
 
     /// All results at a state.
@@ -94,7 +107,9 @@ impl Driver {
         writeln!(self.input, "{command}").map_err(|e| format!("the driver: {e}"))?;
         self.input.flush().map_err(|e| format!("the driver: {e}"))?;
         let mut line = String::new();
-        self.output.read_line(&mut line).map_err(|e| format!("the driver: {e}"))?;
+        self.output
+            .read_line(&mut line)
+            .map_err(|e| format!("the driver: {e}"))?;
         if line.is_empty() {
             return Err(format!("the driver ended at `{command}`"));
         }

@@ -68,7 +68,11 @@ impl<T: Real> Kernel<T> {
 
     /// Compares all results with CasADi's.
     pub fn compare(&self, driver: &mut Driver) -> Result<(), String> {
-        let tolerance = if T::epsilon().to_f64() < 1e-10 { 1e-9 } else { 2e-3 };
+        let tolerance = if T::epsilon().to_f64() < 1e-10 {
+            1e-9
+        } else {
+            2e-3
+        };
         for (index, state) in self.states.iter().enumerate() {
             let theirs = driver.values(self.casadi, index)?;
             for (place, ours) in (self.value)(state).iter().enumerate() {
@@ -156,7 +160,12 @@ pub fn kernels<T: Real>() -> Vec<Kernel<T>> {
             },
         ),
         kernel(
-            ("∂ inverse dynamics", "drnea_ana_cse", "inverse_dynamics_derivatives", 0.30),
+            (
+                "∂ inverse dynamics",
+                "drnea_ana_cse",
+                "inverse_dynamics_derivatives",
+                0.30,
+            ),
             run!(|p, s| iiwa7::inverse_dynamics_derivatives(p, &s.x, &s.a)),
             |s| {
                 let r = iiwa7::inverse_dynamics_derivatives(&p(), &s.x, &s.a);
@@ -167,7 +176,12 @@ pub fn kernels<T: Real>() -> Vec<Kernel<T>> {
             },
         ),
         kernel(
-            ("∂ forward dynamics", "daba_ana_cse", "forward_dynamics_derivatives", 0.48),
+            (
+                "∂ forward dynamics",
+                "daba_ana_cse",
+                "forward_dynamics_derivatives",
+                0.48,
+            ),
             run!(|p, s| iiwa7::forward_dynamics_derivatives(p, &s.x)),
             |s| {
                 let r = iiwa7::forward_dynamics_derivatives(&p(), &s.x);
@@ -193,32 +207,58 @@ pub fn kernels<T: Real>() -> Vec<Kernel<T>> {
     ]
 }
 
-/// States in columns for the batched call; results stay in the second cache.
-pub struct Batch<L: Lanes> {
-    t: Vec<L::Element>,
-    q: Vec<Vec<L::Element>>,
-    v: Vec<Vec<L::Element>>,
-    results: Vec<Vec<L::Element>>,
+/// Columns of equal length that begin at multiples of 64 bytes.
+struct Table<E> {
+    numbers: Vec<E>,
+    first: usize,
 }
 
-/// States per call: not a multiple of any number of lanes.
-const SAMPLES: usize = 250;
+impl<E: Real> Table<E> {
+    fn new(columns: usize, entry: impl Fn(usize, usize) -> E) -> Self {
+        let line = 64 / size_of::<E>();
+        let mut numbers = vec![E::zero(); columns * SAMPLES + line];
+        let first = (0..line).find(|&i| (&raw const numbers[i]).addr() % 64 == 0);
+        let first = first.expect("one of the numbers in a line is its first");
+        for column in 0..columns {
+            for i in 0..SAMPLES {
+                numbers[first + column * SAMPLES + i] = entry(column, i);
+            }
+        }
+        Self { numbers, first }
+    }
+
+    fn columns(&self) -> impl Iterator<Item = &[E]> {
+        self.numbers[self.first..].chunks_exact(SAMPLES)
+    }
+
+    fn columns_mut(&mut self) -> impl Iterator<Item = &mut [E]> {
+        self.numbers[self.first..].chunks_exact_mut(SAMPLES)
+    }
+}
+
+/// States in columns for the batched call; results stay in the second cache.
+pub struct Batch<L: Lanes> {
+    states: Table<L::Element>,
+    results: Table<L::Element>,
+}
+
+/// States per call: whole lines of the cache, and no power of two.
+pub const SAMPLES: usize = 240;
 /// Mass matrix and bias force.
 const RESULTS: usize = 56;
 
 impl<L: Lanes> Batch<L> {
-    /// The states of [`states`] over and over.
+    /// The states of [`states`] over and over: `q`, `v`, and a column of zeros.
     pub fn new() -> Self {
         let states = states::<L::Element>();
-        let column = |of: fn(&State<L::Element>) -> &[L::Element; 7]| -> Vec<Vec<L::Element>> {
-            let entry = |j: usize| (0..SAMPLES).map(|i| of(&states[i % STATES])[j]).collect();
-            (0..7).map(entry).collect()
+        let entry = |column: usize, i: usize| {
+            let x = &states[i % STATES].x;
+            let numbers = x.q.iter().chain(&x.v);
+            numbers.copied().nth(column).unwrap_or(L::Element::zero())
         };
         Self {
-            t: vec![L::Element::zero(); SAMPLES],
-            q: column(|s| &s.x.q),
-            v: column(|s| &s.x.v),
-            results: vec![vec![L::Element::zero(); SAMPLES]; RESULTS],
+            states: Table::new(15, entry),
+            results: Table::new(RESULTS, |_, _| L::Element::zero()),
         }
     }
 
@@ -237,10 +277,16 @@ impl<L: Lanes> Batch<L> {
         let states = states::<L::Element>();
         let tolerance = 100.0 * L::Element::epsilon().to_f64();
         for i in 0..SAMPLES {
-            let r = iiwa7::mass_matrix_and_bias_force(&Parameters::nominal(), &states[i % STATES].x);
+            let r =
+                iiwa7::mass_matrix_and_bias_force(&Parameters::nominal(), &states[i % STATES].x);
             let expected = r.mass_matrix.concat().into_iter().chain(r.bias_force);
             for (k, expected) in expected.enumerate() {
-                let gap = (self.results[k][i] - expected).abs().to_f64();
+                let found = self
+                    .results
+                    .columns()
+                    .nth(k)
+                    .map_or(&[][..], |column| column);
+                let gap = (found[i] - expected).abs().to_f64();
                 if gap.is_nan() || gap > tolerance * expected.abs().to_f64().max(10.0) {
                     return Err(format!("batched: result {k} of state {i} is {gap:e} off"));
                 }
@@ -251,19 +297,23 @@ impl<L: Lanes> Batch<L> {
 
     #[inline(never)]
     fn run(&mut self) {
+        let mut columns = self.states.columns();
+        let mut take = || columns.next().unwrap_or(&[]);
         let states = Columns {
-            t: &self.t,
-            q: std::array::from_fn(|j| self.q[j].as_slice()),
-            v: std::array::from_fn(|j| self.v[j].as_slice()),
-            u: [self.t.as_slice(); 7],
+            q: std::array::from_fn(|_| take()),
+            v: std::array::from_fn(|_| take()),
+            u: [&[] as &[L::Element]; 7],
+            t: take(),
             z: [],
         };
-        let mut out: Vec<&mut [L::Element]> =
-            self.results.iter_mut().map(Vec::as_mut_slice).collect();
+        let states = Columns {
+            u: [states.t; 7],
+            ..states
+        };
+        let mut out: Vec<&mut [L::Element]> = self.results.columns_mut().take(RESULTS).collect();
         let p = Parameters::<L>::nominal();
         let done = evaluate(&states, &mut out, |x: &Point<L, 7, 7, 0>| {
-            let r = iiwa7::mass_matrix_and_bias_force(&p, x);
-            (r.mass_matrix, r.bias_force)
+            iiwa7::mass_matrix_and_bias_force(&p, x)
         });
         assert_eq!(done, Ok(()));
         black_box(&out);

@@ -23,8 +23,14 @@ pub fn start_again() -> Result<(), String> {
     let mut command = if has_taskset() {
         // The build uses all cores; only what it starts is pinned.
         let mut command = Command::new(&cargo);
-        command.env("CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUNNER", "taskset -c 0");
-        command.env("CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER", "taskset -c 0");
+        command.env(
+            "CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUNNER",
+            "taskset -c 0",
+        );
+        command.env(
+            "CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER",
+            "taskset -c 0",
+        );
         command
     } else {
         Command::new(&cargo)

@@ -10,6 +10,7 @@ use super::symbols::{Role, Symbols};
 use super::telling::telling_name;
 use crate::graph::{Binary, ExprId, Graph, Node, SymbolId, Unary};
 use std::collections::{BTreeSet, HashMap};
+use std::ops::Range;
 
 /// Longest right-hand side, in characters.
 const WIDTH: usize = 58;
@@ -100,6 +101,22 @@ impl Body {
             .collect();
         gather_circular(&mut builder.body.statements);
         builder.body
+    }
+
+    /// The numbers in some of the statements.
+    pub fn constants_of(&self, statements: Range<usize>) -> Vec<f64> {
+        let mut constants = Vec::new();
+        for statement in &self.statements[statements] {
+            match statement {
+                Statement::Let { value, .. } => constants_in(value, &mut constants),
+                Statement::SinCos { argument, .. } => constants_in(argument, &mut constants),
+                Statement::SinCosEach(group) => {
+                    let arguments = group.iter().map(|c| &c.argument);
+                    arguments.for_each(|x| constants_in(x, &mut constants));
+                }
+            }
+        }
+        constants
     }
 
     /// Whether anything is read of the arguments that `role` selects.
@@ -410,5 +427,18 @@ pub(super) fn reads(term: &Term) -> BTreeSet<usize> {
         Term::Unary(_, x) => reads(x),
         Term::Binary(_, x, y) => &reads(x) | &reads(y),
         Term::Fused(_, terms) => terms.iter().flat_map(reads).collect(),
+    }
+}
+
+fn constants_in(term: &Term, found: &mut Vec<f64>) {
+    match term {
+        Term::Constant(value) => found.push(*value),
+        Term::Symbol(_) | Term::Local(_) => {}
+        Term::Unary(_, x) => constants_in(x, found),
+        Term::Binary(_, x, y) => {
+            constants_in(x, found);
+            constants_in(y, found);
+        }
+        Term::Fused(_, terms) => terms.iter().for_each(|x| constants_in(x, found)),
     }
 }

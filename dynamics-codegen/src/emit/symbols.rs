@@ -1,10 +1,9 @@
 //! What a model's symbols are called in emitted code.
 
-use super::body::Body;
 use super::naming::{Locals, identifier, snake};
 use crate::graph::SymbolId;
 use crate::model::Model;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The part of a function's arguments that a symbol belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -80,7 +79,7 @@ pub(super) struct Symbols {
 }
 
 /// Names of a function's arguments.
-const ARGUMENTS: [&str; 7] = ["p", "x", "a", "lambda", "out", "angles", "circular"];
+const ARGUMENTS: [&str; 7] = ["p", "x", "a", "lambda", "out", "w", "circular"];
 
 impl Symbols {
     /// Names them, and the symbols that stand for `a` and `λ`; `taken` lists what the
@@ -177,12 +176,9 @@ impl Symbols {
         Locals::new(variables.map(|s| s.code.as_str()).chain(taken))
     }
 
-    /// The local variables that `body` reads, with what they are.
-    pub fn read_by(&self, body: &Body) -> Vec<(&str, Role)> {
-        let own = self
-            .symbols
-            .values()
-            .filter(|s| body.reads.contains(&s.role));
+    /// The local variables of some arguments, with what they are.
+    pub fn read_by(&self, reads: &BTreeSet<Role>) -> Vec<(&str, Role)> {
+        let own = self.symbols.values().filter(|s| reads.contains(&s.role));
         let mut read: Vec<(&str, Role)> = own.map(|s| (s.code.as_str(), s.role)).collect();
         read.sort_by_key(|(_, role)| *role);
         read

@@ -43,7 +43,7 @@ macro_rules! elementary {
 
 /// Everything that is the same text for both widths.
 macro_rules! implement {
-    ($float:ident, $sincos:ident, $each:ident, $fma:ident, {$($functions:tt)*}) => {
+    ($float:ident, $sincos:ident, $four:ident, $fma:ident, {$($functions:tt)*}) => {
         impl Scalar for $float {
             #[inline]
             fn from_f64(x: f64) -> Self {
@@ -66,8 +66,22 @@ macro_rules! implement {
 
             #[cfg(feature = "simd")]
             #[inline]
-            fn sin_cos_each<const K: usize>(angles: [Self; K]) -> [(Self, Self); K] {
-                super::simd::$each(angles)
+            fn sin_cos_2(a: Self, b: Self) -> [(Self, Self); 2] {
+                let [a, b, ..] = super::simd_trig::$four([a, b, 0.0, 0.0]);
+                [a, b]
+            }
+
+            #[cfg(feature = "simd")]
+            #[inline]
+            fn sin_cos_3(a: Self, b: Self, c: Self) -> [(Self, Self); 3] {
+                let [a, b, c, _] = super::simd_trig::$four([a, b, c, 0.0]);
+                [a, b, c]
+            }
+
+            #[cfg(feature = "simd")]
+            #[inline]
+            fn sin_cos_4(a: Self, b: Self, c: Self, d: Self) -> [(Self, Self); 4] {
+                super::simd_trig::$four([a, b, c, d])
             }
 
             #[inline]
@@ -137,7 +151,7 @@ macro_rules! implement {
     };
 }
 
-implement!(f32, sincosf, sin_cos_each_f32, fmaf, {
+implement!(f32, sincosf, sin_cos_4_f32, fmaf, {
     sqrt() = sqrtf;
     sin() = sinf;
     cos() = cosf;
@@ -152,7 +166,7 @@ implement!(f32, sincosf, sin_cos_each_f32, fmaf, {
     tanh() = tanhf;
 });
 
-implement!(f64, sincos, sin_cos_each_f64, fma, {
+implement!(f64, sincos, sin_cos_4_f64, fma, {
     sqrt() = sqrt;
     sin() = sin;
     cos() = cos;

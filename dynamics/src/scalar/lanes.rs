@@ -12,20 +12,27 @@ pub trait Lanes: Scalar {
     /// How many there are.
     const LANES: usize;
 
-    /// Takes the lanes from the front of a slice; as [`load_padded`](Self::load_padded) if it
-    /// is shorter.
+    /// Takes the lanes from the front of a slice; 0 if it is shorter.
     fn load(from: &[Self::Element]) -> Self;
 
     /// Takes what a shorter slice has; its last number (0 if there is none) fills the other
     /// lanes.
     fn load_padded(from: &[Self::Element]) -> Self;
 
-    /// Writes the lanes to the front of a slice; as [`store_part`](Self::store_part) if it is
-    /// shorter.
+    /// Writes the lanes to the front of a slice; nothing if it is shorter.
     fn store(self, to: &mut [Self::Element]);
 
     /// Writes the first lanes to a shorter slice.
     fn store_part(self, to: &mut [Self::Element]);
+}
+
+/// The lanes themselves. The operation, which does nothing, makes the compiler see one
+/// vector: as an array they would be copied in halves, and the processor waits where it
+/// loads as a whole what was written in halves.
+macro_rules! whole {
+    ($lanes:ident, $value:expr) => {
+        $value | $lanes::splat(0.0)
+    };
 }
 
 macro_rules! implement {
@@ -38,11 +45,13 @@ macro_rules! implement {
             #[inline]
             fn load(from: &[$element]) -> Self {
                 match from.first_chunk::<$count>() {
-                    Some(array) => $lanes::from(*array),
-                    None => Self::load_padded(from),
+                    Some(array) => whole!($lanes, $lanes::from(*array)),
+                    None => Self::zero(),
                 }
             }
 
+            #[cold]
+            #[inline(never)]
             fn load_padded(from: &[$element]) -> Self {
                 let last = from.last().copied().unwrap_or(0.0);
                 let mut array = [last; $count];
@@ -54,12 +63,13 @@ macro_rules! implement {
 
             #[inline]
             fn store(self, to: &mut [$element]) {
-                match to.first_chunk_mut::<$count>() {
-                    Some(array) => *array = self.to_array(),
-                    None => self.store_part(to),
+                if let Some(array) = to.first_chunk_mut::<$count>() {
+                    *array = whole!($lanes, self).to_array();
                 }
             }
 
+            #[cold]
+            #[inline(never)]
             fn store_part(self, to: &mut [$element]) {
                 for (place, lane) in to.iter_mut().zip(self.to_array()) {
                     *place = lane;

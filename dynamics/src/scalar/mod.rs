@@ -146,11 +146,23 @@ pub trait Scalar:
         (-self).mul_add(a, b)
     }
 
-    /// `(sin x, cos x)` of several angles. With the feature `simd`, `f32` and `f64` compute
-    /// them in lanes, to the accuracy of lanes (1 unit in the last place on ±10 rad).
+    /// `(sin x, cos x)` of two angles; see [`sin_cos_4`](Self::sin_cos_4).
     #[inline]
-    fn sin_cos_each<const K: usize>(angles: [Self; K]) -> [(Self, Self); K] {
-        angles.map(Self::sin_cos)
+    fn sin_cos_2(a: Self, b: Self) -> [(Self, Self); 2] {
+        [a.sin_cos(), b.sin_cos()]
+    }
+
+    /// `(sin x, cos x)` of three angles; see [`sin_cos_4`](Self::sin_cos_4).
+    #[inline]
+    fn sin_cos_3(a: Self, b: Self, c: Self) -> [(Self, Self); 3] {
+        [a.sin_cos(), b.sin_cos(), c.sin_cos()]
+    }
+
+    /// `(sin x, cos x)` of four angles. With the feature `simd`, `f32` and `f64` compute them
+    /// side by side, to the accuracy of lanes (1 unit in the last place on ±10 rad).
+    #[inline]
+    fn sin_cos_4(a: Self, b: Self, c: Self, d: Self) -> [(Self, Self); 4] {
+        [a.sin_cos(), b.sin_cos(), c.sin_cos(), d.sin_cos()]
     }
 
     /// `1 / self`.

@@ -18,16 +18,17 @@ const LIMIT_F64: f64 = 1.0e6;
 /// Beyond this the multiples of π/2 exceed 2¹² and their products round.
 const LIMIT_F32: f32 = 4000.0;
 
-/// The scalar function in every lane, for the arguments the fast path excludes.
-macro_rules! scalar_lanes {
-    ($x:ident, $lanes:ident) => {{
-        let mut sines = $x.to_array();
-        let mut cosines = sines;
-        for i in 0..sines.len() {
-            (sines[i], cosines[i]) = Scalar::sin_cos(sines[i]);
-        }
-        ($lanes::from(sines), $lanes::from(cosines))
-    }};
+/// The scalar function in every lane, for the arguments the fast path excludes: apart, so
+/// that the code of those who call many sines stays small. It takes arrays because vectors
+/// are passed through memory, and what has an address is kept there by the fast path too.
+#[cold]
+#[inline(never)]
+fn far<T: Scalar, const K: usize>(x: [T; K]) -> ([T; K], [T; K]) {
+    let (mut sines, mut cosines) = (x, x);
+    for i in 0..K {
+        (sines[i], cosines[i]) = x[i].sin_cos();
+    }
+    (sines, cosines)
 }
 
 /// Swaps and signs `(s, c)` by the quadrant in the two low bits of `shifted`.
@@ -56,13 +57,20 @@ macro_rules! polynomial {
 }
 
 macro_rules! sin_cos_f64 {
-    ($name:ident, $lanes:ident) => {
+    ($name:ident, $near:ident, $lanes:ident) => {
         /// `(sin x, cos x)` in every lane, x in radians.
         #[inline]
         pub(super) fn $name(x: $lanes) -> ($lanes, $lanes) {
             if !x.abs().simd_le($lanes::splat(LIMIT_F64)).all() {
-                return scalar_lanes!(x, $lanes);
+                let (sines, cosines) = far(x.to_array());
+                return ($lanes::from(sines), $lanes::from(cosines));
             }
+            $near(x)
+        }
+
+        /// The same for arguments within the limit.
+        #[inline]
+        fn $near(x: $lanes) -> ($lanes, $lanes) {
             let magic = $lanes::splat(6_755_399_441_055_744.0); // 1.5 · 2^52
             let shifted = x * $lanes::splat(core::f64::consts::FRAC_2_PI) + magic;
             let n = shifted - magic;
@@ -90,13 +98,20 @@ macro_rules! sin_cos_f64 {
 }
 
 macro_rules! sin_cos_f32 {
-    ($name:ident, $lanes:ident) => {
+    ($name:ident, $near:ident, $lanes:ident) => {
         /// `(sin x, cos x)` in every lane, x in radians.
         #[inline]
         pub(super) fn $name(x: $lanes) -> ($lanes, $lanes) {
             if !x.abs().simd_le($lanes::splat(LIMIT_F32)).all() {
-                return scalar_lanes!(x, $lanes);
+                let (sines, cosines) = far(x.to_array());
+                return ($lanes::from(sines), $lanes::from(cosines));
             }
+            $near(x)
+        }
+
+        /// The same for arguments within the limit.
+        #[inline]
+        fn $near(x: $lanes) -> ($lanes, $lanes) {
             let magic = $lanes::splat(12_582_912.0); // 1.5 · 2^23
             let shifted = x * $lanes::splat(core::f32::consts::FRAC_2_PI) + magic;
             let n = shifted - magic;
@@ -120,7 +135,45 @@ macro_rules! sin_cos_f32 {
     };
 }
 
-sin_cos_f64!(sin_cos_f64x4, f64x4);
-sin_cos_f64!(sin_cos_f64x8, f64x8);
-sin_cos_f32!(sin_cos_f32x8, f32x8);
-sin_cos_f32!(sin_cos_f32x16, f32x16);
+sin_cos_f64!(sin_cos_f64x4, near_f64x4, f64x4);
+sin_cos_f64!(sin_cos_f64x8, near_f64x8, f64x8);
+sin_cos_f32!(sin_cos_f32x8, near_f32x8, f32x8);
+sin_cos_f32!(sin_cos_f32x16, near_f32x16, f32x16);
+
+/// `(sin x, cos x)` of four single numbers side by side.
+macro_rules! sin_cos_4 {
+    ($name:ident, $near:ident, $element:ident, $lanes:ident, $limit:ident, $($padding:literal),*) => {
+        #[inline]
+        pub(super) fn $name([a, b, c, d]: [$element; 4]) -> [($element, $element); 4] {
+            // The other path is written out here: handed to a function, the angles would
+            // have an address, and vectors be put together in memory.
+            let near = |x: $element| x.abs() <= $limit;
+            if !(near(a) & near(b) & near(c) & near(d)) {
+                cold();
+                return [a, b, c, d].map(Scalar::sin_cos);
+            }
+            let (s, c) = $near($lanes::new([a, b, c, d, $($padding),*]));
+            let (s, c) = (s.to_array(), c.to_array());
+            [(s[0], c[0]), (s[1], c[1]), (s[2], c[2]), (s[3], c[3])]
+        }
+    };
+}
+
+// Not the widest vectors: while the full width of AVX-512 is at work, a core computes
+// single numbers at half its rate.
+sin_cos_4!(sin_cos_4_f64, near_f64x4, f64, f64x4, LIMIT_F64,);
+sin_cos_4!(
+    sin_cos_4_f32,
+    near_f32x8,
+    f32,
+    f32x8,
+    LIMIT_F32,
+    0.0,
+    0.0,
+    0.0,
+    0.0
+);
+
+/// Marks a path as unlikely.
+#[cold]
+fn cold() {}

@@ -4,6 +4,7 @@ use super::language::{C, HELPERS, MATH, argument, real};
 use super::{Lines, Unit, comment};
 use crate::emit::body::{Body, Statement, Term};
 use crate::emit::plan::Function;
+use crate::emit::split::{Part, Parts};
 use crate::emit::symbols::Argument;
 use crate::emit::written::Language;
 
@@ -87,10 +88,18 @@ impl Unit<'_> {
 
     fn definition(&self, w: &mut Lines, function: &Function) {
         let body = function.body(&self.plan.model, &self.symbols);
+        let parts = Parts::of(&body, &self.symbols);
+        let (own, before) = parts.parts.split_last().expect("there is a last part");
+        for (index, part) in before.iter().enumerate() {
+            self.part_definition(w, function, &body, (index + 1, part, parts.places));
+        }
         self.signature(w, function, "");
         w.line("{");
-        self.prologue(w, function, &body);
-        self.statements(w, &body);
+        if parts.are_several() {
+            w.line(&format!("    {}_real w[{}];", self.prefix, parts.places));
+        }
+        self.prologue(w, function, &body, (own, &parts));
+        self.statements(w, &body, own);
         let mut results = body.results.iter();
         for quantity in &function.quantities {
             let target = if function.fused {
@@ -110,8 +119,68 @@ impl Unit<'_> {
         w.blank();
     }
 
-    /// Takes out of the point what the body reads.
-    fn prologue(&self, w: &mut Lines, function: &Function, body: &Body) {
+    /// A part of a long body as a function of its own.
+    fn part_definition(
+        &self,
+        w: &mut Lines,
+        function: &Function,
+        body: &Body,
+        (number, part, places): (usize, &Part, usize),
+    ) {
+        let (prefix, name) = (&self.prefix, &function.name);
+        comment(
+            w,
+            0,
+            &format!("Part {number} of {name}; w carries temporaries from part to part."),
+        );
+        w.line(&format!("static void {prefix}_{name}_part_{number}("));
+        for (_, declaration) in self.argument_list(function, part) {
+            w.line(&format!("    {declaration},"));
+        }
+        w.line(&format!("    {prefix}_real w[{places}])"));
+        w.line("{");
+        self.reading(w, part, body);
+        self.statements(w, body, part);
+        for &(local, place) in &part.gives {
+            w.line(&format!("    w[{place}] = {};", body.locals[local]));
+        }
+        w.line("}");
+        w.blank();
+    }
+
+    /// The arguments that a part reads: names and declarations.
+    fn argument_list(&self, function: &Function, part: &Part) -> Vec<(&'static str, String)> {
+        let (prefix, model) = (&self.prefix, &self.plan.model);
+        let stated = |name: &str, length: usize| format!("const {prefix}_real {name}[{length}]");
+        let (n, m) = (model.coordinates.len(), model.constraints.len());
+        let all = [
+            (
+                "p",
+                Argument::Parameters,
+                format!("const {prefix}_parameters *p"),
+            ),
+            ("x", Argument::Point, format!("const {prefix}_point *x")),
+            ("a", Argument::Acceleration, stated("a", n)),
+            ("lambda", Argument::Multipliers, stated("lambda", m)),
+        ];
+        debug_assert!(function.takes_acceleration() || !part.reads_of(Argument::Acceleration));
+        let read = all
+            .into_iter()
+            .filter(|(_, argument, _)| part.reads_of(*argument));
+        read.map(|(name, _, declaration)| (name, declaration))
+            .collect()
+    }
+
+    /// Says which arguments are not read, runs the parts before, and takes out of the
+    /// arguments and of what they left what the last part reads.
+    fn prologue(
+        &self,
+        w: &mut Lines,
+        function: &Function,
+        body: &Body,
+        (own, parts): (&Part, &Parts),
+    ) {
+        // C99 allows statements between declarations.
         let multipliers = function.takes_multipliers() && !self.plan.model.constraints.is_empty();
         let arguments = [
             ("p", Argument::Parameters, true),
@@ -124,19 +193,38 @@ impl Unit<'_> {
                 w.line(&format!("    (void){name};"));
             }
         }
-        for (name, role) in self.symbols.read_by(body) {
+        for (index, part) in parts.parts.iter().enumerate().take(parts.parts.len() - 1) {
+            let arguments = self.argument_list(function, part);
+            let names: Vec<&str> = arguments.iter().map(|(name, _)| *name).collect();
+            let names = [names.as_slice(), &["w"]].concat().join(", ");
+            let call = format!("{}_{}_part_{}", self.prefix, function.name, index + 1);
+            w.line(&format!("    {call}({names});"));
+        }
+        self.reading(w, own, body);
+    }
+
+    /// Arguments and carried temporaries that a part reads.
+    fn reading(&self, w: &mut Lines, part: &Part, body: &Body) {
+        for (name, role) in self.symbols.read_by(&part.reads) {
             if let Some(place) = role.place("->") {
                 w.line(&format!("    const {}_real {name} = {place};", self.prefix));
             }
         }
+        for &(local, place) in &part.takes {
+            let name = &body.locals[local];
+            w.line(&format!(
+                "    const {}_real {name} = w[{place}];",
+                self.prefix
+            ));
+        }
     }
 
-    fn statements(&self, w: &mut Lines, body: &Body) {
+    fn statements(&self, w: &mut Lines, body: &Body, part: &Part) {
         let mut constant = |local: usize, value: String| {
             let name = &body.locals[local];
             w.line(&format!("    const {}_real {name} = {value};", self.prefix));
         };
-        for statement in &body.statements {
+        for statement in &body.statements[part.statements.clone()] {
             match statement {
                 Statement::Let { local, value } => constant(*local, self.write(value, body)),
                 Statement::SinCos {

@@ -6,9 +6,11 @@ use super::layout::{Array, Writer};
 use super::{Unit, result_name};
 use crate::emit::body::{Body, Circular, Statement, Term};
 use crate::emit::plan::{Function, Quantity};
-use crate::emit::symbols::Argument;
+use crate::emit::split::{Part, Parts};
+use crate::emit::symbols::{Argument, Role};
 use crate::emit::written::Language;
 use crate::graph::Precedence;
+use std::collections::BTreeSet;
 
 /// The type of a quantity: `[T; n]` or `[[T; n]; m]`.
 fn shape(quantity: &Quantity) -> String {
@@ -42,6 +44,8 @@ impl Unit<'_> {
             }
         });
         w.blank();
+        self.entries(w, function, &name);
+        w.blank();
         let body = function.body(&self.plan.model, &self.symbols);
         w.doc(&Doc::of(format!(
             "{}; shared terms are computed once.",
@@ -60,6 +64,21 @@ impl Unit<'_> {
         });
     }
 
+    /// `impl Entries`: the struct as one list of numbers.
+    fn entries(&self, w: &mut Writer, function: &Function, name: &str) {
+        w.implementation("::dynamics::Entries<T>", &format!("{name}<T>"), |w| {
+            let length: usize = function.quantities.iter().map(|q| q.entries.len()).sum();
+            w.line(format!("const LENGTH: usize = {length};"));
+            w.blank();
+            w.line("#[inline(always)]");
+            w.block("fn each(&self, take: &mut impl FnMut(T)) {", "}", |w| {
+                for quantity in &function.quantities {
+                    w.line(format!("self.{}.each(take);", quantity.name));
+                }
+            });
+        });
+    }
+
     fn function(
         &self,
         w: &mut Writer,
@@ -71,21 +90,92 @@ impl Unit<'_> {
         if let Some(attribute) = numbers_as_stated(&body.constants) {
             w.line(attribute);
         }
+        let parts = Parts::of(body, &self.symbols);
         let name = format!("pub fn {}<T: Scalar>", function.name);
-        w.function(&name, &self.arguments(function, body), result, |w| {
-            self.prologue(w, body);
-            self.statements(w, body);
+        let arguments = self.arguments(function, |argument| {
+            body.reads_any(|role| role.argument() == argument)
+        });
+        let (own, before) = parts.parts.split_last().expect("there is a last part");
+        w.function(&name, &arguments, result, |w| {
+            if parts.are_several() {
+                w.line(format!("let mut w = [T::zero(); {}];", parts.places));
+                for (index, part) in before.iter().enumerate() {
+                    let handed = self.handed(function, part);
+                    w.line(format!("{}_part_{}({handed});", function.name, index + 1));
+                }
+            }
+            self.part(w, body, own);
             last(w);
         });
+        for (index, part) in before.iter().enumerate() {
+            w.blank();
+            self.part_function(w, function, body, (index + 1, part, &parts));
+        }
+    }
+
+    /// A part of a long body as a function of its own.
+    fn part_function(
+        &self,
+        w: &mut Writer,
+        function: &Function,
+        body: &Body,
+        (number, part, parts): (usize, &Part, &Parts),
+    ) {
+        w.doc(&Doc::of(format!(
+            "Part {number} of {} of [`{}`]; `w` carries temporaries from part to part.",
+            parts.parts.len(),
+            function.name
+        )));
+        w.line("#[inline(never)]");
+        let constants = body.constants_of(part.statements.clone());
+        if let Some(attribute) = numbers_as_stated(&constants) {
+            w.line(attribute);
+        }
+        let mut arguments = self.arguments(function, |argument| part.reads_of(argument));
+        arguments.retain(|argument| !argument.starts_with('_'));
+        arguments.push(format!("w: &mut [T; {}]", parts.places));
+        let name = format!("fn {}_part_{number}<T: Scalar>", function.name);
+        w.procedure(&name, &arguments, |w| {
+            self.part(w, body, part);
+            for &(local, place) in &part.gives {
+                w.line(format!("w[{place}] = {};", body.locals[local]));
+            }
+        });
+    }
+
+    /// What a part is called with.
+    fn handed(&self, function: &Function, part: &Part) -> String {
+        let there = [
+            ("p", Argument::Parameters, true),
+            ("x", Argument::Point, true),
+            ("a", Argument::Acceleration, function.takes_acceleration()),
+            (
+                "lambda",
+                Argument::Multipliers,
+                function.takes_multipliers(),
+            ),
+        ];
+        let own = there
+            .into_iter()
+            .filter(|&(_, argument, there)| there && part.reads_of(argument));
+        let mut names: Vec<&str> = own.map(|(name, ..)| name).collect();
+        names.push("&mut w");
+        names.join(", ")
+    }
+
+    /// Arguments, carried temporaries and statements of a part.
+    fn part(&self, w: &mut Writer, body: &Body, part: &Part) {
+        self.prologue(w, &part.reads);
+        for &(local, place) in &part.takes {
+            w.line(format!("let {} = w[{place}];", body.locals[local]));
+        }
+        self.statements(w, body, &body.statements[part.statements.clone()]);
     }
 
     /// `p: &Parameters<T>`, `x: &Point<T, n, k, s>`, `a` and `lambda`, with `_` in front of what is
     /// not read.
-    fn arguments(&self, function: &Function, body: &Body) -> Vec<String> {
-        let mark = |argument: Argument| {
-            let read = body.reads_any(|role| role.argument() == argument);
-            if read { "" } else { "_" }
-        };
+    fn arguments(&self, function: &Function, reads: impl Fn(Argument) -> bool) -> Vec<String> {
+        let mark = |argument: Argument| if reads(argument) { "" } else { "_" };
         let (p, x) = (mark(Argument::Parameters), mark(Argument::Point));
         let mut arguments = vec![
             format!("{p}p: &Parameters<T>"),
@@ -104,22 +194,22 @@ impl Unit<'_> {
     }
 
     /// Takes out of the point what the body reads.
-    fn prologue(&self, w: &mut Writer, body: &Body) {
-        for (name, role) in self.symbols.read_by(body) {
+    fn prologue(&self, w: &mut Writer, reads: &BTreeSet<Role>) {
+        for (name, role) in self.symbols.read_by(reads) {
             if let Some(place) = role.place(".") {
                 w.line(format!("let {name} = {place};"));
             }
         }
     }
 
-    fn statements(&self, w: &mut Writer, body: &Body) {
+    fn statements(&self, w: &mut Writer, body: &Body, statements: &[Statement]) {
         let (rust, locals) = (
             Rust {
                 symbols: &self.symbols,
             },
             &body.locals,
         );
-        for statement in &body.statements {
+        for statement in statements {
             match statement {
                 Statement::Let { local, value } => {
                     w.line(format!(
@@ -138,16 +228,30 @@ impl Unit<'_> {
                     w.line(format!("let ({sine}, {cosine}) = {argument}.sin_cos();"));
                 }
                 Statement::SinCosEach(group) => {
-                    let angle = |c: &Circular| Array::of(rust.write(&c.argument, locals).text);
-                    let angles = Array::Row(group.iter().map(angle).collect());
-                    w.array("let angles = ", &angles, ";");
-                    w.line("let circular = T::sin_cos_each(angles);");
-                    for (index, Circular { sine, cosine, .. }) in group.iter().enumerate() {
-                        let (sine, cosine) = (&locals[*sine], &locals[*cosine]);
-                        w.line(format!("let ({sine}, {cosine}) = circular[{index}];"));
+                    for group in group.chunks(4) {
+                        self.circular(w, group, body);
                     }
                 }
             }
+        }
+    }
+
+    /// Up to four sines and cosines side by side.
+    fn circular(&self, w: &mut Writer, group: &[Circular], body: &Body) {
+        let rust = Rust {
+            symbols: &self.symbols,
+        };
+        let write = |c: &Circular| rust.write(&c.argument, &body.locals);
+        let pair = |c: &Circular| format!("({}, {})", body.locals[c.sine], body.locals[c.cosine]);
+        if let [only] = group {
+            let argument = write(only).within(Precedence::Atom);
+            return w.line(format!("let {} = {argument}.sin_cos();", pair(only)));
+        }
+        let arguments: Vec<String> = group.iter().map(|c| write(c).text).collect();
+        let function = format!("T::sin_cos_{}", group.len());
+        w.call("let circular = ", &function, &arguments, ";");
+        for (index, c) in group.iter().enumerate() {
+            w.line(format!("let {} = circular[{index}];", pair(c)));
         }
     }
 

@@ -11,6 +11,8 @@ const MAX_WIDTH: usize = 100;
 const ARRAY_WIDTH: usize = 60;
 /// rustfmt's `short_array_element_width_threshold`.
 const SHORT: usize = 10;
+/// rustfmt's `fn_call_width`: the longest arguments of a call in one line.
+const CALL_WIDTH: usize = 60;
 
 /// Text with an indentation.
 #[derive(Debug, Default)]
@@ -72,11 +74,26 @@ impl Writer {
         result: &str,
         body: impl FnOnce(&mut Self),
     ) {
-        let one = format!("{name}({}) -> {result} {{", arguments.join(", "));
+        self.signature(name, arguments, &format!(" -> {result} {{"), body);
+    }
+
+    /// A function without a result.
+    pub fn procedure(&mut self, name: &str, arguments: &[String], body: impl FnOnce(&mut Self)) {
+        self.signature(name, arguments, " {", body);
+    }
+
+    fn signature(
+        &mut self,
+        name: &str,
+        arguments: &[String],
+        end: &str,
+        body: impl FnOnce(&mut Self),
+    ) {
+        let one = format!("{name}({}){end}", arguments.join(", "));
         if 4 * self.depth + one.len() <= MAX_WIDTH {
             return self.block(&one, "}", body);
         }
-        self.block(&format!("{name}("), &format!(") -> {result} {{"), |w| {
+        self.block(&format!("{name}("), &format!("){end}"), |w| {
             for argument in arguments {
                 w.line(format!("{argument},"));
             }
@@ -92,6 +109,23 @@ impl Writer {
         let used = 4 * self.depth + opening.len() + closing.len();
         let text = value.layout(self.depth, MAX_WIDTH.saturating_sub(used));
         self.line(format!("{opening}{text}{closing}"));
+    }
+
+    /// `opening function(arguments) closing`.
+    pub fn call(&mut self, opening: &str, function: &str, arguments: &[String], closing: &str) {
+        let one_line = arguments.join(", ");
+        if one_line.chars().count() <= CALL_WIDTH {
+            return self.line(format!("{opening}{function}({one_line}){closing}"));
+        }
+        self.block(
+            &format!("{opening}{function}("),
+            &format!("){closing}"),
+            |w| {
+                for argument in arguments {
+                    w.line(format!("{argument},"));
+                }
+            },
+        );
     }
 
     /// `pub const NAME: TYPE = […];`
