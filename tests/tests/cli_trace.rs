@@ -177,6 +177,7 @@ fn a_log_with_columns_of_its_own_gets_a_map() {
         )
     };
     assert_eq!(first(&with_map), first(&plain));
+    assert_eq!(first(&plain), ("effect".into(), "viscous".into()));
 
     fs::write(
         &map,

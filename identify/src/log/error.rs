@@ -152,7 +152,7 @@ pub enum ProblemKind {
         reason: String,
     },
     /// An MCAP file without messages that can be read.
-    #[error("the file holds no message in JSON; its topics are {}", list(topics))]
+    #[error("the file holds no message in JSON; topics: {}", if topics.is_empty() { "none".to_owned() } else { topics.join(", ") })]
     NoMessages {
         /// The topics, each with its encoding.
         topics: Vec<String>,

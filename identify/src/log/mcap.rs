@@ -10,12 +10,16 @@ use super::error::{ProblemKind, Problems};
 use super::median_step;
 use super::table::{Cell, Demand, Table, from_columns};
 use super::warning::Warning;
-use mcap::MessageStream;
+use mcap::io::MessageReader;
+use mcap::sans_io::LinearReaderOptions;
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Lists longer than this are images and clouds of points, not joints.
 const LONGEST_LIST: usize = 128;
+
+/// Records and chunks longer than this many bytes are refused.
+const LARGEST_RECORD: usize = 1 << 28;
 
 /// Lists of a joint state and what their columns are called.
 const JOINT_STATE: [(&str, &str); 3] = [("position", "q_"), ("velocity", "dq_"), ("effort", "u_")];
@@ -117,7 +121,11 @@ fn read(bytes: &[u8]) -> Result<(Vec<Topic>, Vec<Warning>), Problems> {
     };
     let mut topics: Vec<Topic> = Vec::new();
     let mut ignored: BTreeMap<String, String> = BTreeMap::new();
-    for message in MessageStream::new(bytes).map_err(damaged)? {
+    // Checked first: a damaged chunk may say that it has more than memory holds.
+    let options = LinearReaderOptions::default()
+        .with_prevalidate_chunk_crcs(true)
+        .with_record_length_limit(LARGEST_RECORD);
+    for message in MessageReader::new_with_options(bytes, options) {
         let message = message.map_err(damaged)?;
         let (name, encoding) = (&message.channel.topic, &message.channel.message_encoding);
         if encoding != "json" {

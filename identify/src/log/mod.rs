@@ -186,3 +186,6 @@ impl Log {
 
 #[cfg(test)]
 mod tests;
+
+#[cfg(all(test, any(feature = "parquet", feature = "mcap")))]
+mod binary_tests;

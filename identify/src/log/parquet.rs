@@ -4,15 +4,20 @@ use super::error::{ProblemKind, Problems};
 use super::table::{Cell, Demand, Table, from_columns};
 use bytes::Bytes;
 use parquet::errors::ParquetError;
+use parquet::file::metadata::ParquetMetaData;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
+use std::panic::catch_unwind;
 
 /// Most cells that are read; a small file may say that it has more than memory holds.
 const MOST_CELLS: usize = 1 << 27;
 
 /// Reads all columns that are not nested. Stamps since 1970 become seconds.
 pub(super) fn table(bytes: &[u8], demand: Demand<'_>) -> Result<Table, Problems> {
-    let columns = columns(bytes).map_err(|reason| {
+    // The reader takes lengths and offsets inside pages at their word.
+    let outcome = catch_unwind(|| columns(bytes));
+    let outcome = outcome.unwrap_or_else(|_| Err("its pages contradict one another".to_owned()));
+    let columns = outcome.map_err(|reason| {
         let mut problems = Problems::default();
         let format = "Parquet file";
         problems.push(None, None, ProblemKind::Damaged { format, reason });
@@ -24,6 +29,9 @@ pub(super) fn table(bytes: &[u8], demand: Demand<'_>) -> Result<Table, Problems>
 fn columns(bytes: &[u8]) -> Result<Vec<(String, Vec<Cell>)>, String> {
     let said = |error: ParquetError| error.to_string();
     let reader = SerializedFileReader::new(Bytes::copy_from_slice(bytes)).map_err(said)?;
+    if let Some(reason) = misplaced(reader.metadata(), bytes.len()) {
+        return Err(reason);
+    }
     let schema = reader.metadata().file_metadata().schema();
     let names = schema
         .get_fields()
@@ -47,6 +55,27 @@ fn columns(bytes: &[u8]) -> Result<Vec<(String, Vec<Cell>)>, String> {
         }
     }
     Ok(columns)
+}
+
+/// Whether a column lies outside of the file: the reader would not survive it.
+fn misplaced(metadata: &ParquetMetaData, size: usize) -> Option<String> {
+    let mut columns = metadata
+        .row_groups()
+        .iter()
+        .flat_map(|group| group.columns());
+    let outside = columns.find(|column| {
+        let pages = column
+            .dictionary_page_offset()
+            .unwrap_or(column.data_page_offset());
+        let end = pages.checked_add(column.compressed_size());
+        let sound = pages >= 0 && column.data_page_offset() >= 0 && column.compressed_size() >= 0;
+        !sound
+            || end
+                .and_then(|end| usize::try_from(end).ok())
+                .is_none_or(|end| end > size)
+    })?;
+    let path = outside.column_path();
+    Some(format!("column {path} does not lie inside of the file"))
 }
 
 fn cell(field: &Field) -> Cell {

@@ -42,19 +42,26 @@ pub fn template(columns: &[String], coordinates: &[String], inputs: &[String]) -
         (3, inputs, true),
     ];
     for (kind, names, required) in wanted {
+        let channels = names.iter().map(|name| format!("{}{name}", PREFIXES[kind]));
+        // What is called as it should be needs no line.
+        let (there, missing): (Vec<_>, Vec<_>) = names
+            .iter()
+            .zip(channels)
+            .partition(|(_, channel)| columns.contains(channel));
+        let there: Vec<String> = there.into_iter().map(|(_, channel)| channel).collect();
+        used.extend(columns.iter().filter(|column| there.contains(column)));
         let candidates: Vec<&String> = columns
             .iter()
-            .filter(|c| kind_of(c) == Some(kind))
+            .filter(|column| kind_of(column) == Some(kind) && !used.contains(column))
             .collect();
-        for (index, name) in names.iter().enumerate() {
-            let guess = guess(&candidates, name, index, names.len());
+        let names: Vec<&String> = missing.iter().map(|(name, _)| *name).collect();
+        for ((_, channel), guess) in missing.iter().zip(guesses(&candidates, &names)) {
             if guess.is_none() && !required {
                 continue;
             }
             used.extend(guess);
             let unit = ["rad", "rad/s", "rad/s^2", "N*m"][kind];
-            let channel = key(&format!("{}{name}", PREFIXES[kind]));
-            let column = quoted(guess.map_or("", |guess| guess.as_str()));
+            let (channel, column) = (key(channel), quoted(guess.map_or("", String::as_str)));
             text += &format!(
                 "{channel} = {{ column = {column}, unit = \"{unit}\", sign = 1, offset = 0 }}\n"
             );
@@ -109,30 +116,44 @@ fn kind_of(name: &str) -> Option<usize> {
     })
 }
 
-/// The column that shares most with the name; where they are as many as names and no name
-/// tells them apart, the one in the same place.
-fn guess<'a>(
-    candidates: &[&'a String],
-    name: &str,
-    index: usize,
-    wanted: usize,
-) -> Option<&'a String> {
-    let own = words(name);
-    let shared = |candidate: &String| {
-        let found = words(candidate);
-        own.iter().filter(|word| found.contains(word)).count()
-    };
-    let best = candidates
-        .iter()
-        .map(|c| shared(c))
-        .max()
-        .filter(|best| *best > 0);
-    let mut alike = candidates.iter().filter(|c| Some(shared(c)) == best);
-    match (alike.next(), alike.next()) {
-        (Some(only), None) => Some(only),
-        _ if candidates.len() == wanted => candidates.get(index).copied(),
-        _ => None,
+/// A column for each name: the one that shares most words with it, and its number if it
+/// has one. Where as many are left of both, they are taken in their order.
+fn guesses<'a>(candidates: &[&'a String], names: &[&String]) -> Vec<Option<&'a String>> {
+    let is_number = |word: &String| word.bytes().all(|byte| byte.is_ascii_digit());
+    let mut left: Vec<&String> = candidates.to_vec();
+    let mut found: Vec<Option<&String>> = Vec::new();
+    for name in names {
+        let own = words(name);
+        let shared = |candidate: &String| {
+            let theirs = words(candidate);
+            let fits = own
+                .iter()
+                .filter(|word| is_number(word))
+                .all(|n| theirs.contains(n));
+            own.iter()
+                .filter(|word| fits && theirs.contains(word))
+                .count()
+        };
+        let best = left
+            .iter()
+            .map(|candidate| shared(candidate))
+            .max()
+            .unwrap_or(0);
+        let mut alike = left
+            .iter()
+            .copied()
+            .filter(|c| best > 0 && shared(c) == best);
+        let only = alike.next().filter(|_| alike.next().is_none());
+        left.retain(|candidate| Some(*candidate) != only);
+        found.push(only);
     }
+    if found.iter().filter(|guess| guess.is_none()).count() == left.len() {
+        let mut left = left.into_iter();
+        for guess in found.iter_mut().filter(|guess| guess.is_none()) {
+            *guess = left.next();
+        }
+    }
+    found
 }
 
 /// A string of TOML, on one line.

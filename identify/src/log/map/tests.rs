@@ -314,6 +314,33 @@ fn a_template_is_a_map() {
     assert_eq!((record.q[1][0], record.u[0][0]), (2.0, 3.0));
 }
 
+/// Every map in the documentation is one, and every key is documented.
+#[test]
+fn documented_maps_are_maps() {
+    let page = include_str!("../../../../docs/log-format.md");
+    let blocks = page.split("```toml\n").skip(1);
+    let blocks: Vec<&str> = blocks
+        .map(|block| block.split("```").next().unwrap())
+        .collect();
+    assert_eq!(blocks.len(), 3);
+    for block in &blocks {
+        Map::parse("docs/log-format.md", block).unwrap();
+    }
+    for wrong in [
+        "[columns]\nq_a = { x = 1 }",
+        "[time]\nx = 1",
+        "[[transmission]]\nx = 1",
+    ] {
+        let known = refused(wrong);
+        let (_, known) = known.split_once("expected one of ").unwrap();
+        let known = known.lines().next().unwrap();
+        for key in known.split(", ") {
+            let unit = key.ends_with("_unit`");
+            assert!(unit || page.contains(key), "{key} is not documented");
+        }
+    }
+}
+
 mod any_text {
     use super::*;
     use proptest::prelude::*;
