@@ -6,3 +6,4 @@ pub mod models;
 pub mod object_code;
 pub mod random;
 pub mod reference;
+pub mod shared;

@@ -58,6 +58,7 @@ impl Observed {
             q: column(q),
             v: column(v),
             u: vec![vec![0.0]; self.machine.input_count()],
+            ..States::default()
         };
         let terms = self.machine.terms(&states, &self.parameters).remove(0);
         (

@@ -47,14 +47,7 @@ pub(super) fn terms(model: &mut Model, readings: &Readings) -> Inertial {
 
 /// `M a − Q_C`: what it takes to accelerate by `a`, bodies by Newton–Euler.
 pub(super) fn inverse(model: &mut Model, readings: &Readings, a: &[ExprId]) -> Vec<ExprId> {
-    let energies = lagrange::equations(model, readings);
-    let graph = &mut model.graph;
-    let mut needed: Vec<ExprId> = (energies.mass_matrix.iter().zip(&energies.bias_force))
-        .map(|(row, &bias)| {
-            let inertial = graph.inner_product(row, a);
-            graph.sub(inertial, bias)
-        })
-        .collect();
+    let mut needed = inverse_of_energies(model, readings, a);
     if let Some(mechanism) = model.mechanism.clone() {
         let of_bodies = mechanism.inverse_dynamics(&mut model.graph, a);
         for (entry, part) in needed.iter_mut().zip(of_bodies) {
@@ -62,4 +55,20 @@ pub(super) fn inverse(model: &mut Model, readings: &Readings, a: &[ExprId]) -> V
         }
     }
     needed
+}
+
+/// The part of [`inverse`] that the stated energies make, without the bodies.
+pub(super) fn inverse_of_energies(
+    model: &mut Model,
+    readings: &Readings,
+    a: &[ExprId],
+) -> Vec<ExprId> {
+    let energies = lagrange::equations(model, readings);
+    let graph = &mut model.graph;
+    (energies.mass_matrix.iter().zip(&energies.bias_force))
+        .map(|(row, &bias)| {
+            let inertial = graph.inner_product(row, a);
+            graph.sub(inertial, bias)
+        })
+        .collect()
 }

@@ -1,14 +1,18 @@
 //! From a model to the terms of the constrained equation of motion.
 
 mod constraint;
+mod expansion;
 mod force;
 mod inertial;
 mod lagrange;
 mod output;
 mod reading;
 mod sensitivity;
+mod term;
 
-pub use sensitivity::{Sensitivity, Variable};
+pub use expansion::{Expansion, ItemError};
+pub use sensitivity::{Sensitivity, StateSlope, Variable};
+pub use term::{Group, Item, Term};
 
 use crate::graph::{ExprId, SymbolId};
 use crate::model::{ConstraintKind, Model};
@@ -24,7 +28,7 @@ pub struct System {
     pub bias_force: Vec<ExprId>,
     /// `Q_D`, `n`: what is left of the stated forces at zero input.
     pub applied_force: Vec<ExprId>,
-    /// `B = ∂Q/∂u`, `n×k`.
+    /// `B = ∂Q/∂u`, `n×(k+d)`: the inputs, then the `d` delayed ones.
     pub input_matrix: Vec<Vec<ExprId>>,
     /// `Q = Q_C + Q_D + Q_u`, `n`.
     pub force: Vec<ExprId>,
@@ -38,6 +42,10 @@ pub struct System {
     pub constraint_rate: Vec<ExprId>,
     /// Per constraint: differentiated twice or once.
     pub constraint_kinds: Vec<ConstraintKind>,
+    /// `dz/dt` of the states.
+    pub state_rates: Vec<ExprId>,
+    /// `z` at the beginning.
+    pub initial_states: Vec<ExprId>,
     /// Named outputs.
     pub outputs: Vec<ExprId>,
     /// Per output: its derivative along the motion, without acceleration.
@@ -78,6 +86,10 @@ pub fn derive(model: &mut Model) -> System {
         .map(|(residual, kind)| constraint::row(model, &readings, residual, kind))
         .collect();
     let outputs = output::outputs(model, &readings);
+    let rates: Vec<ExprId> = model.states.iter().map(|z| z.rate).collect();
+    let state_rates = readings.resolve(model, &rates);
+    let initial: Vec<ExprId> = model.states.iter().map(|z| z.initial).collect();
+    let initial_states = readings.resolve(model, &initial);
     System {
         mass_matrix,
         bias_force,
@@ -89,6 +101,8 @@ pub fn derive(model: &mut Model) -> System {
         constraint_residual: rows.iter().map(|row| row.residual).collect(),
         constraint_rate: rows.iter().map(|row| row.rate).collect(),
         constraint_kinds: model.constraints.iter().map(|c| c.kind).collect(),
+        state_rates,
+        initial_states,
         outputs: outputs.values,
         output_rates: outputs.rates,
         positional_outputs: outputs.positional,
@@ -101,12 +115,13 @@ pub fn derive(model: &mut Model) -> System {
 
 impl System {
     /// The symbols that the system's functions depend on, in the order
-    /// `t, q, v, u, parameters`.
+    /// `t, q, v, u, delayed u, z, parameters`.
     pub fn arguments(model: &Model) -> Vec<SymbolId> {
         let mut arguments = vec![model.time];
         arguments.extend(model.coordinates.iter().map(|c| c.position));
         arguments.extend(model.coordinates.iter().map(|c| c.velocity));
-        arguments.extend(model.inputs.iter().map(|u| u.symbol));
+        arguments.extend(model.input_symbols());
+        arguments.extend(model.states.iter().map(|z| z.symbol));
         arguments.extend(model.parameters.iter().map(|p| p.symbol));
         arguments
     }

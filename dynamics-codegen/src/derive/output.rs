@@ -14,10 +14,11 @@ pub(super) struct Outputs {
 }
 
 /// An output of positions and time has a Jacobian, as a constraint has; one that
-/// contains velocities or inputs has not.
+/// contains velocities, inputs or states has not.
 pub(super) fn outputs(model: &mut Model, readings: &Readings) -> Outputs {
     let values: Vec<ExprId> = model.outputs.iter().map(|output| output.value).collect();
-    let inputs: Vec<_> = model.inputs.iter().map(|u| u.symbol).collect();
+    let mut inputs = model.input_symbols();
+    inputs.extend(model.states.iter().map(|z| z.symbol));
     let seeds = model.time_seeds();
     let rates = model.graph.directional(&values, &seeds);
     let mut outputs = Outputs {

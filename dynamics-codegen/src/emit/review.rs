@@ -1,9 +1,8 @@
 //! The review sheet: what a model is, on a page that is read when it changes.
 
-use super::c::c;
+use super::axes::coordinate_unit;
 use super::counts;
-use super::plan::coordinate_unit;
-use super::rust::rust;
+use super::emission::Emission;
 use super::text::{decimal, one_line, plain_lines};
 use crate::compile::Compiled;
 use crate::graph::{ExprId, SymbolId};
@@ -15,21 +14,33 @@ use std::fmt::Write as _;
 /// outputs, effects with their provenance, operation counts and code size of a model,
 /// as plain text. `source_name` is the model's path.
 pub fn review(compiled: &Compiled, source_name: &str) -> String {
-    let sheet = Sheet::new(compiled);
-    let mut out = String::new();
-    // Writing into a string cannot fail.
-    let _ = sheet.write(&mut out, source_name);
-    out
+    Emission::terms(compiled, source_name).review()
 }
 
+impl Emission<'_> {
+    /// The review sheet; see [`review`].
+    pub fn review(&self) -> String {
+        let sheet = Sheet::new(self);
+        let mut out = String::new();
+        // Writing into a string cannot fail.
+        let _ = sheet.write(&mut out, self.source_name);
+        out
+    }
+}
+
+/// More operations than this are not written out.
+const LONG: usize = 60;
+
 struct Sheet<'a> {
+    emission: &'a Emission<'a>,
     compiled: &'a Compiled,
     model: &'a Model,
     names: HashMap<SymbolId, String>,
 }
 
 impl<'a> Sheet<'a> {
-    fn new(compiled: &'a Compiled) -> Self {
+    fn new(emission: &'a Emission<'a>) -> Self {
+        let compiled = emission.compiled;
         let model = &compiled.model;
         let mut names = HashMap::from([(model.time, "t".to_string())]);
         for c in &model.coordinates {
@@ -39,6 +50,15 @@ impl<'a> Sheet<'a> {
         for u in &model.inputs {
             names.insert(u.symbol, format!("input({})", one_line(&u.name)));
         }
+        for d in &model.delays {
+            let of = one_line(&model.inputs[d.input].name);
+            let own = |id| one_line(model.graph.symbol_name(id));
+            let by = model.graph.display(d.by, own);
+            names.insert(d.symbol, format!("delay({of}, {by})"));
+        }
+        for z in &model.states {
+            names.insert(z.symbol, one_line(&z.name));
+        }
         for p in &model.parameters {
             names.insert(p.symbol, one_line(&p.name));
         }
@@ -46,6 +66,7 @@ impl<'a> Sheet<'a> {
             names.insert(k.symbol, one_line(model.graph.symbol_name(k.symbol)));
         }
         Self {
+            emission,
             compiled,
             model,
             names,
@@ -62,6 +83,16 @@ impl<'a> Sheet<'a> {
         self.model.graph.display(expr, name).to_string()
     }
 
+    /// An expression if it fits on a few lines, else how long it is.
+    fn short(&self, expr: ExprId) -> String {
+        let operations = self.model.graph.operation_count(&[expr]);
+        if operations > LONG {
+            format!("({operations} operations, too long to write out)")
+        } else {
+            self.expression(expr)
+        }
+    }
+
     fn write(&self, out: &mut String, source_name: &str) -> std::fmt::Result {
         writeln!(
             out,
@@ -71,13 +102,14 @@ impl<'a> Sheet<'a> {
         )?;
         paragraph(out, &self.model.doc)?;
         self.arguments(out)?;
+        self.states(out)?;
         self.parameters(out)?;
         super::review_bodies::bodies(out, self.model)?;
         self.dynamics(out)?;
         self.constraints(out)?;
         self.outputs(out)?;
         self.effects(out)?;
-        self.size(out, source_name)
+        self.size(out)
     }
 
     fn arguments(&self, out: &mut String) -> std::fmt::Result {
@@ -107,6 +139,23 @@ impl<'a> Sheet<'a> {
             ]);
         }
         columns(out, &rows)
+    }
+
+    /// Only where there are any.
+    fn states(&self, out: &mut String) -> std::fmt::Result {
+        if self.model.states.is_empty() {
+            return Ok(());
+        }
+        heading(out, "states", self.model.states.len())?;
+        for z in &self.model.states {
+            writeln!(out, "  {} {}", one_line(&z.name), z.unit)?;
+            for line in plain_lines(&z.doc) {
+                writeln!(out, "    {line}")?;
+            }
+            writeln!(out, "    at first = {}", self.expression(z.initial))?;
+            writeln!(out, "    rate = {}", self.expression(z.rate))?;
+        }
+        Ok(())
     }
 
     fn parameters(&self, out: &mut String) -> std::fmt::Result {
@@ -174,11 +223,7 @@ impl<'a> Sheet<'a> {
             for line in plain_lines(&constraint.doc) {
                 writeln!(out, "    {line}")?;
             }
-            writeln!(
-                out,
-                "    0 = {}",
-                self.expression(system.constraint_residual[row])
-            )?;
+            writeln!(out, "    0 = {}", self.expression(constraint.residual))?;
             for (c, &entry) in self
                 .model
                 .coordinates
@@ -186,19 +231,10 @@ impl<'a> Sheet<'a> {
                 .zip(&system.constraint_matrix[row])
             {
                 if !self.model.graph.is_zero(entry) {
-                    writeln!(
-                        out,
-                        "    A[{}] = {}",
-                        one_line(&c.name),
-                        self.expression(entry)
-                    )?;
+                    writeln!(out, "    A[{}] = {}", one_line(&c.name), self.short(entry))?;
                 }
             }
-            writeln!(
-                out,
-                "    b = {}",
-                self.expression(system.constraint_bias[row])
-            )?;
+            writeln!(out, "    b = {}", self.short(system.constraint_bias[row]))?;
         }
         Ok(())
     }
@@ -252,15 +288,15 @@ impl<'a> Sheet<'a> {
         Ok(())
     }
 
-    fn size(&self, out: &mut String, source_name: &str) -> std::fmt::Result {
+    fn size(&self, out: &mut String) -> std::fmt::Result {
         writeln!(out, "\noperations")?;
-        for line in counts::table(self.compiled) {
+        for line in counts::table(&self.emission.plan) {
             writeln!(out, "  {line}")?;
         }
-        let code = rust(self.compiled, source_name);
+        let code = self.emission.rust();
         writeln!(out, "\ncode size")?;
         writeln!(out, "  Rust: {}", size_of(&code))?;
-        for file in c(self.compiled, source_name) {
+        for file in self.emission.c() {
             writeln!(out, "  {}: {}", file.name, size_of(&file.text))?;
         }
         Ok(())

@@ -31,9 +31,15 @@ pub(super) fn bodies(out: &mut String, model: &Model) -> std::fmt::Result {
         let parent = massive
             .parent
             .map_or("world", |p| &model.tree.bodies[p].name);
+        // A body of the language sits on the frame of its own name.
+        let carrier = if parent == body.name {
+            String::new()
+        } else {
+            format!("{} {}", joint(&massive.joint), one_line(parent))
+        };
         [
             one_line(&body.name),
-            format!("{} {}", joint(&massive.joint), one_line(parent)),
+            carrier,
             format!("m {}", text(massive.inertia.mass)),
             format!("at ({x}, {y}, {z})"),
             format!("I ({xx}, {yy}, {zz})"),

@@ -154,6 +154,7 @@ impl Builder<'_> {
         });
         self.expect_dimension(quantity, dimension, value.span, role)?;
         let expr = quantity.expr;
+        self.refuse_memory(expr, value.span, role)?;
         let graph = &self.model.graph;
         let inputs = self.model.inputs.iter().map(|u| u.symbol);
         let moving = self.model.contains_position(expr)

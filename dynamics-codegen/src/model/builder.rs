@@ -13,7 +13,6 @@ use crate::syntax::{
     UnitBase,
 };
 use crate::tree::{Body, Inertia, Joint, Mechanism, Options, Placement, Tree};
-use std::collections::HashMap;
 
 /// A model may have this many coordinates, inputs and constraints.
 pub(super) const MAX_SIZE: usize = 256;
@@ -64,7 +63,9 @@ pub(super) struct Builder<'a> {
     pub variables: &'a super::Variables,
     diagnostics: &'a mut Vec<Diagnostic>,
     /// What each input's channel does, composed in the order of the text.
-    channels: Vec<ExprId>,
+    pub(super) channels: Vec<ExprId>,
+    /// Beside [`Model::states`]: where each is declared and given its rate.
+    pub(super) state_notes: Vec<super::state::StateNotes>,
     pub has_kinetic: bool,
     pub too_large: bool,
     /// Whether the model says itself what gravity is.
@@ -91,6 +92,8 @@ impl<'a> Builder<'a> {
             time,
             coordinates: Vec::new(),
             inputs: Vec::new(),
+            delays: Vec::new(),
+            states: Vec::new(),
             parameters: Vec::new(),
             fixed: Vec::new(),
             kinetic: zero,
@@ -116,6 +119,7 @@ impl<'a> Builder<'a> {
             variables,
             diagnostics,
             channels: Vec::new(),
+            state_notes: Vec::new(),
             has_kinetic: false,
             too_large: false,
             states_gravity: false,
@@ -164,6 +168,9 @@ impl<'a> Builder<'a> {
                 }
                 StatementKind::Input { name, unit } => {
                     self.declare_input(name, unit.as_ref(), &statement.doc);
+                }
+                StatementKind::State { name, unit, .. } => {
+                    self.declare_state(name, unit.as_ref(), &statement.doc);
                 }
                 StatementKind::Constant { name, unit, value } => {
                     let declared = unit.as_ref().and_then(|unit| self.dimension(unit));
@@ -406,7 +413,7 @@ impl<'a> Builder<'a> {
     }
 
     /// The dimension of a unit as written; `None` (and a finding) if it is unknown.
-    fn dimension(&mut self, unit: &Unit) -> Option<Dimension> {
+    pub(super) fn dimension(&mut self, unit: &Unit) -> Option<Dimension> {
         let mut product = Dimension::ONE;
         for factor in &unit.factors {
             let base = match &factor.base {
@@ -466,6 +473,7 @@ impl<'a> Builder<'a> {
         for (what, count) in [
             ("coordinates", self.model.coordinates.len()),
             ("inputs", self.model.inputs.len()),
+            ("states", self.model.states.len()),
         ] {
             if count > MAX_SIZE {
                 let message = format!("the model has {count} {what}; it may have {MAX_SIZE}");
@@ -517,6 +525,10 @@ impl<'a> Builder<'a> {
             }
             StatementKind::Gravity(components) => self.lower_gravity(components)?,
             StatementKind::PointForce(force) => self.lower_point_force(force)?,
+            StatementKind::State { name, initial, .. } => {
+                self.lower_initial(name, initial.as_ref())?
+            }
+            StatementKind::Rate { name, value } => self.lower_rate(name, value)?,
             StatementKind::Constraint { name, left, right } => {
                 self.lower_constraint(name, left, right, &statement.doc)?;
             }
@@ -590,7 +602,7 @@ impl<'a> Builder<'a> {
             .iter()
             .find(|u| self.model.graph.depends_on(&[expr], u.symbol));
         match found.map(|u| u.name.clone()) {
-            None => Some(()),
+            None => self.refuse_memory(expr, span, role),
             Some(name) => self.report(
                 Diagnostic::error(span, format!("{role} contains the input `{name}`"))
                     .help("an input acts through `force`"),
@@ -671,8 +683,7 @@ impl<'a> Builder<'a> {
             let role = format!("what arrives at `{}`", name.text);
             self.expect_dimension(quantity, dimension, value.span, &role)?;
         }
-        let commanded = self.model.inputs[index].symbol;
-        let replacement = HashMap::from([(commanded, self.channels[index])]);
+        let replacement = self.what_arrives(index, quantity.expr, value.span)?;
         self.channels[index] = self.model.graph.substitute(&[quantity.expr], &replacement)[0];
         Some(())
     }
@@ -747,24 +758,12 @@ impl<'a> Builder<'a> {
         {
             self.look_for_inertia();
         }
-        let replacements: HashMap<_, _> = self
-            .model
-            .inputs
-            .iter()
-            .zip(&self.channels)
-            .map(|(input, &arrives)| (input.symbol, arrives))
-            .collect();
-        self.model.forces = self
-            .model
-            .graph
-            .substitute(&self.model.forces.clone(), &replacements);
-        for force in &mut self.model.point_forces {
-            let value = self.model.graph.substitute(&force.value, &replacements);
-            force.value = [value[0], value[1], value[2]];
-        }
+        self.refuse_states_without_rate();
+        self.put_channels_into_forces(heading);
         for (input, &arrives) in self.model.inputs.iter_mut().zip(&self.channels) {
             input.arrives = arrives;
         }
+        self.drop_idle_delays();
         self.model.set_folded_aside(self.variables);
         if !self.failed() {
             self.prepare_tree(heading);
@@ -783,7 +782,12 @@ impl<'a> Builder<'a> {
             snap: None,
             ..Options::default()
         };
-        match Mechanism::new(&mut self.model.graph, &self.model.tree, options) {
+        let read: Vec<usize> = (self.model.kinematics.iter().map(|k| k.frame))
+            .chain(self.model.point_forces.iter().map(|force| force.frame))
+            .collect();
+        let graph = &mut self.model.graph;
+        let is_read = |body: usize| read.contains(&body);
+        match Mechanism::with_frames(graph, &self.model.tree, options, is_read) {
             Ok(mechanism) => self.model.mechanism = Some(mechanism),
             Err(error) => {
                 let message = format!("the bodies do not form a machine: {error}");
@@ -848,7 +852,7 @@ fn world(zero: ExprId) -> Tree {
 }
 
 /// A unit as written, normalised.
-fn unit_text(unit: &Unit) -> String {
+pub(super) fn unit_text(unit: &Unit) -> String {
     let mut text = String::new();
     for (position, factor) in unit.factors.iter().enumerate() {
         let base = match &factor.base {

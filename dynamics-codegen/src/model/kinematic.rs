@@ -107,7 +107,7 @@ impl Model {
     }
 
     /// The time derivative's seeds: `q → v`, `t → 1`, readings likewise; velocities
-    /// to what they change by at `a = 0`.
+    /// to what they change by at `a = 0`, states to their rates.
     pub(crate) fn time_seeds(&mut self) -> Vec<(SymbolId, ExprId)> {
         let one = self.graph.one();
         let mut seeds = vec![(self.time, one)];
@@ -127,6 +127,7 @@ impl Model {
             }
             next += 1;
         }
+        seeds.extend(self.states.iter().map(|z| (z.symbol, z.rate)));
         seeds
     }
 

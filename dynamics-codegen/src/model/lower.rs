@@ -92,6 +92,7 @@ impl Builder<'_> {
                     measure,
                 })
             }
+            Some(Binding::State(index)) => self.state_symbol(index),
             Some(Binding::Term(index)) => self.lower_term(index, name, span),
             None => match self.scope.inputs.get(name).map(|declared| declared.what) {
                 Some(index) => self.input_symbol(index),
@@ -124,7 +125,7 @@ impl Builder<'_> {
         })
     }
 
-    fn input_symbol(&self, index: usize) -> Lowered {
+    pub(super) fn input_symbol(&self, index: usize) -> Lowered {
         let input = &self.model.inputs[index];
         let expr = self.model.graph.var(input.symbol);
         Some(Quantity {
@@ -357,6 +358,7 @@ impl Builder<'_> {
         }
         match name.text.as_str() {
             "dot" => self.lower_dot(&arguments[0], span),
+            "delay" => self.lower_delay(&arguments[0], &arguments[1]),
             "mass" => self.lower_mass(&arguments[0]),
             "input" | "coordinate" => self.lower_lookup(&name.text, &arguments[0]),
             "atan2" | "min" | "max" => self.lower_two(&name.text, &arguments[0], &arguments[1]),
@@ -449,6 +451,7 @@ impl Builder<'_> {
                 );
             }
         }
+        self.refuse_memory(inner.expr, span, "the argument of `dot`")?;
         let seeds = self.model.time_seeds();
         let expr = self.model.graph.directional(&[inner.expr], &seeds)[0];
         if let ExprKind::Name(name) = &argument.kind {

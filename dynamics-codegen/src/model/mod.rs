@@ -2,6 +2,7 @@
 
 mod bodies;
 mod builder;
+mod delay;
 mod effects;
 mod fold;
 mod frames;
@@ -11,14 +12,17 @@ mod lower;
 mod names;
 mod quantity;
 mod robot;
+mod state;
 
 pub use bodies::{NamedBody, PointForce};
 pub(crate) use builder::build;
+pub use delay::Delay;
 pub use effects::{Template, TemplateParameter};
 pub use fold::Variables;
 pub use kinematic::{Kinematic, Reading};
 pub use library::{Library, LibraryError};
 pub use robot::RobotBase;
+pub use state::State;
 
 use crate::dimension::Dimension;
 use crate::graph::{ExprId, Graph, SymbolId};
@@ -156,6 +160,10 @@ pub struct Model {
     pub coordinates: Vec<Coordinate>,
     /// The inputs, in the order of the text.
     pub inputs: Vec<Input>,
+    /// Inputs as they were some time ago, wherever something asks for them.
+    pub delays: Vec<Delay>,
+    /// The first-order states, in the order of the text, then those of the effects.
+    pub states: Vec<State>,
     /// The parameters, in the order of the text, then those of the effects.
     pub parameters: Vec<Parameter>,
     /// What would be parameters had it not been folded in ([`Variables`]): each is its

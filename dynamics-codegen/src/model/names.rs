@@ -14,6 +14,8 @@ pub(super) enum Binding {
     Coordinate(usize),
     /// Index of a parameter.
     Parameter(usize),
+    /// Index of a state.
+    State(usize),
     /// A constant or a `let`: its expression, lowered when first used.
     Term(usize),
 }
@@ -64,7 +66,7 @@ pub(super) struct Scope {
 pub(super) const RESERVED: [&str; 2] = ["t", "pi"];
 
 /// The functions of the language with their number of arguments.
-pub(super) const FUNCTIONS: [(&str, usize); 22] = [
+pub(super) const FUNCTIONS: [(&str, usize); 23] = [
     ("sin", 1),
     ("cos", 1),
     ("tan", 1),
@@ -86,6 +88,7 @@ pub(super) const FUNCTIONS: [(&str, usize); 22] = [
     ("dot", 1),
     ("input", 1),
     ("coordinate", 1),
+    ("delay", 2),
     ("mass", 1),
 ];
 
@@ -127,6 +130,12 @@ impl Scope {
             // These look names up among inputs, coordinates, frames and bodies.
             ExprKind::Call(name, _) if LOOKUPS.contains(&name.text.as_str()) => {}
             ExprKind::Call(name, _) if VECTORS.contains(&name.text.as_str()) => {}
+            ExprKind::Call(name, arguments) if name.text == "delay" => {
+                arguments
+                    .iter()
+                    .skip(1)
+                    .for_each(|expr| self.terms_in(expr, found));
+            }
             ExprKind::Member(inner, _) => self.terms_in(inner, found),
             ExprKind::Call(_, arguments) => {
                 arguments.iter().for_each(|expr| self.terms_in(expr, found));

@@ -58,6 +58,18 @@ impl Builder<'_> {
         options: &[RobotOption],
         sources: &mut Sources,
         library: &Library,
+    ) {
+        if self.read_robot(file, options, sources, library).is_none() {
+            self.unreadable_base = true;
+        }
+    }
+
+    fn read_robot(
+        &mut self,
+        file: &Name,
+        options: &[RobotOption],
+        sources: &mut Sources,
+        library: &Library,
     ) -> Option<()> {
         if self.model.robot.is_some() {
             let message = "a model has one robot description";
@@ -68,7 +80,6 @@ impl Builder<'_> {
             Ok(found) => found,
             Err(reason) => {
                 let message = format!("cannot read `{}`: {reason}", file.text);
-                self.unreadable_base = true;
                 return self.report(
                     Diagnostic::error(file.span, message)
                         .help("the path starts from the folder of the model file"),
@@ -82,10 +93,7 @@ impl Builder<'_> {
         for finding in findings {
             self.report::<()>(finding);
         }
-        let Some(robot) = robot else {
-            self.unreadable_base = true;
-            return None;
-        };
+        let robot = robot?;
         self.model.robot = Some(RobotBase {
             name: robot.name.clone(),
             file: file.text.clone(),

@@ -94,6 +94,22 @@ pub enum StatementKind {
         /// What arrives.
         value: Expr,
     },
+    /// `state z: m = 0;`: a first-order state.
+    State {
+        /// Its name.
+        name: Name,
+        /// Its unit.
+        unit: Option<Unit>,
+        /// Its value when a log begins.
+        initial: Option<Expr>,
+    },
+    /// `dot(z) == expression;`: the rate of a state.
+    Rate {
+        /// The state.
+        name: Name,
+        /// Its rate.
+        value: Expr,
+    },
     /// `parameter m: kg = 1.0 in 0.01.. prior normal(1, 0.05);`
     Parameter {
         /// Its name.

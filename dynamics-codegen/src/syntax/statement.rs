@@ -7,9 +7,10 @@ use super::stream::{Parsed, Stream};
 use crate::diagnostic::{Diagnostic, nearest};
 
 /// The words that begin a statement.
-const KEYWORDS: [&str; 17] = [
+const KEYWORDS: [&str; 18] = [
     "coordinate",
     "input",
+    "state",
     "parameter",
     "constant",
     "let",
@@ -157,6 +158,8 @@ fn statement(stream: &mut Stream<'_>) -> Parsed<Statement> {
             }
         }
         "input" => input(stream)?,
+        "state" => state(stream)?,
+        "dot" => rate(stream)?,
         "parameter" => parameter(stream)?,
         "constant" => constant(stream)?,
         "let" => {
@@ -241,6 +244,43 @@ fn input(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
     Ok(StatementKind::Input {
         name,
         unit: unit_behind_colon(stream)?,
+    })
+}
+
+fn state(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
+    let name = stream.name("the state's name")?;
+    let unit = unit_behind_colon(stream)?;
+    let initial = stream.eat('=').then(|| expression(stream)).transpose()?;
+    Ok(StatementKind::State {
+        name,
+        unit,
+        initial,
+    })
+}
+
+/// `dot(z) == expression`, behind the `dot`.
+fn rate(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
+    let start = stream.here();
+    let mut names = Vec::new();
+    in_brackets(stream, |inner| {
+        names.push(inner.name("the name of a state")?);
+        Ok(())
+    })?;
+    let brackets = start.to(stream.previous());
+    let Ok([name]) = <[Name; 1]>::try_from(names) else {
+        let error = Diagnostic::error(brackets, "`dot(…)` takes the name of one state");
+        return Err(Box::new(error));
+    };
+    if !stream.at_pair('=', '=') {
+        let error = Diagnostic::error(stream.here(), "a rate is an equation, `dot(z) == …`")
+            .label("expected `==`");
+        return Err(Box::new(error));
+    }
+    stream.skip();
+    stream.skip();
+    Ok(StatementKind::Rate {
+        name,
+        value: expression(stream)?,
     })
 }
 

@@ -151,7 +151,23 @@ impl Mechanism {
     /// # Errors
     /// If the tree is not one: see [`TreeError`].
     pub fn new(graph: &mut Graph, tree: &Tree, options: Options) -> Result<Self, TreeError> {
+        Self::with_frames(graph, tree, options, |_| true)
+    }
+
+    /// As [`new`](Self::new), for a tree of which only some bodies' poses will be
+    /// asked for. A wheel that spins about its axis of symmetry then costs no sine
+    /// and cosine: how far it has turned makes no difference.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_frames(
+        graph: &mut Graph,
+        tree: &Tree,
+        options: Options,
+        is_read: impl Fn(usize) -> bool,
+    ) -> Result<Self, TreeError> {
         check::tree(graph, tree)?;
+        let read: Vec<bool> = (0..tree.bodies.len()).map(is_read).collect();
         let layouts = match options.layout {
             // A trial derives everything: not for what is large anyway.
             Layout::Cheapest if tree.coordinates > MANY => vec![Layout::Distal],
@@ -160,7 +176,7 @@ impl Mechanism {
         };
         let mut best: Option<(usize, Self)> = None;
         for layout in layouts {
-            let mechanism = Self::with_layout(graph, tree, options, layout);
+            let mechanism = Self::with_layout(graph, tree, options, layout, &read);
             // The count is of a scratch copy: rejected layouts leave few nodes.
             let cost = mechanism.cost(&mut graph.clone());
             if best.as_ref().is_none_or(|(least, _)| cost < *least) {
@@ -171,14 +187,21 @@ impl Mechanism {
         Ok(mechanism)
     }
 
-    fn with_layout(graph: &mut Graph, tree: &Tree, options: Options, layout: Layout) -> Self {
+    fn with_layout(
+        graph: &mut Graph,
+        tree: &Tree,
+        options: Options,
+        layout: Layout,
+        read: &[bool],
+    ) -> Self {
         let mut report = Report {
             layout: Some(layout),
             ..Report::default()
         };
         let skeleton = placement::merge_fixed(graph, tree, options.snap, &mut report.snapped);
         let frames = frames::choose(graph, &skeleton.joints, layout);
-        let mut links = link::links(graph, &skeleton.joints, &frames);
+        let turns = skeleton.joints_whose_turn_matters(read);
+        let mut links = link::links(graph, &skeleton.joints, &frames, &turns);
         if options.regroup {
             report.regrouped = regroup::regroup(graph, &mut links, &skeleton.joints);
         }

@@ -54,6 +54,22 @@ pub(super) struct Skeleton {
     pub anchors: Vec<Anchor>,
 }
 
+impl Skeleton {
+    /// Per joint: whether others hang on it, or a body whose pose is asked for.
+    pub fn joints_whose_turn_matters(&self, read: &[bool]) -> Vec<bool> {
+        let mut matters = vec![false; self.joints.len()];
+        for parent in self.joints.iter().filter_map(|joint| joint.parent) {
+            matters[parent] = true;
+        }
+        for (anchor, _) in self.anchors.iter().zip(read).filter(|(_, read)| **read) {
+            if let Some(link) = anchor.link {
+                matters[link] = true;
+            }
+        }
+        matters
+    }
+}
+
 /// Merges fixed joints into what carries them; splits planar and floating
 /// joints into chains.
 pub(super) fn merge_fixed(

@@ -230,7 +230,7 @@ impl Dictionary {
     /// its default.
     fn active_at_defaults(&self) -> Vec<bool> {
         let compiled = &self.machine.compiled;
-        let mut graph = compiled.model.graph.clone();
+        let mut model = compiled.model.clone();
         let mut outputs = compiled.system.force.clone();
         outputs.extend(compiled.system.mass_matrix.iter().flatten());
         outputs.extend(compiled.system.constraint_matrix.iter().flatten());
@@ -238,14 +238,15 @@ impl Dictionary {
         let parameters = &compiled.model.parameters;
         let mut replacements = HashMap::new();
         for (parameter, &value) in parameters.iter().zip(&self.defaults) {
-            replacements.insert(parameter.symbol, graph.constant(value));
+            replacements.insert(parameter.symbol, model.graph.constant(value));
         }
         parameters
             .iter()
             .map(|parameter| {
-                let slopes = graph.derivatives(&outputs, parameter.symbol);
-                let at_defaults = graph.substitute(&slopes, &replacements);
-                at_defaults.iter().any(|&slope| !graph.is_zero(slope))
+                let seeds = model.parameter_seeds(parameter.symbol);
+                let slopes = model.graph.directional(&outputs, &seeds);
+                let at_defaults = model.graph.substitute(&slopes, &replacements);
+                at_defaults.iter().any(|&slope| !model.graph.is_zero(slope))
             })
             .collect()
     }

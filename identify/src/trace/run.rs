@@ -309,6 +309,7 @@ fn check_overrides(plain: &Compiled, given: &BTreeMap<String, f64>) -> Result<()
 fn locate(source: SolveError, times: &[f64]) -> TraceError {
     let (SolveError::Singular { sample }
     | SolveError::Inconsistent { sample, .. }
+    | SolveError::Unsettled { sample }
     | SolveError::NotFinite { sample }) = source;
     TraceError::Solve {
         time: times.get(sample).copied().unwrap_or(f64::NAN),
