@@ -114,7 +114,10 @@ impl Tapes {
         let mut outputs = compiled.system.state_rates.clone();
         let mut affine = true;
         for index in 0..model.states.len() {
-            let (rate, own) = (compiled.system.state_rates[index], model.states[index].symbol);
+            let (rate, own) = (
+                compiled.system.state_rates[index],
+                model.states[index].symbol,
+            );
             let slope = model.graph.derivatives(&[rate], own)[0];
             for (other, state) in model.states.iter().enumerate() {
                 let coupled = other != index && model.graph.depends_on(&[rate], state.symbol);

@@ -355,7 +355,7 @@ mod any_text {
 
         #[test]
         fn templates_are_maps(columns in prop::collection::vec(".{0,8}", 0..6), name in "[^\0]{1,8}") {
-            let text = template(&columns, &[name.clone()], &[name]);
+            let text = template(&columns, std::slice::from_ref(&name), std::slice::from_ref(&name));
             prop_assert!(Map::parse("x.toml", &text).is_ok(), "{}", text);
         }
     }
