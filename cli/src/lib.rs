@@ -9,6 +9,7 @@ pub mod commands;
 pub mod inputs;
 pub mod json;
 pub mod lines;
+pub mod log;
 pub mod mistake;
 pub mod model;
 pub mod noise;

@@ -12,6 +12,7 @@
 //! (`model cart;`):
 //!
 //! ```text
+//! #[allow(dead_code, clippy::all, reason = "a model offers more than one program uses")]
 //! mod cart {
 //!     include!(concat!(env!("OUT_DIR"), "/cart.rs"));
 //! }

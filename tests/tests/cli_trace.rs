@@ -112,3 +112,77 @@ fn a_log_that_breaks_the_constraint() {
         "{said}"
     );
 }
+
+/// Columns with names of their own, in degrees and milliseconds: refused with a map to start
+/// from, and with that map the same log.
+#[test]
+fn a_log_with_columns_of_its_own_gets_a_map() {
+    let folder = tempfile::tempdir().unwrap();
+    let lines = log_lines();
+    let mut text = String::from("stamp,pos_1,pos_2,tau_1,tau_2\n");
+    for line in &lines[1..1200] {
+        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        let (t, q, u) = (cells[0], &cells[1..3], &cells[5..7]);
+        let [a, b] = [-q[0], q[1]].map(f64::to_degrees);
+        writeln!(text, "{},{a},{b},{},{}", 1e3 * t, u[0], 1e3 * u[1]).unwrap();
+    }
+    let log = folder.path().join("swing.csv");
+    fs::write(&log, text).unwrap();
+    let log = log.to_str().unwrap();
+    let shown = |text: String| text.replace(folder.path().to_str().unwrap(), "FOLDER");
+    let arguments = ["trace", "models/pendulum2.model", log, "--json"];
+    insta::assert_snapshot!("a_map_to_start_from", shown(refuse(&arguments, "")));
+
+    let map = folder.path().join("swing.toml");
+    fs::write(
+        &map,
+        "time = { column = \"stamp\", unit = \"ms\" }
+        [columns]
+        q_j1 = { column = \"pos_1\", unit = \"deg\", sign = -1 }
+        q_j2 = { column = \"pos_2\", unit = \"deg\" }
+        u_j1 = { column = \"tau_1\" }
+        u_j2 = { column = \"tau_2\", unit = \"mN*m\" }",
+    )
+    .unwrap();
+    let (with_map, said) = cli::succeed(&arguments, "");
+    assert!(
+        shown(said).starts_with(
+            "note: the columns of FOLDER/swing.csv are read as FOLDER/swing.toml says"
+        )
+    );
+
+    let plain: Vec<String> = lines[..1200]
+        .iter()
+        .map(|line| {
+            let cells: Vec<&str> = line.split(',').collect();
+            [cells[0], cells[1], cells[2], cells[5], cells[6]].join(",")
+        })
+        .collect();
+    let plain_log = folder.path().join("plain.csv");
+    fs::write(&plain_log, plain.join("\n")).unwrap();
+    let (plain, _) = cli::succeed(
+        &[
+            "trace",
+            "models/pendulum2.model",
+            plain_log.to_str().unwrap(),
+            "--json",
+        ],
+        "",
+    );
+    let first = |text: &str| {
+        let value: serde_json::Value = serde_json::from_str(text).unwrap();
+        (
+            value["verdict"].clone(),
+            value["findings"][0]["effect"].clone(),
+        )
+    };
+    assert_eq!(first(&with_map), first(&plain));
+    assert_eq!(first(&plain), ("effect".into(), "viscous".into()));
+
+    fs::write(
+        &map,
+        "[columns]\nq_j1 = { column = \"pos_1\", unit = \"degrees\" }",
+    )
+    .unwrap();
+    insta::assert_snapshot!("a_map_with_a_mistake", shown(refuse(&arguments, "")));
+}

@@ -4,7 +4,8 @@ use dynamics_codegen::{Library, compile_bytes};
 use identify::fit::{Fit, Inertia, Request, fit};
 use identify::log::Log;
 use identify::machine::{Machine, States};
-use integration_tests::shared;
+use integration_tests::{random, shared};
+use rand::RngExt as _;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -63,12 +64,12 @@ const ARM: &str = "
 
 /// A motion on which everything shows, with torques that follow from it: those of the
 /// model, `d v + f tanh(v/0.05)` in joint a, and a rotor at joint b.
-fn log(seed: u32, rotor: f64, viscous: f64, coulomb: f64, heavier: f64) -> Log {
+fn log(seed: u64, rotor: f64, viscous: f64, coulomb: f64, heavier: f64) -> Log {
     let text = ARM.replace("mass: 1;", &format!("mass: {};", 1.0 + heavier));
     let compiled = compile_bytes("arm.model", text.as_bytes(), &Library::empty()).expect("a model");
     let machine = Machine::new(compiled);
     let mut csv = String::from("t,q_a,q_b,u_a,u_b\n");
-    let mut noise = f64::from(seed);
+    let mut rng = random::generator(seed);
     for k in 0..4000 {
         let t = 0.005 * f64::from(k);
         let wave = |w: &[(f64, f64)]| -> [f64; 3] {
@@ -93,16 +94,15 @@ fn log(seed: u32, rotor: f64, viscous: f64, coulomb: f64, heavier: f64) -> Log {
         let needed = |i: usize| m[(i, 0)] * a[2] + m[(i, 1)] * b[2] - terms.force[i];
         let u_a = needed(0) + viscous * a[1] + coulomb * (a[1] / 0.05).tanh();
         let u_b = needed(1) + rotor * b[2];
-        // Some noise on the torques, the same every time.
-        noise = (noise * 1.618_033_988 + 0.37).fract();
-        let n = 0.02 * (noise - 0.5);
+        let n = 0.02 * rng.random_range(-0.5..0.5);
+        let noise = 0.02 * rng.random_range(-0.5..0.5);
         writeln!(
             csv,
             "{t},{},{},{},{}",
             a[0] + 1e-5 * n,
-            b[0] - 1e-5 * n,
+            b[0] + 1e-5 * noise,
             u_a + n,
-            u_b - n
+            u_b + noise
         )
         .unwrap();
     }

@@ -1,10 +1,10 @@
 //! `dynamics trace`: what a log says that the model lacks.
 
+use crate::log::LogArguments;
 use crate::mistake::Mistake;
 use crate::model::{Loaded, ModelArguments};
 use crate::output::{self, WholeFile};
 use clap::{Args, ValueEnum};
-use dynamics_codegen::Model;
 use identify::log::Log;
 use identify::regression::Hold;
 use identify::report;
@@ -28,13 +28,16 @@ pub struct Arguments {
     model: ModelArguments,
 
     /// The log to learn from: CSV, plain or gzipped, with columns `t`, `q_<coordinate>`,
-    /// `u_<input>` and, if measured, `dq_<coordinate>` and `ddq_<coordinate>`
+    /// `u_<input>` and, if measured, `dq_<coordinate>` and `ddq_<coordinate>`, or with a map
     #[arg(value_name = "TRAIN.csv")]
     train: PathBuf,
 
     /// A second log of the same machine, to judge by
     #[arg(long, value_name = "TEST.csv")]
     test: Option<PathBuf>,
+
+    #[command(flatten)]
+    log: LogArguments,
 
     /// Write what was found into the model file
     #[arg(long)]
@@ -83,8 +86,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let loaded = arguments.model.load()?;
     let model = &loaded.compiled.model;
-    let train = read_log(&arguments.train, model)?;
-    let test = arguments.test.as_deref().map(|path| read_log(path, model));
+    let train = arguments.log.read(&arguments.train, model)?;
+    let test = arguments
+        .test
+        .as_deref()
+        .map(|path| arguments.log.read(path, model));
     let test = test.transpose()?;
     let (text, path) = loaded.text();
     if arguments.apply && loaded.is_robot_description() && path.exists() {
@@ -176,14 +182,6 @@ fn run_trace(
         TraceError::Model(report) => Mistake::from(*report).into(),
         other => Mistake::new(other.to_string()).into(),
     })
-}
-
-fn read_log(path: &Path, model: &Model) -> Result<Log, Mistake> {
-    let mut log = Log::read(path).map_err(|error| Mistake::new(error.to_string()))?;
-    // A robot description has a motor at every joint; a log need not.
-    let assumed = model.inputs.iter().filter(|input| input.assumed);
-    log.assume_no_input(assumed.map(|input| input.name.as_str()));
-    Ok(log)
 }
 
 /// Writes a file whole or not at all.

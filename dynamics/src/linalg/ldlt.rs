@@ -26,10 +26,16 @@ impl<T: Scalar, const N: usize> Ldlt<T, N> {
         let mut lower = *m;
         let mut pivots = [T::zero(); N];
         let mut inverse_pivots = [T::zero(); N];
+        // Loops run over all of `0..N`, and leave or pass over what is not meant: so it is
+        // plain to the compiler, for any size, that no index is out of bounds, and nothing is
+        // left that could panic.
         for j in 0..N {
             // Row j so far holds L_jk D_k (k < j); divide it out while summing D_j.
             let mut pivot = lower[(j, j)];
-            for k in 0..j {
+            for k in 0..N {
+                if k == j {
+                    break;
+                }
                 let scaled = lower[(j, k)];
                 let factor = scaled * inverse_pivots[k];
                 pivot = (-scaled).mul_add(factor, pivot);
@@ -37,9 +43,15 @@ impl<T: Scalar, const N: usize> Ldlt<T, N> {
             }
             pivots[j] = pivot;
             inverse_pivots[j] = pivot.recip();
-            for i in j + 1..N {
+            for i in 0..N {
+                if i <= j {
+                    continue;
+                }
                 let mut element = lower[(i, j)];
-                for k in 0..j {
+                for k in 0..N {
+                    if k == j {
+                        break;
+                    }
                     element = (-lower[(i, k)]).mul_add(lower[(j, k)], element);
                 }
                 lower[(i, j)] = element;

@@ -6,7 +6,11 @@ use dynamics::integrate::State;
 use dynamics::{Dual, Point, Simulation, acceleration_full_rank};
 
 /// What `build.rs` made of `skate.model`.
-#[allow(dead_code, reason = "a model offers more than one program uses")]
+#[allow(
+    dead_code,
+    clippy::all,
+    reason = "a model offers more than one program uses"
+)]
 mod skate {
     include!(concat!(env!("OUT_DIR"), "/skate.rs"));
 }

@@ -33,6 +33,17 @@ pub enum LogError {
 }
 
 impl LogError {
+    /// The columns that the log has, if one that is needed is not among them.
+    pub fn columns(&self) -> Option<&[String]> {
+        let LogError::Invalid { problems, .. } = self else {
+            return None;
+        };
+        problems.iter().find_map(|problem| match &problem.kind {
+            ProblemKind::MissingColumn { found, .. } => Some(found.as_slice()),
+            _ => None,
+        })
+    }
+
     /// An error with a single problem.
     pub(crate) fn one(path: &Path, problem: Problem) -> LogError {
         LogError::Invalid {
@@ -124,6 +135,28 @@ pub enum ProblemKind {
     /// The first bytes are those of another file format.
     #[error("the file is {0}; expected CSV text, plain or gzipped")]
     Foreign(&'static str),
+    /// A format that this program was built without.
+    #[error("the file is {format}, which this program was built without")]
+    NeedsFeature {
+        /// The format.
+        format: &'static str,
+        /// The feature that reads it.
+        feature: &'static str,
+    },
+    /// A file of a known binary format that is damaged.
+    #[error("the file is no sound {format}: {reason}")]
+    Damaged {
+        /// The format.
+        format: &'static str,
+        /// What its reader said.
+        reason: String,
+    },
+    /// An MCAP file without messages that can be read.
+    #[error("the file holds no message in JSON; topics: {}", if topics.is_empty() { "none".to_owned() } else { topics.join(", ") })]
+    NoMessages {
+        /// The topics, each with its encoding.
+        topics: Vec<String>,
+    },
     /// A byte sequence that is no UTF-8.
     #[error("byte {offset} of the text is not UTF-8; expected UTF-8 text")]
     NotUtf8 {
@@ -229,6 +262,13 @@ impl ProblemKind {
         match self {
             Self::Empty | Self::HeaderOnly => "record or export the log again",
             Self::Foreign(_) => "export the log as CSV in UTF-8",
+            Self::NeedsFeature { feature, .. } => {
+                return format!("build it with `--features {feature}`, or export the log as CSV");
+            }
+            Self::Damaged { .. } => "copy the file again, or record it to its end",
+            Self::NoMessages { .. } => {
+                "record joint states as JSON, or convert the file (CSV, Parquet)"
+            }
             Self::NotUtf8 { .. } => "save the file as UTF-8 (names in ASCII are safest)",
             Self::TruncatedGzip { .. } | Self::CorruptGzip { .. } => {
                 "copy the file again, or repair it (`gzip -t` tests it)"
@@ -241,8 +281,9 @@ impl ProblemKind {
             Self::MissingColumn { nearest, .. } => return mend_missing(nearest.as_deref()),
             Self::NotANumber(_) => "correct the cell or delete the row",
             Self::DecimalComma(_) => "export with a decimal point",
-            Self::NotFinite(_) | Self::EmptyCell => {
-                "delete the rows without a measurement; a gap in time is allowed"
+            Self::NotFinite(_) => "delete the rows without a measurement; a gap in time is allowed",
+            Self::EmptyCell => {
+                "delete the rows without a measurement (a gap in time is allowed), or say in the log's map how they are filled: `fill = \"hold\"` or `\"linear\"`"
             }
             Self::Ragged { .. } => "complete the row or delete it (a last row may be cut off)",
             Self::TimeBackwards { .. } => {

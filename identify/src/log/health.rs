@@ -4,7 +4,7 @@ use super::quantum::quantisation_step;
 use super::record::{GAP, Record, median_step};
 use super::statistics::quantile;
 use super::warning::Warning;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 /// Relative deviation from the median above which a step is irregular.
 const JITTER: f64 = 0.05;
@@ -25,7 +25,7 @@ const SATURATED_SHARE: f64 = 0.01;
 pub(super) fn examine(record: &mut Record) {
     let mut warnings = sampling(&record.t);
     for (name, values) in record.coordinates.iter().zip(&mut record.q) {
-        warnings.extend(unwrap(&format!("q_{name}"), &record.t, values));
+        warnings.extend(unwrap(&format!("q_{name}"), &record.t, values, TAU));
     }
     let mut moving = Vec::new();
     for (i, name) in record.coordinates.iter().enumerate() {
@@ -80,19 +80,19 @@ fn sampling(t: &[f64]) -> Vec<Warning> {
     warnings
 }
 
-/// Removes jumps of a full turn from a channel that stays within one turn.
+/// Removes jumps of a full `turn` from a channel that stays within one turn.
 ///
-/// A jump is a wrap when it is within a fifth of a turn of ±2π while nine in
+/// A jump is a wrap when it is within a fifth of a turn of a whole one while nine in
 /// ten steps of the channel are shorter than a tenth of a turn.
-fn unwrap(column: &str, t: &[f64], values: &mut [f64]) -> Option<Warning> {
+pub(super) fn unwrap(column: &str, t: &[f64], values: &mut [f64], turn: f64) -> Option<Warning> {
     let (least, most) = extremes(values);
     let steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let magnitudes: Vec<f64> = steps.iter().map(|step| step.abs()).collect();
     let ordinary = quantile(&magnitudes, 0.9)?;
-    if most - least > 1.01 * TAU || most - least < PI || ordinary > 0.1 * TAU {
+    if most - least > 1.01 * turn || most - least < 0.5 * turn || ordinary > 0.1 * turn {
         return None;
     }
-    let is_jump = |step: f64| (step.abs() - TAU).abs() < 0.2 * TAU;
+    let is_jump = |step: f64| (step.abs() - turn).abs() < 0.2 * turn;
     let first = steps.iter().position(|step| is_jump(*step))?;
     let mut turns = 0.0;
     let mut jumps = 0;
@@ -101,7 +101,7 @@ fn unwrap(column: &str, t: &[f64], values: &mut [f64]) -> Option<Warning> {
             turns -= step.signum();
             jumps += 1;
         }
-        *value += turns * TAU;
+        *value += turns * turn;
     }
     Some(Warning::Unwrapped {
         column: column.to_owned(),

@@ -1,9 +1,13 @@
-//! Measured logs: from a CSV file to checked channels.
+//! Measured logs: from a file to checked channels.
 //!
 //! A log is a table with one row per sample and a header that names the
 //! columns: `t` \[s\], `q_<name>` position, `dq_<name>` velocity, `ddq_<name>`
 //! acceleration of the coordinate `<name>`, `u_<name>` the input of that
-//! name; anything else is kept as an extra channel. SI units, radians.
+//! name; anything else is kept as an extra channel. SI units, radians. A log that is not
+//! like that gets a [`Map`], a small TOML file beside it.
+//!
+//! Formats: CSV, plain or gzipped; behind the feature `parquet` Parquet; behind the feature
+//! `mcap` MCAP with messages in JSON. `docs/log-format.md` has the whole.
 //!
 //! Accepted as they are: gzip (recognised by its first bytes), a UTF-8 byte
 //! order mark, Windows line ends, comma, semicolon or tab between cells,
@@ -33,6 +37,11 @@
 mod assumed;
 mod error;
 mod health;
+mod map;
+#[cfg(feature = "mcap")]
+mod mcap;
+#[cfg(feature = "parquet")]
+mod parquet;
 mod quantum;
 mod record;
 mod source;
@@ -42,6 +51,7 @@ mod time;
 mod warning;
 
 pub use error::{LogError, Problem, ProblemKind};
+pub use map::{Map, MapError, template};
 pub use quantum::quantisation_step;
 pub use record::Record;
 pub(crate) use record::{median_step, segments};
@@ -50,6 +60,7 @@ pub use warning::Warning;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use table::Demand;
 
 /// Fewest samples a log must have: three windows of the shortest filter used
 /// downstream, and enough for a held-out block.
@@ -67,26 +78,36 @@ pub struct Log {
     pub t: Vec<f64>,
     /// Column name → values, each of length n; `t` is not among them.
     pub channels: BTreeMap<String, Vec<f64>>,
-    /// Line of the file each sample stands on, length n.
+    /// Line of the file each sample stands on, length n; where there are no lines, its
+    /// number, counted from 1.
     pub lines: Vec<u64>,
     /// What was set aside while reading (repeated rows, columns of text).
     pub warnings: Vec<Warning>,
 }
 
 impl Log {
-    /// Reads a log from a CSV file, plain or gzipped.
+    /// Reads a log from a file: CSV, plain or gzipped, or what features add.
     ///
     /// # Errors
     ///
     /// [`LogError::Open`] when the file cannot be read, [`LogError::Invalid`]
     /// with up to ten problems when its content cannot be used.
     pub fn read(path: impl AsRef<Path>) -> Result<Log, LogError> {
+        Log::read_with(path, None)
+    }
+
+    /// As [`Log::read`], for a log whose columns a [`Map`] explains.
+    ///
+    /// # Errors
+    ///
+    /// As [`Log::read`]; also when a column that the map names is not there.
+    pub fn read_with(path: impl AsRef<Path>, map: Option<&Map>) -> Result<Log, LogError> {
         let path = path.as_ref();
         let bytes = std::fs::read(path).map_err(|source| LogError::Open {
             path: path.to_owned(),
             source,
         })?;
-        Log::from_bytes(path, &bytes)
+        Log::from_bytes_with(path, &bytes, map)
     }
 
     /// Reads a log from the bytes of a file; `path` is its name in messages.
@@ -95,9 +116,25 @@ impl Log {
     ///
     /// [`LogError::Invalid`], as for [`Log::read`].
     pub fn from_bytes(path: impl AsRef<Path>, bytes: &[u8]) -> Result<Log, LogError> {
+        Log::from_bytes_with(path, bytes, None)
+    }
+
+    /// As [`Log::from_bytes`], for a log whose columns a [`Map`] explains.
+    ///
+    /// # Errors
+    ///
+    /// As [`Log::read_with`].
+    pub fn from_bytes_with(
+        path: impl AsRef<Path>,
+        bytes: &[u8],
+        map: Option<&Map>,
+    ) -> Result<Log, LogError> {
         let path = path.as_ref();
-        let text = source::text(bytes).map_err(|problem| LogError::one(path, problem))?;
-        let mut table = table::parse(&text).map_err(|found| found.into_error(path))?;
+        let mut table = source::table(path, bytes, Demand { map })?;
+        if let Some(map) = map {
+            map.apply(&mut table)
+                .map_err(|found| found.into_error(path))?;
+        }
         time::check(&mut table).map_err(|found| found.into_error(path))?;
         let mut channels: BTreeMap<String, Vec<f64>> = table
             .columns
@@ -149,3 +186,6 @@ impl Log {
 
 #[cfg(test)]
 mod tests;
+
+#[cfg(all(test, any(feature = "parquet", feature = "mcap")))]
+mod binary_tests;

@@ -1,9 +1,11 @@
-//! From the bytes of a file to text: compression and encoding.
+//! From the bytes of a file to a table: compression, format and encoding.
 
-use super::error::{Problem, ProblemKind};
+use super::error::{LogError, Problem, ProblemKind};
+use super::table::{self, Demand, Table};
 use flate2::read::MultiGzDecoder;
 use std::borrow::Cow;
 use std::io::Read;
+use std::path::Path;
 use std::str::Utf8Error;
 
 /// Largest text accepted after decompression; a small archive cannot fill
@@ -15,10 +17,8 @@ const BYTE_ORDER_MARK: char = '\u{feff}';
 const GZIP: &[u8] = &[0x1f, 0x8b];
 
 /// First bytes of formats that are easily taken for a log.
-const FOREIGN: [(&[u8], &str); 8] = [
+const FOREIGN: [(&[u8], &str); 6] = [
     (b"PK\x03\x04", "a ZIP archive or a spreadsheet"),
-    (b"PAR1", "a Parquet file"),
-    (b"\x89MCAP", "an MCAP file"),
     (b"\x89HDF", "an HDF5 or MATLAB file"),
     (b"\x28\xb5\x2f\xfd", "a Zstandard archive"),
     (b"BZh", "a bzip2 archive"),
@@ -26,8 +26,37 @@ const FOREIGN: [(&[u8], &str); 8] = [
     (b"\xfe\xff", "UTF-16 text"),
 ];
 
+/// First bytes of a Parquet file.
+const PARQUET: &[u8] = b"PAR1";
+
+/// First bytes of an MCAP file.
+const MCAP: &[u8] = b"\x89MCAP";
+
+/// Reads a log of any format that this program knows.
+pub(super) fn table(path: &Path, bytes: &[u8], demand: Demand<'_>) -> Result<Table, LogError> {
+    if bytes.starts_with(PARQUET) {
+        #[cfg(feature = "parquet")]
+        return super::parquet::table(bytes, demand).map_err(|found| found.into_error(path));
+        #[cfg(not(feature = "parquet"))]
+        return Err(LogError::one(path, without("a Parquet file", "parquet")));
+    }
+    if bytes.starts_with(MCAP) {
+        #[cfg(feature = "mcap")]
+        return super::mcap::table(bytes, demand).map_err(|found| found.into_error(path));
+        #[cfg(not(feature = "mcap"))]
+        return Err(LogError::one(path, without("an MCAP file", "mcap")));
+    }
+    let text = text(bytes).map_err(|problem| LogError::one(path, problem))?;
+    table::parse(&text, demand).map_err(|found| found.into_error(path))
+}
+
+#[cfg(not(all(feature = "parquet", feature = "mcap")))]
+fn without(format: &'static str, feature: &'static str) -> Problem {
+    nowhere(ProblemKind::NeedsFeature { format, feature })
+}
+
 /// Decompresses where needed, checks the encoding, removes a byte order mark.
-pub(super) fn text(bytes: &[u8]) -> Result<Cow<'_, str>, Problem> {
+fn text(bytes: &[u8]) -> Result<Cow<'_, str>, Problem> {
     let bytes = if bytes.starts_with(GZIP) {
         Cow::Owned(decompress(bytes).map_err(nowhere)?)
     } else {

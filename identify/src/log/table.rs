@@ -1,6 +1,7 @@
 //! From text to named columns of numbers.
 
 use super::error::{ProblemKind, Problems};
+use super::map::Map;
 use super::warning::Warning;
 use csv::{Position, ReaderBuilder, StringRecord, Trim};
 use std::collections::HashMap;
@@ -34,17 +35,47 @@ pub(super) struct Table {
     pub warnings: Vec<Warning>,
 }
 
+/// What is asked of a log before its map, if it has one, is applied.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Demand<'a> {
+    pub map: Option<&'a Map>,
+}
+
+impl Demand<'_> {
+    /// Whether every cell of a column must be a finite number.
+    fn requires(&self, column: &str) -> bool {
+        let measured = MEASURED.iter().any(|prefix| column.starts_with(prefix));
+        let mentioned = |map: &Map| map.columns().any(|(name, _)| name == column);
+        match self.map {
+            None => column == "t" || measured,
+            Some(map) => measured || mentioned(map),
+        }
+    }
+
+    fn slot(&self, name: &str) -> Slot {
+        Slot {
+            name: name.to_owned(),
+            values: Vec::new(),
+            required: self.requires(name),
+            fills: self.map.is_some_and(|map| map.fills(name)),
+            unusable: None,
+        }
+    }
+}
+
 /// A column while it is read.
 struct Slot {
     name: String,
     values: Vec<f64>,
     required: bool,
+    /// Whether a cell may be empty, to be filled.
+    fills: bool,
     /// First cell of an optional column that is no number: line and text.
     unusable: Option<(u64, String)>,
 }
 
 /// Reads all rows; collects the problems of all of them.
-pub(super) fn parse(text: &str) -> Result<Table, Problems> {
+pub(super) fn parse(text: &str, demand: Demand<'_>) -> Result<Table, Problems> {
     let mut reader = ReaderBuilder::new()
         .has_headers(false)
         .flexible(true)
@@ -63,7 +94,7 @@ pub(super) fn parse(text: &str) -> Result<Table, Problems> {
         let line = lines.of(record.position());
         match &mut slots {
             None if blank(&record, 2) => {}
-            None => slots = Some(header(&record, line, &mut problems)),
+            None => slots = Some(header(&record, line, demand, &mut problems)),
             Some(slots) if blank(&record, slots.len()) => {}
             Some(slots) => {
                 rows.push(line);
@@ -145,7 +176,12 @@ fn until_line_end(bytes: &[u8]) -> usize {
 }
 
 /// Checks the names of the columns.
-fn header(record: &StringRecord, line: u64, problems: &mut Problems) -> Vec<Slot> {
+fn header(
+    record: &StringRecord,
+    line: u64,
+    demand: Demand<'_>,
+    problems: &mut Problems,
+) -> Vec<Slot> {
     if record.iter().all(|cell| cell.parse::<f64>().is_ok()) {
         problems.push(Some(line), None, ProblemKind::NumericHeader);
     }
@@ -162,27 +198,21 @@ fn header(record: &StringRecord, line: u64, problems: &mut Problems) -> Vec<Slot
             }
         }
     }
-    if !positions.contains_key("t") && problems.is_empty() {
-        let found: Vec<String> = record.iter().map(str::to_owned).collect();
-        let nearest = TIME_NAMES
-            .iter()
-            .find_map(|alias| found.iter().find(|name| name.eq_ignore_ascii_case(alias)));
-        let kind = ProblemKind::MissingColumn {
-            role: "the time stamps [s]".to_owned(),
-            nearest: nearest.cloned(),
-            found,
-        };
-        problems.push(Some(line), Some("t"), kind);
+    if demand.map.is_none() && !positions.contains_key("t") && problems.is_empty() {
+        let found = record.iter().map(str::to_owned).collect();
+        problems.push(Some(line), Some("t"), no_time(found));
     }
-    record.iter().map(slot).collect()
+    record.iter().map(|name| demand.slot(name)).collect()
 }
 
-fn slot(name: &str) -> Slot {
-    Slot {
-        name: name.to_owned(),
-        values: Vec::new(),
-        required: name == "t" || MEASURED.iter().any(|prefix| name.starts_with(prefix)),
-        unusable: None,
+fn no_time(found: Vec<String>) -> ProblemKind {
+    let nearest = TIME_NAMES
+        .iter()
+        .find_map(|alias| found.iter().find(|name| name.eq_ignore_ascii_case(alias)));
+    ProblemKind::MissingColumn {
+        role: "the time stamps [s]".to_owned(),
+        nearest: nearest.cloned(),
+        found,
     }
 }
 
@@ -200,14 +230,78 @@ fn row(record: &StringRecord, line: u64, slots: &mut [Slot], problems: &mut Prob
         if slot.unusable.is_some() {
             continue;
         }
-        match number(cell) {
-            Ok(value) => slot.values.push(value),
-            Err(kind) if slot.required => problems.push(Some(line), Some(&slot.name), kind),
+        slot.take(line, number(cell), cell, problems);
+    }
+}
+
+impl Slot {
+    /// The next cell: its number, or what is wrong with it.
+    fn take(
+        &mut self,
+        line: u64,
+        cell: Result<f64, ProblemKind>,
+        shown: &str,
+        problems: &mut Problems,
+    ) {
+        match cell {
+            Ok(value) => self.values.push(value),
+            Err(ProblemKind::EmptyCell) if self.fills => self.values.push(f64::NAN),
+            Err(kind) if self.required => problems.push(Some(line), Some(&self.name), kind),
             Err(_) => {
-                slot.unusable = Some((line, shortened(cell)));
-                slot.values = Vec::new();
+                self.unusable = Some((line, shortened(shown)));
+                self.values = Vec::new();
             }
         }
+    }
+}
+
+/// A cell of a file that is no text.
+#[cfg(any(feature = "parquet", feature = "mcap"))]
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Cell {
+    Number(f64),
+    Empty,
+    Other(String),
+}
+
+/// A table from columns of cells, all of one length; lines are counted from 1.
+#[cfg(any(feature = "parquet", feature = "mcap"))]
+pub(super) fn from_columns(
+    columns: Vec<(String, Vec<Cell>)>,
+    demand: Demand<'_>,
+) -> Result<Table, Problems> {
+    let mut problems = Problems::default();
+    let rows = columns.first().map_or(0, |(_, cells)| cells.len());
+    let names: Vec<String> = columns.iter().map(|(name, _)| name.clone()).collect();
+    if demand.map.is_none() && !names.iter().any(|name| name == "t") {
+        problems.push(None, Some("t"), no_time(names));
+    } else if rows == 0 {
+        problems.push(None, None, ProblemKind::HeaderOnly);
+    }
+    let mut slots = Vec::new();
+    for (name, cells) in columns {
+        let mut slot = demand.slot(&name);
+        for (line, cell) in (1..).zip(cells) {
+            if slot.unusable.is_some() {
+                break;
+            }
+            let (number, shown) = match cell {
+                Cell::Number(value) if value.is_finite() => (Ok(value), String::new()),
+                Cell::Number(value) => (
+                    Err(ProblemKind::NotFinite(value.to_string())),
+                    value.to_string(),
+                ),
+                Cell::Empty => (Err(ProblemKind::EmptyCell), String::new()),
+                Cell::Other(text) => (Err(ProblemKind::NotANumber(shortened(&text))), text),
+            };
+            slot.take(line, number, &shown, &mut problems);
+        }
+        slots.push(slot);
+    }
+    if problems.is_empty() {
+        Ok(finish(slots, (1..=rows as u64).collect()))
+    } else {
+        Err(problems)
     }
 }
 

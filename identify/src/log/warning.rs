@@ -71,6 +71,31 @@ pub enum Warning {
         /// The column.
         column: String,
     },
+    /// Cells without a measurement were filled, as the log's map asks.
+    Filled {
+        /// The column.
+        column: String,
+        /// How many cells.
+        cells: usize,
+        /// Whether by a straight line; else by the value before.
+        linear: bool,
+    },
+    /// A topic of messages was brought to the stamps of another.
+    Resampled {
+        /// The topic.
+        topic: String,
+        /// Its median step \[s\].
+        from: f64,
+        /// The topic whose stamps are used, and its median step \[s\].
+        onto: (String, f64),
+    },
+    /// A topic whose messages cannot be read.
+    IgnoredTopic {
+        /// The topic.
+        topic: String,
+        /// Its encoding, or what is wrong with its messages.
+        reason: String,
+    },
     /// A channel never changes.
     Constant {
         /// The column.
@@ -167,6 +192,28 @@ impl fmt::Display for Warning {
                 f,
                 "there is no column `{column}`: that joint is taken to be undriven"
             ),
+            Self::Filled {
+                column,
+                cells,
+                linear,
+            } => write!(
+                f,
+                "{cells} cells of `{column}` hold no measurement and were filled {}",
+                if *linear {
+                    "by straight lines"
+                } else {
+                    "with the value before"
+                }
+            ),
+            Self::Resampled { topic, from, onto } => write!(
+                f,
+                "topic `{topic}` comes every {from:.6} s and was brought to the stamps of `{}`, every {:.6} s: \
+                 commands by the value before, measurements by straight lines",
+                onto.0, onto.1
+            ),
+            Self::IgnoredTopic { topic, reason } => {
+                write!(f, "topic `{topic}` was ignored: {reason}")
+            }
             Self::Constant { column, value } => {
                 write!(
                     f,

@@ -1,0 +1,162 @@
+//! From columns to channels.
+
+use super::{Fill, Map, Term, Wrap};
+use crate::log::error::{ProblemKind, Problems};
+use crate::log::health::unwrap;
+use crate::log::table::{Column, Table};
+use crate::log::warning::Warning;
+use std::collections::BTreeMap;
+
+impl Map {
+    /// Replaces the columns of a log by what they are; columns that the map does not
+    /// mention stay as they are.
+    pub(in crate::log) fn apply(&self, table: &mut Table) -> Result<(), Problems> {
+        let mut problems = Problems::default();
+        let found: Vec<String> = table.columns.iter().map(|c| c.name.clone()).collect();
+        for (column, role) in self.columns() {
+            if !found.iter().any(|name| name == column) {
+                let kind = ProblemKind::MissingColumn {
+                    role,
+                    found: found.clone(),
+                    nearest: close(column, &found),
+                };
+                problems.push(None, Some(column), kind);
+            }
+        }
+        if !problems.is_empty() {
+            return Err(problems);
+        }
+        let t = self.stamps(table);
+        let mut continuous: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+        let mut mapped = vec![Column {
+            name: "t".to_owned(),
+            values: t.clone(),
+        }];
+        for channel in &self.channels {
+            let mut values = vec![channel.offset; t.len()];
+            for term in &channel.terms {
+                let source = continuous
+                    .entry(term.column.clone())
+                    .or_insert_with(|| term.prepared(&t, table, &mut problems));
+                for (value, reading) in values.iter_mut().zip(source) {
+                    *value += term.factor * *reading;
+                }
+            }
+            mapped.push(Column {
+                name: channel.name.clone(),
+                values,
+            });
+        }
+        for column in &mapped {
+            let odd = column.values.iter().position(|value| !value.is_finite());
+            if let Some(k) = odd {
+                let kind = ProblemKind::NotFinite(column.values[k].to_string());
+                problems.push(Some(table.lines[k]), Some(&column.name), kind);
+            }
+        }
+        if !problems.is_empty() {
+            return Err(problems);
+        }
+        table.columns.retain(|column| {
+            let taken = mapped.iter().any(|own| own.name == column.name);
+            !taken && column.name != self.time.0
+        });
+        mapped.append(&mut table.columns);
+        table.columns = mapped;
+        Ok(())
+    }
+
+    /// Stamps in seconds.
+    fn stamps(&self, table: &Table) -> Vec<f64> {
+        let (name, second, start) = &self.time;
+        let raw = column(table, name);
+        let first = raw.first().copied().unwrap_or(0.0);
+        // Differences first: stamps since 1970 have few digits left for them.
+        let stamp = |raw: &f64| match start {
+            Some(start) => start + second * (raw - first),
+            None => second * raw,
+        };
+        raw.iter().map(stamp).collect()
+    }
+}
+
+impl Term {
+    /// The column, without empty cells and made continuous.
+    fn prepared(&self, t: &[f64], table: &mut Table, problems: &mut Problems) -> Vec<f64> {
+        let mut values = column(table, &self.column).to_vec();
+        if let Some(fill) = self.fill {
+            let empty = values.iter().filter(|value| value.is_nan()).count();
+            if empty == values.len() {
+                problems.push(None, Some(&self.column), ProblemKind::EmptyCell);
+            } else if empty > 0 {
+                fill_gaps(fill, t, &mut values);
+                table.warnings.push(Warning::Filled {
+                    column: self.column.clone(),
+                    cells: empty,
+                    linear: fill == Fill::Linear,
+                });
+            }
+        }
+        match self.wrap {
+            Wrap::None => {}
+            Wrap::Suspected(turn) => {
+                let found = unwrap(&self.column, t, &mut values, turn);
+                table.warnings.extend(found);
+            }
+            Wrap::Stated(turn) => join(turn, &mut values),
+        }
+        values
+    }
+}
+
+fn column<'a>(table: &'a Table, name: &str) -> &'a [f64] {
+    let found = table.columns.iter().find(|column| column.name == name);
+    found.map_or(&[], |column| column.values.as_slice())
+}
+
+fn close(name: &str, found: &[String]) -> Option<String> {
+    let same = found.iter().find(|other| other.eq_ignore_ascii_case(name));
+    let names: Vec<&str> = found.iter().map(String::as_str).collect();
+    let near = || {
+        similar::get_close_matches(name, &names, 1, 0.6)
+            .first()
+            .map(|n| (*n).to_owned())
+    };
+    same.cloned().or_else(near)
+}
+
+/// Takes every step as the shorter way around.
+fn join(turn: f64, values: &mut [f64]) {
+    let mut turns = 0.0;
+    let mut previous = values.first().copied().unwrap_or(0.0);
+    for value in values {
+        let step = *value - previous;
+        previous = *value;
+        turns -= (step / turn).round();
+        *value += turns * turn;
+    }
+}
+
+/// Puts values into cells without one, which are NaN. Before the first measurement stands
+/// the first, behind the last the last.
+fn fill_gaps(fill: Fill, t: &[f64], values: &mut [f64]) {
+    let known: Vec<usize> = (0..values.len()).filter(|k| !values[*k].is_nan()).collect();
+    let (Some(&first), Some(&last)) = (known.first(), known.last()) else {
+        return;
+    };
+    let (begin, end) = (values[first], values[last]);
+    values[..first].fill(begin);
+    values[last..].fill(end);
+    for pair in known.windows(2) {
+        let (a, b) = (pair[0], pair[1]);
+        let (from, to) = (values[a], values[b]);
+        for k in a + 1..b {
+            values[k] = match fill {
+                Fill::Hold => from,
+                Fill::Linear if t[b] > t[a] => from + (to - from) * (t[k] - t[a]) / (t[b] - t[a]),
+                // Stamps out of order are refused later.
+                Fill::Linear => from,
+            };
+        }
+    }
+}

@@ -1,0 +1,362 @@
+//! Maps: what they compute, and what is said about mistakes in them.
+
+use super::*;
+use crate::log::Log;
+
+/// A log of a header and rows computed from the sample's number.
+fn csv(header: &str, row: impl Fn(usize) -> Vec<f64>) -> String {
+    let rows = (0..80).map(|k| {
+        let cells: Vec<String> = row(k).iter().map(f64::to_string).collect();
+        cells.join(",") + "\n"
+    });
+    format!("{header}\n{}", rows.collect::<String>())
+}
+
+fn mapped(map: &str, text: &str) -> Log {
+    let map = Map::parse("arm.toml", map).unwrap();
+    Log::from_bytes_with("arm.csv", text.as_bytes(), Some(&map)).unwrap()
+}
+
+fn close(found: &[f64], expected: impl Fn(f64) -> f64) {
+    for (k, value) in found.iter().enumerate() {
+        let expected = expected(k as f64);
+        assert!(
+            (value - expected).abs() < 1e-12,
+            "{k}: {value} for {expected}"
+        );
+    }
+}
+
+fn refused(map: &str) -> String {
+    Map::parse("arm.toml", map).unwrap_err().to_string()
+}
+
+#[test]
+fn units_signs_and_offsets() {
+    let text = csv("stamp,a,v,tau,temp", |k| {
+        let k = k as f64;
+        vec![1.7e12 + 5.0 * k, 2.0 * k, 30.0 + k, 1500.0, 40.0]
+    });
+    let log = mapped(
+        r#"
+        time = { column = "stamp", unit = "ms", start = 0 }
+        [columns]
+        q_arm = { column = "a", unit = "deg", sign = -1, offset = 0.25 }
+        dq_arm = { column = "v", unit = "rpm" }
+        u_arm = { column = "tau", unit = "mN*m", factor = 2 }
+        "#,
+        &text,
+    );
+    close(&log.t, |k| 0.005 * k);
+    close(&log.channels["q_arm"], |k| 0.25 - (2.0 * k).to_radians());
+    close(&log.channels["dq_arm"], |k| {
+        (30.0 + k) * std::f64::consts::PI / 30.0
+    });
+    close(&log.channels["u_arm"], |_| 3.0);
+    // What the map does not mention stays.
+    assert_eq!(
+        log.columns(),
+        ["t", "a", "dq_arm", "q_arm", "tau", "temp", "u_arm", "v"]
+    );
+}
+
+#[test]
+fn columns_add_up() {
+    let text = csv("t,m5,m6", |k| {
+        vec![0.01 * k as f64, k as f64, 3.0 * k as f64]
+    });
+    let log = mapped(
+        r#"
+        [columns]
+        q_wrist = { terms = [{ column = "m5", factor = 0.5 }, { column = "m6", factor = -2, unit = "mrad" }], offset = 1 }
+        "#,
+        &text,
+    );
+    close(&log.channels["q_wrist"], |k| 1.0 + 0.5 * k - 0.006 * k);
+}
+
+/// A wrist whose second motor also turns with the first joint, as in the TX40. Rates are
+/// those of the positions, and the power is the same on both sides.
+#[test]
+fn transmissions_keep_the_power() {
+    let joint = |k: f64| [(0.1 * k).sin(), 0.02 * k];
+    let rate = |k: f64| [(0.2 * k).cos(), 0.3];
+    let torque = |k: f64| [0.4, (0.3 * k).sin()];
+    let ratio = [[45.0, 0.0], [32.0, -32.0]];
+    let motor = |x: [f64; 2]| ratio.map(|row: [f64; 2]| row[0] * x[0] + row[1] * x[1]);
+    let text = csv("t,m1,m2,w1,w2,i1,i2", |k| {
+        let k = k as f64;
+        let [m1, m2] = motor(joint(k)).map(f64::to_degrees);
+        let [w1, w2] = motor(rate(k));
+        let [i1, i2] = torque(k);
+        vec![0.01 * k, m1, m2, w1, w2, i1, i2]
+    });
+    let log = mapped(
+        r#"
+        [[transmission]]
+        coordinates = ["j5", "j6"]
+        ratio = [[45, 0], [32, -32]]
+        position = ["m1", "m2"]
+        position_unit = "deg"
+        velocity = ["w1", "w2"]
+        torque = ["i1", "i2"]
+        offset = [0.0, 0.5]
+        "#,
+        &text,
+    );
+    close(&log.channels["q_j5"], |k| joint(k)[0]);
+    close(&log.channels["q_j6"], |k| joint(k)[1] + 0.5);
+    close(&log.channels["dq_j6"], |k| rate(k)[1]);
+    let power = |k: usize| {
+        let part = |name: &str| {
+            log.channels[&format!("dq_{name}")][k] * log.channels[&format!("u_{name}")][k]
+        };
+        part("j5") + part("j6")
+    };
+    for k in 0..80 {
+        let [w1, w2] = motor(rate(k as f64));
+        let [i1, i2] = torque(k as f64);
+        assert!((power(k) - (w1 * i1 + w2 * i2)).abs() < 1e-10);
+    }
+}
+
+#[test]
+fn encoders_that_start_anew_are_joined() {
+    // Five turns of a motor at 4096 counts behind a gear of ten.
+    let counts = |k: usize| ((250 * k) % 4096) as f64;
+    let log = mapped(
+        r#"[columns]
+        q_arm = { column = "enc", factor = 1.5339807878856412e-4, wraps = 4096 }"#,
+        &csv("t,enc", |k| vec![0.01 * k as f64, counts(k)]),
+    );
+    close(&log.channels["q_arm"], |k| {
+        250.0 * k * 1.533_980_787_885_641_2e-4
+    });
+    // Degrees say themselves what a turn is.
+    let log = mapped(
+        r#"[columns]
+        q_arm = { terms = [{ column = "a", factor = 0.1, unit = "deg" }] }"#,
+        &csv("t,a", |k| {
+            vec![
+                0.01 * k as f64,
+                (10.0 * k as f64 + 180.0).rem_euclid(360.0) - 180.0,
+            ]
+        }),
+    );
+    close(&log.channels["q_arm"], |k| 0.1 * (10.0 * k).to_radians());
+    insta::assert_snapshot!(log.warnings[0], @"`a` jumps by a full turn 2 times, first at t = 0.180000 s; it was unwrapped");
+}
+
+#[test]
+fn cells_without_a_measurement_are_filled_if_asked() {
+    let mut text = String::from("t,q_a,load,cmd\n");
+    for k in 0..60 {
+        let slow = |value: f64| {
+            if k % 4 == 0 {
+                value.to_string()
+            } else {
+                String::new()
+            }
+        };
+        let (x, t) = (f64::from(k), 0.01 * f64::from(k));
+        text += &format!("{t},{},{},{}\n", x.sin(), slow(x), slow(2.0 * x));
+    }
+    let log = mapped(
+        r#"[columns]
+        q_b = { column = "load", fill = "linear" }
+        u_a = { column = "cmd", fill = "hold" }"#,
+        &text,
+    );
+    close(&log.channels["q_b"], |k| k.min(56.0));
+    close(&log.channels["u_a"], |k| 8.0 * (k / 4.0).floor());
+    let said: Vec<String> = log.warnings.iter().map(ToString::to_string).collect();
+    insta::assert_snapshot!(said.join("\n"), @r"
+    45 cells of `load` hold no measurement and were filled by straight lines
+    45 cells of `cmd` hold no measurement and were filled with the value before
+    ");
+    let map = Map::parse("arm.toml", "columns.q_b = { column = \"load\" }").unwrap();
+    let error = Log::from_bytes_with("arm.csv", text.as_bytes(), Some(&map)).unwrap_err();
+    let first: Vec<String> = error
+        .to_string()
+        .lines()
+        .take(3)
+        .map(str::to_owned)
+        .collect();
+    insta::assert_snapshot!(first.join("\n"), @r#"
+    arm.csv: 45 problems in the log
+      line 3, column `load`: the cell is empty; expected a finite number
+        mend: delete the rows without a measurement (a gap in time is allowed), or say in the log's map how they are filled: `fill = "hold"` or `"linear"`
+    "#);
+}
+
+#[test]
+fn columns_that_are_not_there() {
+    let map = Map::parse(
+        "arm.toml",
+        r#"
+        time.column = "Stamp"
+        [columns]
+        q_arm = { column = "angel" }
+        "#,
+    );
+    let text = csv("stamp,angle", |k| vec![0.01 * k as f64, k as f64]);
+    let error = Log::from_bytes_with("arm.csv", text.as_bytes(), Some(&map.unwrap())).unwrap_err();
+    insta::assert_snapshot!(error, @r"
+    arm.csv: 2 problems in the log
+      column `Stamp`: missing: the time stamps; the log has `stamp`, `angle`
+        mend: is it `stamp`? give both the same name
+      column `angel`: missing: what `arm.toml` says `q_arm` is; the log has `stamp`, `angle`
+        mend: is it `angle`? give both the same name
+    ");
+}
+
+#[test]
+fn what_grows_beyond_numbers_is_refused() {
+    let map = Map::parse(
+        "arm.toml",
+        "columns.q_a = { column = \"x\", factor = 1e308 }",
+    )
+    .unwrap();
+    let text = csv("t,x", |k| vec![0.01 * k as f64, k as f64]);
+    let error = Log::from_bytes_with("arm.csv", text.as_bytes(), Some(&map)).unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .contains("line 4, column `q_a`: found `inf`"),
+        "{error}"
+    );
+}
+
+#[test]
+fn mistakes_have_their_line() {
+    let cases = [
+        "",
+        "[columns\nq_a = 1",
+        "[columns]\nq_a = { colum = \"x\" }",
+        "[columns]\n\narm = { column = \"x\" }",
+        "[columns]\nq_a = { unit = \"deg\" }",
+        "[columns]\nq_a = { column = \"x\", unit = \"degree\" }",
+        "[columns]\nq_a = { column = \"x\", sign = 2 }",
+        "[columns]\nq_a = { column = \"x\", factor = nan }",
+        "[columns]\nq_a = { column = \"x\", wraps = 0 }",
+        "[columns]\nq_a = { column = \"x\", fill = \"zero\" }",
+        "time.unit = \"fortnight\"\n[columns]\nq_a = { column = \"x\" }",
+        "[[transmission]]\ncoordinates = [\"a\", \"b\"]\nratio = [[1, 2], [2, 4]]\nposition = [\"x\", \"y\"]",
+        "[[transmission]]\ncoordinates = [\"a\", \"b\"]\nratio = [[1, 2]]\nposition = [\"x\", \"y\"]",
+        "[[transmission]]\ncoordinates = [\"a\"]\nratio = [[2]]\nposition = [\"x\", \"y\"]",
+        "[[transmission]]\ncoordinates = [\"a\"]\nratio = [[2]]",
+        "[columns]\nq_a = { column = \"x\" }\n[[transmission]]\ncoordinates = [\"a\"]\nratio = [[2]]\nposition = [\"x\"]",
+    ];
+    let shown: Vec<String> = cases
+        .iter()
+        .map(|case| format!("{case}\n--> {}\n", refused(case)))
+        .collect();
+    insta::assert_snapshot!(shown.join("\n"));
+}
+
+#[test]
+fn maps_stand_beside_logs() {
+    for log in [
+        "run/arm.csv",
+        "run/arm.csv.gz",
+        "run/arm.parquet",
+        "run/arm.mcap",
+        "run/arm",
+    ] {
+        assert_eq!(
+            Map::beside(Path::new(log)),
+            Path::new("run/arm.toml"),
+            "{log}"
+        );
+    }
+    assert_eq!(Map::beside(Path::new("a.b.csv")), Path::new("a.b.toml"));
+}
+
+fn names(list: &[&str]) -> Vec<String> {
+    list.iter().map(|name| (*name).to_owned()).collect()
+}
+
+#[test]
+fn a_template_guesses_what_it_can() {
+    let columns = names(&[
+        "Timestamp",
+        "shoulder_pos",
+        "elbow_pos",
+        "vel_1",
+        "vel_2",
+        "motorCurrent1",
+        "motorCurrent2",
+        "mode",
+    ]);
+    insta::assert_snapshot!(template(
+        &columns,
+        &names(&["shoulder", "elbow"]),
+        &names(&["shoulder", "elbow"])
+    ));
+    insta::assert_snapshot!(template(
+        &names(&["a", "b"]),
+        &names(&["joint 1"]),
+        &names(&["joint 1"])
+    ));
+}
+
+#[test]
+fn a_template_is_a_map() {
+    let columns = names(&["time", "pos \"1\"", "pos2", "tau1", "tau2"]);
+    let both = names(&["joint 1", "ü"]);
+    let text = template(&columns, &both, &both);
+    let map = Map::parse("arm.toml", &text).unwrap();
+    let log = csv("time,\"pos \"\"1\"\"\",pos2,tau1,tau2", |k| {
+        vec![0.01 * k as f64, 1.0, 2.0, 3.0, 4.0]
+    });
+    let log = Log::from_bytes_with("arm.csv", log.as_bytes(), Some(&map)).unwrap();
+    let record = log.select(&both, &both).unwrap();
+    assert_eq!((record.q[1][0], record.u[0][0]), (2.0, 3.0));
+}
+
+/// Every map in the documentation is one, and every key is documented.
+#[test]
+fn documented_maps_are_maps() {
+    let page = include_str!("../../../../docs/log-format.md");
+    let blocks = page.split("```toml\n").skip(1);
+    let blocks: Vec<&str> = blocks
+        .map(|block| block.split("```").next().unwrap())
+        .collect();
+    assert_eq!(blocks.len(), 3);
+    for block in &blocks {
+        Map::parse("docs/log-format.md", block).unwrap();
+    }
+    for wrong in [
+        "[columns]\nq_a = { x = 1 }",
+        "[time]\nx = 1",
+        "[[transmission]]\nx = 1",
+    ] {
+        let known = refused(wrong);
+        let (_, known) = known.split_once("expected one of ").unwrap();
+        let known = known.lines().next().unwrap();
+        for key in known.split(", ") {
+            let unit = key.ends_with("_unit`");
+            assert!(unit || page.contains(key), "{key} is not documented");
+        }
+    }
+}
+
+mod any_text {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(300) })]
+
+        #[test]
+        fn never_panics(text in "([a-z_]{0,4}|\\[|\\]|\\{|\\}|=|\"|,|\\.|-?[0-9e.]{1,4}|\n|columns|q_a|column|ratio|unit| ){0,40}") {
+            let _ = Map::parse("x.toml", &text);
+        }
+
+        #[test]
+        fn templates_are_maps(columns in prop::collection::vec(".{0,8}", 0..6), name in "[^\0]{1,8}") {
+            let text = template(&columns, std::slice::from_ref(&name), std::slice::from_ref(&name));
+            prop_assert!(Map::parse("x.toml", &text).is_ok(), "{}", text);
+        }
+    }
+}
