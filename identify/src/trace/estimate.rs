@@ -1,6 +1,7 @@
 //! What the log says about the states: a curve through it, and what the sensors
 //! read beside the curve.
 
+use super::dictionary::Ranges;
 use crate::log::{Record, Warning};
 use crate::machine::States;
 use crate::regression::{Hold, Readings};
@@ -59,16 +60,6 @@ impl Observed {
         })
     }
 
-    /// Believes every sensor less.
-    pub fn scale_noise(&mut self, factor: f64) {
-        let sensors = [
-            &mut self.position_sd,
-            &mut self.velocity_sd,
-            &mut self.acceleration_sd,
-        ];
-        sensors.into_iter().flatten().for_each(|sd| *sd *= factor);
-    }
-
     /// What the sensors read beside the curve.
     pub fn readings(&self) -> Readings {
         let beside = |y: &Vec<f64>, x: &Vec<f64>| y.iter().zip(x).map(|(y, x)| y - x).collect();
@@ -102,14 +93,21 @@ impl Observed {
         }
     }
 
-    /// Some positions of each coordinate, ascending.
-    pub fn ranges(&self) -> Vec<Vec<f64>> {
+    /// Where the log goes.
+    pub fn ranges(&self) -> Ranges {
         let sorted = |column: &Vec<f64>| {
             let mut values = column.clone();
             values.sort_by(f64::total_cmp);
             values
         };
-        self.record.q.iter().map(sorted).collect()
+        let usual = |column: &Vec<f64>| {
+            let squares: f64 = column.iter().map(|v| v * v).sum();
+            (squares / column.len().max(1) as f64).sqrt()
+        };
+        Ranges {
+            positions: self.record.q.iter().map(sorted).collect(),
+            speeds: self.curve.v.iter().map(usual).collect(),
+        }
     }
 }
 
