@@ -1,4 +1,4 @@
-//! With the feature `regenerate`: `../models/*.model` to Rust in `OUT_DIR`, as a user's
+//! With the feature `regenerate`: the models of `../models` to Rust in `OUT_DIR`, as a user's
 //! own build script would do it.
 
 fn main() {
@@ -26,7 +26,9 @@ mod regenerate {
             // The name from the workspace root, as in the checked-in header.
             let file = path.file_name().unwrap_or_default().to_string_lossy();
             let name = format!("models/{file}");
-            let compiled = compile_bytes(&name, &bytes, &Library::builtin())
+            let mut library = Library::builtin();
+            library.look_in(folder);
+            let compiled = compile_bytes(&name, &bytes, &library)
                 .map_err(|report| report.render())?;
             models.push((name, compiled));
         }
@@ -45,7 +47,7 @@ mod regenerate {
         let mut paths = Vec::new();
         for entry in std::fs::read_dir(folder).map_err(unreadable)? {
             let path = entry.map_err(unreadable)?.path();
-            if path.extension().is_some_and(|e| e == "model") {
+            if path.extension().is_some_and(|e| e == "model" || e == "urdf") {
                 paths.push(path);
             }
         }

@@ -5,7 +5,7 @@ use crate::{output, parameters};
 use clap::Args;
 use dynamics_codegen::model::LibraryError;
 use dynamics_codegen::syntax::MAX_BYTES;
-use dynamics_codegen::{Compiled, Library, compile_bytes};
+use dynamics_codegen::{Compiled, Library, compile_bytes, is_urdf, model_of_urdf};
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 /// The arguments that every command shares.
 #[derive(Debug, Clone, Args)]
 pub struct ModelArguments {
-    /// The model: a `.model` file
+    /// The model: a `.model` file, or a robot description (URDF)
     #[arg(value_name = "MODEL")]
     pub model: PathBuf,
 
@@ -41,15 +41,35 @@ pub struct Loaded {
     pub parameters: Vec<f64>,
 }
 
+impl Loaded {
+    /// The model as a text that effects can be written into, and the file that it
+    /// belongs in. A robot description is not written to: the text is a new model that
+    /// names it, beside it.
+    pub fn text(&self) -> (String, PathBuf) {
+        let text = String::from_utf8_lossy(&self.bytes).into_owned();
+        if !is_urdf(&text) {
+            return (text, self.path.clone());
+        }
+        let file = self.path.file_name().unwrap_or_default();
+        let text = model_of_urdf(&file.to_string_lossy());
+        (text, self.path.with_extension("model"))
+    }
+
+    /// Whether there is no model file yet: the model is a robot description.
+    pub fn is_robot_description(&self) -> bool {
+        is_urdf(&String::from_utf8_lossy(&self.bytes))
+    }
+}
+
 impl ModelArguments {
     /// Reads and compiles the model, and prints its warnings.
     ///
     /// # Errors
     /// Everything that is wrong with the model, the templates or the parameters.
     pub fn load(&self) -> Result<Loaded, Mistake> {
-        let library = self.library()?;
-        let bytes = read(&self.model, MAX_BYTES)?;
-        refuse_robot_description(&self.model, &bytes)?;
+        let mut library = self.library()?;
+        library.look_in(self.model.parent().unwrap_or(Path::new("")));
+        let bytes = read(&self.model, self.limit())?;
         let compiled = compile_bytes(&self.model.display().to_string(), &bytes, &library)?;
         if !compiled.warnings.diagnostics.is_empty() {
             let warnings = Mistake::from(compiled.warnings.clone());
@@ -66,6 +86,14 @@ impl ModelArguments {
             compiled,
             parameters: values,
         })
+    }
+
+    /// A model is a page; a robot description may be long.
+    fn limit(&self) -> usize {
+        match self.model.extension().and_then(|e| e.to_str()) {
+            Some("model") => MAX_BYTES,
+            _ => 16 * MAX_BYTES,
+        }
     }
 
     fn library(&self) -> Result<Library, Mistake> {
@@ -94,26 +122,4 @@ pub fn read(path: &Path, limit: usize) -> Result<Vec<u8>, Mistake> {
         .read_to_end(&mut bytes)
         .map_err(unreadable)?;
     Ok(bytes)
-}
-
-/// What a file is follows from its name if that is known, from its content otherwise.
-fn refuse_robot_description(path: &Path, bytes: &[u8]) -> Result<(), Mistake> {
-    let extension = path.extension().and_then(|extension| extension.to_str());
-    let is_urdf = match extension {
-        Some("model") => false,
-        Some("urdf" | "xacro") => true,
-        _ => {
-            let body = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-            body.trim_ascii_start().starts_with(b"<")
-        }
-    };
-    if !is_urdf {
-        return Ok(());
-    }
-    let message = format!(
-        "`{}` is a robot description (URDF), which cannot be read yet",
-        path.display()
-    );
-    Err(Mistake::new(message)
-        .help("write the model as a `.model` file: see docs/model-language.md"))
 }

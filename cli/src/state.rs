@@ -1,4 +1,4 @@
-//! States as JSON objects: `{"q": …, "v": …, "u": …, "t": …, "parameters": …}`.
+//! States as JSON objects: `{"q": …, "v": …, "u": …, "z": …, "t": …, "parameters": …}`.
 
 use crate::json::{Text, Value};
 use crate::mistake::Mistake;
@@ -14,6 +14,8 @@ pub struct State {
     pub v: Vec<f64>,
     /// Inputs; `None` if the object says nothing about them.
     pub u: Option<Vec<f64>>,
+    /// Internal states; `None` if the object says nothing about them: as at the beginning.
+    pub z: Option<Vec<f64>>,
     /// Time, s.
     pub t: f64,
     /// All parameters, in model order.
@@ -23,7 +25,7 @@ pub struct State {
 /// How a state may look, for messages.
 pub const SHAPE: &str =
     "a state is one JSON object, such as `{\"q\": [0.1, 0.2], \"v\": {\"j1\": 1}}`";
-const FIELDS: [&str; 5] = ["q", "v", "u", "t", "parameters"];
+const FIELDS: [&str; 6] = ["q", "v", "u", "z", "t", "parameters"];
 
 impl State {
     /// Reads a state; also returns warnings. What is left out is zero, parameters
@@ -39,14 +41,16 @@ impl State {
         let object = text.value()?;
         let coordinates: Vec<&str> = model.coordinates.iter().map(|c| c.name.as_str()).collect();
         let inputs: Vec<&str> = model.inputs.iter().map(|u| u.name.as_str()).collect();
-        let (mut q, mut v, mut u, mut t) = (None, None, None, 0.0);
+        let states: Vec<&str> = model.states.iter().map(|z| z.name.as_str()).collect();
+        let (mut q, mut v, mut u, mut z, mut t) = (None, None, None, None, 0.0);
         let (mut values, mut warnings) = (nominal.to_vec(), Vec::new());
         for member in object.members("a state")? {
             let value = member.value;
             match member.name.as_str() {
-                "q" => q = Some(positions(value, &coordinates)?),
+                "q" => q = Some(complete(value, "q", "coordinate", &coordinates)?),
                 "v" => v = Some(zeroed(vector(value, "v", "coordinate", &coordinates)?)),
                 "u" => u = Some(zeroed(vector(value, "u", "input", &inputs)?)),
+                "z" => z = Some(complete(value, "z", "internal state", &states)?),
                 "t" => t = value.number("time `t`")?,
                 "parameters" => warnings = parameters::assign(value, model, &mut values)?,
                 other => {
@@ -68,6 +72,7 @@ impl State {
             v: v.unwrap_or_else(|| vec![0.0; q.len()]),
             q,
             u,
+            z,
             t,
             parameters: values,
         };
@@ -79,9 +84,14 @@ fn zeroed(entries: Vec<Option<f64>>) -> Vec<f64> {
     entries.into_iter().map(Option::unwrap_or_default).collect()
 }
 
-/// Positions have no default: each must be given.
-fn positions(value: Value<'_>, names: &[&str]) -> Result<Vec<f64>, Mistake> {
-    let entries = vector(value, "q", "coordinate", names)?;
+/// Positions and internal states have no default: each must be given.
+fn complete(
+    value: Value<'_>,
+    field: &str,
+    what: &str,
+    names: &[&str],
+) -> Result<Vec<f64>, Mistake> {
+    let entries = vector(value, field, what, names)?;
     let missing: Vec<&str> = names
         .iter()
         .zip(&entries)
@@ -91,7 +101,10 @@ fn positions(value: Value<'_>, names: &[&str]) -> Result<Vec<f64>, Mistake> {
     if missing.is_empty() {
         return Ok(zeroed(entries));
     }
-    let message = format!("`q` lacks the position of {}", quoted(&missing));
+    let message = match field {
+        "q" => format!("`q` lacks the position of {}", quoted(&missing)),
+        _ => format!("`{field}` lacks {}", quoted(&missing)),
+    };
     Err(value
         .mistake("", message)
         .help("velocities and inputs are zero unless given; positions are not"))

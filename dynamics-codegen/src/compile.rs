@@ -2,9 +2,11 @@
 
 use crate::derive::{System, derive};
 use crate::diagnostic::{Diagnostic, Report};
-use crate::model::{Library, Model, build};
-use crate::source::Sources;
+use crate::emit::identifier;
+use crate::model::{Library, Model, Variables, build};
+use crate::source::{Sources, Span};
 use crate::syntax::parse;
+use std::str::Utf8Error;
 
 /// A model with its equations.
 #[derive(Debug, Clone)]
@@ -40,12 +42,50 @@ pub struct Compiled {
 /// # Ok::<(), dynamics_codegen::Report>(())
 /// ```
 pub fn compile(name: &str, text: &str, library: &Library) -> Result<Compiled, Report> {
-    let mut sources = Sources::new();
+    compile_keeping(name, text, library, &Variables::All)
+}
+
+/// As [`compile`], with every parameter but `variables` folded in: it is its nominal
+/// value in all expressions, which simplify accordingly, and stands in
+/// [`Model::fixed`] instead of [`Model::parameters`].
+///
+/// # Errors
+/// As [`compile`]; also if a value that is folded in makes an expression meaningless.
+///
+/// ```
+/// use dynamics_codegen::{Library, Variables, compile_keeping, emit};
+///
+/// let text = "
+///     model slider;
+///     coordinate x: m;
+///     parameter m: kg = 2;
+///     parameter k: N/m = 0;
+///     kinetic m/2*dot(x)^2;
+///     potential k/2*x^2;
+/// ";
+/// let variables = Variables::only(["m"]);
+/// let compiled = compile_keeping("slider.model", text, &Library::empty(), &variables)?;
+/// assert_eq!(compiled.model.parameters.len(), 1);
+/// assert!(!emit::rust(&compiled, "slider.model").contains("p.k"));
+/// # Ok::<(), dynamics_codegen::Report>(())
+/// ```
+pub fn compile_keeping(
+    name: &str,
+    text: &str,
+    library: &Library,
+    variables: &Variables,
+) -> Result<Compiled, Report> {
     // Some editors put a byte-order mark in front.
-    let id = sources.add(name, text.strip_prefix('\u{feff}').unwrap_or(text));
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if is_urdf(text) {
+        return compile_urdf(name, text, library, variables);
+    }
+    let mut sources = Sources::new();
+    let id = sources.add(name, text);
     let (file, mut diagnostics) = parse(&sources, id);
     let readable = diagnostics.is_empty();
-    let model = file.and_then(|file| build(&file, &mut sources, library, &mut diagnostics));
+    let model =
+        file.and_then(|file| build(&file, &mut sources, library, variables, &mut diagnostics));
     match model {
         Some(mut model) if readable => {
             let system = derive(&mut model);
@@ -65,6 +105,51 @@ pub fn compile(name: &str, text: &str, library: &Library) -> Result<Compiled, Re
     }
 }
 
+/// Whether a text is a robot description: a model never begins with `<`.
+pub fn is_urdf(text: &str) -> bool {
+    text.trim_start_matches('\u{feff}')
+        .trim_start()
+        .starts_with('<')
+}
+
+/// The model that says nothing but that its base is the robot description `path`:
+/// what effects can be written into.
+pub fn model_of_urdf(path: &str) -> String {
+    model_with_urdf(path, ";")
+}
+
+fn model_with_urdf(path: &str, options: &str) -> String {
+    let stem = std::path::Path::new(path).file_stem();
+    let stem = stem.unwrap_or_default().to_string_lossy();
+    format!("model {};\n\nurdf {path:?}{options}\n", identifier(&stem))
+}
+
+/// A robot description by itself: the model is called what the robot is called. What is
+/// named as variable may be an inertial parameter of any link.
+fn compile_urdf(
+    name: &str,
+    text: &str,
+    library: &Library,
+    variables: &Variables,
+) -> Result<Compiled, Report> {
+    const FILE: &str = "robot.urdf";
+    let mut library = library.clone();
+    library.add_file(FILE, name, text);
+    let options = match variables {
+        Variables::All => ";",
+        Variables::Only(_) => " { parameters: all; }",
+    };
+    let model = model_with_urdf(FILE, options);
+    let mut compiled = compile_keeping(name, &model, &library, variables)?;
+    if let Some(robot) = &mut compiled.model.robot {
+        robot.file = name.to_string();
+        if !robot.name.is_empty() {
+            compiled.model.name.clone_from(&robot.name);
+        }
+    }
+    Ok(compiled)
+}
+
 /// As [`compile`], for bytes as they come from a file.
 ///
 /// # Errors
@@ -72,23 +157,26 @@ pub fn compile(name: &str, text: &str, library: &Library) -> Result<Compiled, Re
 pub fn compile_bytes(name: &str, bytes: &[u8], library: &Library) -> Result<Compiled, Report> {
     match std::str::from_utf8(bytes) {
         Ok(text) => compile(name, text, library),
-        Err(error) => {
-            let mut sources = Sources::new();
-            let valid = String::from_utf8_lossy(&bytes[..error.valid_up_to()]).into_owned();
-            let end = valid.len();
-            let source = sources.add(name, valid);
-            let span = crate::source::Span {
-                source,
-                start: end.saturating_sub(1),
-                end,
-            };
-            let diagnostic = Diagnostic::error(span, "the file is not UTF-8 text")
-                .label(format!("byte {} is not valid", error.valid_up_to()))
-                .help("save it as UTF-8");
-            Err(Report {
-                sources,
-                diagnostics: vec![diagnostic],
-            })
-        }
+        Err(error) => Err(not_text(name, bytes, error)),
+    }
+}
+
+/// The report about a file that is not UTF-8.
+pub(crate) fn not_text(name: &str, bytes: &[u8], error: Utf8Error) -> Report {
+    let mut sources = Sources::new();
+    let valid = String::from_utf8_lossy(&bytes[..error.valid_up_to()]).into_owned();
+    let end = valid.len();
+    let source = sources.add(name, valid);
+    let span = Span {
+        source,
+        start: end.saturating_sub(1),
+        end,
+    };
+    let diagnostic = Diagnostic::error(span, "the file is not UTF-8 text")
+        .label(format!("byte {} is not valid", error.valid_up_to()))
+        .help("save it as UTF-8");
+    Report {
+        sources,
+        diagnostics: vec![diagnostic],
     }
 }

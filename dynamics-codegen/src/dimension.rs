@@ -18,6 +18,8 @@ pub struct Dimension([i32; 5]);
 impl Dimension {
     /// A pure number.
     pub const ONE: Self = Self([0; 5]);
+    /// Length.
+    pub const LENGTH: Self = Self([PARTS, 0, 0, 0, 0]);
     /// Time.
     pub const TIME: Self = Self([0, 0, PARTS, 0, 0]);
     /// Energy, and torque.

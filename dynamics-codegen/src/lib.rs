@@ -6,6 +6,7 @@
 //!
 //! [`compile`] is the whole pipeline.
 
+pub mod build;
 mod compile;
 pub mod derive;
 pub mod diagnostic;
@@ -19,8 +20,8 @@ pub mod tape;
 pub mod tree;
 pub mod urdf;
 
-pub use compile::{Compiled, compile, compile_bytes};
+pub use compile::{Compiled, compile, compile_bytes, compile_keeping, is_urdf, model_of_urdf};
 pub use derive::System;
 pub use diagnostic::{Diagnostic, Report, Severity};
-pub use model::{Library, Model};
+pub use model::{Library, Model, Variables};
 pub use tape::{Column, Tape};

@@ -307,10 +307,6 @@ fn a_tree_that_is_none_is_refused() {
         TreeError::Order { .. }
     ));
     assert!(matches!(
-        refuse(|s| s.tree.coordinates = 4),
-        TreeError::Unused { index: 3 }
-    ));
-    assert!(matches!(
         refuse(|s| s.tree.coordinates = 2),
         TreeError::Coordinate { index: 2, .. }
     ));

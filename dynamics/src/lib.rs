@@ -75,22 +75,34 @@
 //!
 //! * `std`: elementary functions and fused multiply-add of the standard library
 //!   instead of `libm`; faster on hosts. Off by default.
-//! * `simd`: [`Scalar`] for `wide`'s `f64x4`, `f64x8`, `f32x8`, `f32x16`. Compile with
-//!   `-C target-cpu=native` to use more than the baseline instructions.
+//! * `simd`: [`Scalar`] for `wide`'s `f64x4`, `f64x8`, `f32x8`, `f32x16`, and the module
+//!   `batch` for arrays of states. Compile with `-C target-cpu=native` to use more than the
+//!   baseline instructions.
+//! * `derive`: `#[derive(Dynamics)]`, which makes a struct a [`System`] from the text of
+//!   a model.
 
 #![no_std]
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "simd")]
+pub mod batch;
 pub mod constrained;
 mod dual;
 pub mod integrate;
 pub mod linalg;
 mod scalar;
+mod sensitivity;
 mod simulate;
 mod system;
 
 pub use dual::Dual;
+#[cfg(feature = "derive")]
+pub use dynamics_macros::Dynamics;
 pub use scalar::{Real, Scalar};
+pub use sensitivity::{
+    Differentiable, MotionDerivatives, ParameterDerivatives, ResidualDerivatives,
+    motion_by_parameters, motion_derivatives, motion_derivatives_full_rank,
+};
 pub use simulate::{Simulation, acceleration, acceleration_full_rank};
 pub use system::{Constraint, Equation, Point, System};
 

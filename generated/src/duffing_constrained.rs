@@ -42,6 +42,9 @@ pub const CONSTRAINT_NAMES: [&str; CONSTRAINTS] = ["distance"];
 /// Number of outputs.
 pub const OUTPUTS: usize = 0;
 
+/// Names of the outputs, as the model writes them.
+pub const OUTPUT_NAMES: [&str; OUTPUTS] = [];
+
 /// Number of parameters.
 pub const PARAMETERS: usize = 11;
 
@@ -167,13 +170,15 @@ pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [T; 2]
     let stretch = q_x1 - q_x2;
     let stretch_sq = stretch * stretch;
     let w1 = p.k1nl * (stretch_sq * (T::from_f64(2.0) * stretch));
-    let bias_x1 = -(p.k1 * stretch + T::from_f64(0.5) * w1);
+    let w2 = T::from_f64(0.5) * w1;
+    let bias_x1 = -p.k1.mul_add(stretch, w2);
     let x2_minus_x1 = q_x2 - q_x1;
-    let w2 = stretch_sq * (T::from_f64(2.0) * x2_minus_x1);
-    let w3 = T::from_f64(0.5) * (p.k1nl * w2);
-    let w4 = p.k2nl * (q_x2 * q_x2 * (T::from_f64(2.0) * q_x2));
-    let w5 = p.k1 * x2_minus_x1 + w3 + q_x2 * p.k2;
-    let bias_x2 = -(w5 + T::from_f64(0.5) * w4);
+    let w3 = stretch_sq * (T::from_f64(2.0) * x2_minus_x1);
+    let w4 = T::from_f64(0.5) * (p.k1nl * w3);
+    let w5 = p.k1.mul_add(x2_minus_x1, w4);
+    let w6 = p.k2nl * (q_x2 * q_x2 * (T::from_f64(2.0) * q_x2));
+    let w7 = q_x2.mul_add(p.k2, w5);
+    let bias_x2 = -w6.mul_add(T::from_f64(0.5), w7);
     [bias_x1, bias_x2]
 }
 
@@ -184,8 +189,9 @@ pub fn applied_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [T;
     let dq_x1 = x.v[0];
     let dq_x2 = x.v[1];
     let dot_stretch = dq_x1 - dq_x2;
+    let d_x2_c2 = dq_x2 * p.c2;
     let applied_x1 = -(p.c1 * dot_stretch);
-    let applied_x2 = -(p.c1 * (dq_x2 - dq_x1) + dq_x2 * p.c2);
+    let applied_x2 = -p.c1.mul_add(dq_x2 - dq_x1, d_x2_c2);
     [applied_x1, applied_x2]
 }
 
@@ -212,15 +218,18 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [T; 2] {
     let stretch_sq = stretch * stretch;
     let dot_stretch = dq_x1 - dq_x2;
     let w1 = p.k1nl * (stretch_sq * (T::from_f64(2.0) * stretch));
+    let w2 = T::from_f64(0.5) * w1;
     let x2_minus_x1 = q_x2 - q_x1;
-    let w2 = stretch_sq * (T::from_f64(2.0) * x2_minus_x1);
-    let w3 = T::from_f64(0.5) * (p.k1nl * w2);
-    let w4 = p.k2nl * (q_x2 * q_x2 * (T::from_f64(2.0) * q_x2));
-    let w5 = p.k1 * x2_minus_x1 + w3 + q_x2 * p.k2;
-    let w6 = p.k1 * stretch + T::from_f64(0.5) * w1;
-    let force_x1 = u_x1 - p.c1 * dot_stretch - w6;
-    let w7 = u_x2 - (p.c1 * (dq_x2 - dq_x1) + dq_x2 * p.c2);
-    let force_x2 = w7 - (w5 + T::from_f64(0.5) * w4);
+    let w3 = stretch_sq * (T::from_f64(2.0) * x2_minus_x1);
+    let w4 = T::from_f64(0.5) * (p.k1nl * w3);
+    let w5 = p.k1.mul_add(x2_minus_x1, w4);
+    let w6 = p.k2nl * (q_x2 * q_x2 * (T::from_f64(2.0) * q_x2));
+    let w7 = q_x2.mul_add(p.k2, w5);
+    let d_x2_c2 = dq_x2 * p.c2;
+    let u_x1_minus_c1_dot_stretch = p.c1.neg_mul_add(dot_stretch, u_x1);
+    let force_x1 = u_x1_minus_c1_dot_stretch - p.k1.mul_add(stretch, w2);
+    let w8 = u_x2 - p.c1.mul_add(dq_x2 - dq_x1, d_x2_c2);
+    let force_x2 = w8 - w6.mul_add(T::from_f64(0.5), w7);
     [force_x1, force_x2]
 }
 
@@ -243,9 +252,10 @@ pub fn constraint_bias<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [
     let (sin_t_p3, cos_t_p3) = t_p3.sin_cos();
     let w1 = p.p2 * exp_minus_t_p2;
     let w2 = p.p1 * w1 * (p.p3 * cos_t_p3);
-    let w3 = p.p1 * exp_minus_t_p2 * (p.p3 * (p.p3 * sin_t_p3));
-    let w4 = w2 - sin_t_p3 * (p.p1 * (p.p2 * w1)) + (w2 + w3);
-    let b_distance = -w4;
+    let w3 = p.p1 * (p.p2 * w1);
+    let w4 = p.p3 * (p.p3 * sin_t_p3);
+    let w5 = (p.p1 * exp_minus_t_p2).mul_add(w4, w2);
+    let b_distance = -(sin_t_p3.neg_mul_add(w3, w2) + w5);
     [b_distance]
 }
 
@@ -257,8 +267,8 @@ pub fn constraint_residual<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) 
     let q_x1 = x.q[0];
     let q_x2 = x.q[1];
     let sin_t_p3 = (t * p.p3).sin();
-    let w1 = q_x1 + p.p1 * (-(t * p.p2)).exp() * sin_t_p3;
-    let c_distance = q_x2 - w1;
+    let w1 = p.p1 * (-(t * p.p2)).exp();
+    let c_distance = q_x2 - w1.mul_add(sin_t_p3, q_x1);
     [c_distance]
 }
 
@@ -272,9 +282,9 @@ pub fn constraint_rate<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [
     let exp_minus_t_p2 = (-(t * p.p2)).exp();
     let t_p3 = t * p.p3;
     let (sin_t_p3, cos_t_p3) = t_p3.sin_cos();
-    let w1 = sin_t_p3 * (p.p1 * (p.p2 * exp_minus_t_p2));
-    let w2 = p.p1 * exp_minus_t_p2 * (p.p3 * cos_t_p3) - w1;
-    let c_dot_distance = dq_x2 - (dq_x1 + w2);
+    let w1 = p.p1 * exp_minus_t_p2 * (p.p3 * cos_t_p3);
+    let w2 = p.p1 * (p.p2 * exp_minus_t_p2);
+    let c_dot_distance = dq_x2 - (dq_x1 + sin_t_p3.neg_mul_add(w2, w1));
     [c_dot_distance]
 }
 
@@ -330,25 +340,30 @@ pub fn equation_of_motion<T: Scalar>(
     let w1 = p.p1 * exp_minus_t_p2;
     let t_p3 = t * p.p3;
     let (sin_t_p3, cos_t_p3) = t_p3.sin_cos();
-    let c_distance = q_x2 - (q_x1 + w1 * sin_t_p3);
+    let c_distance = q_x2 - w1.mul_add(sin_t_p3, q_x1);
     let w2 = p.k1nl * (stretch_sq * (T::from_f64(2.0) * stretch));
+    let w3 = T::from_f64(0.5) * w2;
     let x2_minus_x1 = q_x2 - q_x1;
-    let w3 = stretch_sq * (T::from_f64(2.0) * x2_minus_x1);
-    let w4 = T::from_f64(0.5) * (p.k1nl * w3);
-    let w5 = p.k2nl * (q_x2 * q_x2 * (T::from_f64(2.0) * q_x2));
-    let w6 = p.k1 * x2_minus_x1 + w4 + q_x2 * p.k2;
-    let w7 = p.k1 * stretch + T::from_f64(0.5) * w2;
-    let force_x1 = u_x1 - p.c1 * dot_stretch - w7;
-    let w8 = u_x2 - (p.c1 * (dq_x2 - dq_x1) + dq_x2 * p.c2);
-    let force_x2 = w8 - (w6 + T::from_f64(0.5) * w5);
-    let w9 = p.p2 * exp_minus_t_p2;
-    let w10 = p.p1 * w9;
+    let w4 = stretch_sq * (T::from_f64(2.0) * x2_minus_x1);
+    let w5 = T::from_f64(0.5) * (p.k1nl * w4);
+    let w6 = p.k1.mul_add(x2_minus_x1, w5);
+    let w7 = p.k2nl * (q_x2 * q_x2 * (T::from_f64(2.0) * q_x2));
+    let w8 = q_x2.mul_add(p.k2, w6);
+    let d_x2_c2 = dq_x2 * p.c2;
+    let u_x1_minus_c1_dot_stretch = p.c1.neg_mul_add(dot_stretch, u_x1);
+    let force_x1 = u_x1_minus_c1_dot_stretch - p.k1.mul_add(stretch, w3);
+    let w9 = u_x2 - p.c1.mul_add(dq_x2 - dq_x1, d_x2_c2);
+    let force_x2 = w9 - w7.mul_add(T::from_f64(0.5), w8);
+    let w10 = p.p2 * exp_minus_t_p2;
+    let w11 = p.p1 * w10;
     let p3_cos_t_p3 = p.p3 * cos_t_p3;
-    let w11 = dq_x1 + (w1 * p3_cos_t_p3 - sin_t_p3 * w10);
-    let c_dot_distance = dq_x2 - w11;
-    let w12 = w10 * p3_cos_t_p3;
-    let w13 = w12 + w1 * (p.p3 * (p.p3 * sin_t_p3));
-    let b_distance = -(w12 - sin_t_p3 * (p.p1 * (p.p2 * w9)) + w13);
+    let w12 = w1 * p3_cos_t_p3;
+    let c_dot_distance = dq_x2 - (dq_x1 + sin_t_p3.neg_mul_add(w11, w12));
+    let w13 = w11 * p3_cos_t_p3;
+    let w14 = p.p1 * (p.p2 * w10);
+    let w15 = p.p3 * (p.p3 * sin_t_p3);
+    let w16 = sin_t_p3.neg_mul_add(w14, w13) + w1.mul_add(w15, w13);
+    let b_distance = -w16;
     EquationOfMotion {
         mass_matrix: [[p.m1, T::zero()], [T::zero(), p.m2]],
         force: [force_x1, force_x2],

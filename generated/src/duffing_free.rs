@@ -32,8 +32,14 @@ pub const INPUT_NAMES: [&str; INPUTS] = ["x1", "x2"];
 /// Number of constraint rows.
 pub const CONSTRAINTS: usize = 0;
 
+/// Names of the constraint rows, as the model writes them.
+pub const CONSTRAINT_NAMES: [&str; CONSTRAINTS] = [];
+
 /// Number of outputs.
 pub const OUTPUTS: usize = 0;
+
+/// Names of the outputs, as the model writes them.
+pub const OUTPUT_NAMES: [&str; OUTPUTS] = [];
 
 /// Number of parameters.
 pub const PARAMETERS: usize = 8;
@@ -143,13 +149,15 @@ pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [T; 2]
     let stretch = q_x1 - q_x2;
     let stretch_sq = stretch * stretch;
     let w1 = p.k1nl * (stretch_sq * (T::from_f64(2.0) * stretch));
-    let bias_x1 = -(p.k1 * stretch + T::from_f64(0.5) * w1);
+    let w2 = T::from_f64(0.5) * w1;
+    let bias_x1 = -p.k1.mul_add(stretch, w2);
     let x2_minus_x1 = q_x2 - q_x1;
-    let w2 = stretch_sq * (T::from_f64(2.0) * x2_minus_x1);
-    let w3 = T::from_f64(0.5) * (p.k1nl * w2);
-    let w4 = p.k2nl * (q_x2 * q_x2 * (T::from_f64(2.0) * q_x2));
-    let w5 = p.k1 * x2_minus_x1 + w3 + q_x2 * p.k2;
-    let bias_x2 = -(w5 + T::from_f64(0.5) * w4);
+    let w3 = stretch_sq * (T::from_f64(2.0) * x2_minus_x1);
+    let w4 = T::from_f64(0.5) * (p.k1nl * w3);
+    let w5 = p.k1.mul_add(x2_minus_x1, w4);
+    let w6 = p.k2nl * (q_x2 * q_x2 * (T::from_f64(2.0) * q_x2));
+    let w7 = q_x2.mul_add(p.k2, w5);
+    let bias_x2 = -w6.mul_add(T::from_f64(0.5), w7);
     [bias_x1, bias_x2]
 }
 
@@ -160,8 +168,9 @@ pub fn applied_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [T;
     let dq_x1 = x.v[0];
     let dq_x2 = x.v[1];
     let dot_stretch = dq_x1 - dq_x2;
+    let d_x2_c2 = dq_x2 * p.c2;
     let applied_x1 = -(p.c1 * dot_stretch);
-    let applied_x2 = -(p.c1 * (dq_x2 - dq_x1) + dq_x2 * p.c2);
+    let applied_x2 = -p.c1.mul_add(dq_x2 - dq_x1, d_x2_c2);
     [applied_x1, applied_x2]
 }
 
@@ -188,15 +197,18 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [T; 2] {
     let stretch_sq = stretch * stretch;
     let dot_stretch = dq_x1 - dq_x2;
     let w1 = p.k1nl * (stretch_sq * (T::from_f64(2.0) * stretch));
+    let w2 = T::from_f64(0.5) * w1;
     let x2_minus_x1 = q_x2 - q_x1;
-    let w2 = stretch_sq * (T::from_f64(2.0) * x2_minus_x1);
-    let w3 = T::from_f64(0.5) * (p.k1nl * w2);
-    let w4 = p.k2nl * (q_x2 * q_x2 * (T::from_f64(2.0) * q_x2));
-    let w5 = p.k1 * x2_minus_x1 + w3 + q_x2 * p.k2;
-    let w6 = p.k1 * stretch + T::from_f64(0.5) * w1;
-    let force_x1 = u_x1 - p.c1 * dot_stretch - w6;
-    let w7 = u_x2 - (p.c1 * (dq_x2 - dq_x1) + dq_x2 * p.c2);
-    let force_x2 = w7 - (w5 + T::from_f64(0.5) * w4);
+    let w3 = stretch_sq * (T::from_f64(2.0) * x2_minus_x1);
+    let w4 = T::from_f64(0.5) * (p.k1nl * w3);
+    let w5 = p.k1.mul_add(x2_minus_x1, w4);
+    let w6 = p.k2nl * (q_x2 * q_x2 * (T::from_f64(2.0) * q_x2));
+    let w7 = q_x2.mul_add(p.k2, w5);
+    let d_x2_c2 = dq_x2 * p.c2;
+    let u_x1_minus_c1_dot_stretch = p.c1.neg_mul_add(dot_stretch, u_x1);
+    let force_x1 = u_x1_minus_c1_dot_stretch - p.k1.mul_add(stretch, w2);
+    let w8 = u_x2 - p.c1.mul_add(dq_x2 - dq_x1, d_x2_c2);
+    let force_x2 = w8 - w6.mul_add(T::from_f64(0.5), w7);
     [force_x1, force_x2]
 }
 
@@ -230,15 +242,18 @@ pub fn equation_of_motion<T: Scalar>(
     let stretch_sq = stretch * stretch;
     let dot_stretch = dq_x1 - dq_x2;
     let w1 = p.k1nl * (stretch_sq * (T::from_f64(2.0) * stretch));
+    let w2 = T::from_f64(0.5) * w1;
     let x2_minus_x1 = q_x2 - q_x1;
-    let w2 = stretch_sq * (T::from_f64(2.0) * x2_minus_x1);
-    let w3 = T::from_f64(0.5) * (p.k1nl * w2);
-    let w4 = p.k2nl * (q_x2 * q_x2 * (T::from_f64(2.0) * q_x2));
-    let w5 = p.k1 * x2_minus_x1 + w3 + q_x2 * p.k2;
-    let w6 = p.k1 * stretch + T::from_f64(0.5) * w1;
-    let force_x1 = u_x1 - p.c1 * dot_stretch - w6;
-    let w7 = u_x2 - (p.c1 * (dq_x2 - dq_x1) + dq_x2 * p.c2);
-    let force_x2 = w7 - (w5 + T::from_f64(0.5) * w4);
+    let w3 = stretch_sq * (T::from_f64(2.0) * x2_minus_x1);
+    let w4 = T::from_f64(0.5) * (p.k1nl * w3);
+    let w5 = p.k1.mul_add(x2_minus_x1, w4);
+    let w6 = p.k2nl * (q_x2 * q_x2 * (T::from_f64(2.0) * q_x2));
+    let w7 = q_x2.mul_add(p.k2, w5);
+    let d_x2_c2 = dq_x2 * p.c2;
+    let u_x1_minus_c1_dot_stretch = p.c1.neg_mul_add(dot_stretch, u_x1);
+    let force_x1 = u_x1_minus_c1_dot_stretch - p.k1.mul_add(stretch, w2);
+    let w8 = u_x2 - p.c1.mul_add(dq_x2 - dq_x1, d_x2_c2);
+    let force_x2 = w8 - w6.mul_add(T::from_f64(0.5), w7);
     EquationOfMotion {
         mass_matrix: [[p.m1, T::zero()], [T::zero(), p.m2]],
         force: [force_x1, force_x2],

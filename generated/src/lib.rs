@@ -36,6 +36,17 @@ pub mod duffing_free;
 /// Joint angles are relative; gravity acts along -y.
 pub mod fourbar;
 
+/// The model `iiwa7`.
+pub mod iiwa7;
+
+/// The model `iiwa7_plane`.
+///
+/// KUKA LBR iiwa with the tip of a tool held on a plane.
+pub mod iiwa7_plane;
+
+/// The model `panda`.
+pub mod panda;
+
 /// The model `pendulum`.
 ///
 /// A pendulum; the angle is measured from hanging down.
@@ -47,6 +58,9 @@ pub mod pendulum;
 ///
 /// `j1` is measured from hanging down, `j2` from the first link.
 pub mod pendulum2;
+
+/// The model `solo12`.
+pub mod solo12;
 
 /// The model `surface_particle`.
 ///
@@ -62,3 +76,14 @@ pub mod surface_particle;
 /// The wheel stands at `(x, y)` and points along `theta`; the centre of mass lies
 /// `R` ahead of it. The wheel cannot slip sideways.
 pub mod unicycle2d;
+
+/// The model `ur5`.
+pub mod ur5;
+
+/// The model `wheelbot`.
+///
+/// The Wheelbot: a unicycle robot that balances with two reaction wheels, one of
+/// which is also the wheel that it rolls on (Geist, thesis chapter 6; Geist et al.
+/// 2022, IEEE Robotics and Automation Letters 7(4)). Rolling without slipping on a
+/// level floor.
+pub mod wheelbot;

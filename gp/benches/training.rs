@@ -16,6 +16,9 @@ use gp::{
 use rand::{RngExt, SeedableRng};
 use std::time::Instant;
 
+/// Wall seconds that training may take on two cores.
+const BUDGET: f64 = 5.0;
+
 const TRUE: [f64; 7] = [0.08, 0.05, 0.05, 0.0, 0.0, 0.1, 3.0];
 
 /// The particle at given states, all seven surface parameters free or none.
@@ -115,8 +118,10 @@ fn particle(free: bool) -> gp::Result<()> {
     let seconds = start.elapsed().as_secs_f64();
     let evaluations: u64 = fitted.runs.iter().map(|r| r.evaluations).sum();
     println!(
-        "surface particle, 100 observations, 5 restarts, {} parameters: {seconds:.2} s, {evaluations} evaluations, nll {:.2}",
+        "surface particle, 100 observations, 5 restarts, {} parameters: {seconds:.2} s on {} threads (budget {BUDGET} s{}), {evaluations} evaluations, nll {:.2}",
         problem.names().len(),
+        rayon::current_num_threads(),
+        if seconds < BUDGET { "" } else { ": EXCEEDED" },
         fitted.nll
     );
     Ok(())

@@ -3,5 +3,7 @@
 pub mod compiler;
 pub mod files;
 pub mod models;
+pub mod object_code;
 pub mod random;
 pub mod reference;
+pub mod shared;

@@ -9,7 +9,7 @@ pub fn all() -> Vec<(String, Compiled)> {
         .expect("models/ is there")
         .map(|entry| entry.expect("models/ is readable").file_name())
         .map(|name| name.into_string().expect("models have plain names"))
-        .filter(|name| name.ends_with(".model"))
+        .filter(|name| name.ends_with(".model") || name.ends_with(".urdf"))
         .collect();
     names.sort();
     names
@@ -25,8 +25,11 @@ pub fn one(name: &str) -> Compiled {
 
 /// The model at a path from the workspace's folder.
 pub fn read(path: &str) -> Compiled {
-    let bytes = std::fs::read(root().join(path)).unwrap_or_else(|e| panic!("{path}: {e}"));
-    compile_bytes(path, &bytes, &Library::builtin()).unwrap_or_else(|report| panic!("{report}"))
+    let file = root().join(path);
+    let bytes = std::fs::read(&file).unwrap_or_else(|e| panic!("{path}: {e}"));
+    let mut library = Library::builtin();
+    library.look_in(file.parent().expect("a file lies in a folder"));
+    compile_bytes(path, &bytes, &library).unwrap_or_else(|report| panic!("{report}"))
 }
 
 /// A model that has everything: a fixture of the tests.

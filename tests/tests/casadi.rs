@@ -45,6 +45,7 @@ fn states(case: &Case) -> States {
         q: columns("q"),
         v: columns("v"),
         u: columns("u"),
+        ..States::default()
     }
 }
 
@@ -250,11 +251,15 @@ agree! {
     unicycle2d Unicycle2d;
 }
 
-/// Every model has a file and is compared.
+/// Every model that is a text by itself has a file and is compared. `tests/robots.rs`
+/// compares robot descriptions with Pinocchio, and the Wheelbot with a derivation of its
+/// own.
 #[test]
 fn no_model_is_left_out() {
     let names: Vec<String> = models::all()
         .into_iter()
+        .filter(|(_, compiled)| compiled.model.robot.is_none())
+        .filter(|(_, compiled)| compiled.model.name != "wheelbot")
         .map(|(_, compiled)| compiled.model.name)
         .collect();
     assert_eq!(names, COMPARED);

@@ -2,7 +2,7 @@
 
 mod cli;
 
-use cli::{root, succeed};
+use cli::{refuse, root, succeed};
 use std::fs;
 
 #[test]
@@ -87,5 +87,48 @@ fn c_comes_as_header_and_source() {
         let written = fs::read_to_string(folder.path().join(name)).unwrap();
         let reviewed = fs::read_to_string(root().join("generated/c").join(name)).unwrap();
         assert_eq!(written, reviewed, "{name}");
+    }
+}
+
+#[test]
+fn functions_come_on_request() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let request = |model: &'static str, to: &'static str, functions: &'static str| {
+        [
+            "generate",
+            model,
+            "--to",
+            to,
+            "--out",
+            out,
+            "--functions",
+            functions,
+        ]
+        .map(str::to_string)
+    };
+    let arguments = request(
+        "models/cartpole.model",
+        "rust",
+        "mass_matrix+bias_force, inverse_dynamics",
+    );
+    succeed(&arguments.each_ref().map(String::as_str), "");
+    let written = fs::read_to_string(folder.path().join("cartpole.rs")).unwrap();
+    for line in [
+        "--functions mass_matrix+bias_force,inverse_dynamics --out",
+        "pub fn mass_matrix_and_bias_force<T: Scalar>(",
+        "pub fn inverse_dynamics<T: Scalar>(",
+    ] {
+        assert!(written.contains(line), "{line}");
+    }
+    let mistakes = [
+        ("inverse_dynamic", "did you mean `inverse_dynamics`?"),
+        ("constrained_dynamics", "the model has no constraint"),
+        ("force,force_by_time,force_by_time", "asked for twice"),
+    ];
+    for (functions, message) in mistakes {
+        let arguments = request("models/cartpole.model", "c", functions);
+        let stderr = refuse(&arguments.each_ref().map(String::as_str), "");
+        assert!(stderr.contains(message), "{stderr}");
     }
 }

@@ -32,7 +32,8 @@ impl Observed {
             let index = model.parameters.iter().position(|p| p.name == *name);
             parameters[index.unwrap_or_else(|| panic!("no parameter {name}"))] = *value;
         }
-        let outputs = [model.kinetic, model.potential];
+        let system = &compiled.system;
+        let outputs = [system.kinetic_energy, system.potential_energy];
         let energies = Tape::new(&model.graph, &outputs, &System::arguments(model));
         Self {
             machine: Machine::new(compiled),
@@ -57,6 +58,7 @@ impl Observed {
             q: column(q),
             v: column(v),
             u: vec![vec![0.0]; self.machine.input_count()],
+            ..States::default()
         };
         let terms = self.machine.terms(&states, &self.parameters).remove(0);
         (

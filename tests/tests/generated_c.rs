@@ -1,10 +1,12 @@
 //! Generated C compiles without a warning, in `float` and `double`, and agrees with the
 //! tape.
 
-use dynamics_codegen::emit::{self, Quantity, identifier, module_name, quantities};
-use dynamics_codegen::{Compiled, Model, System, Tape};
+use dynamics_codegen::derive::Term;
+use dynamics_codegen::emit::{self, Emission, Functions, Quantity, identifier, module_name};
+use dynamics_codegen::{Compiled, Model, Tape};
 use integration_tests::compiler::{self, Precision};
 use integration_tests::{models, random};
+use rand::RngExt;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -12,10 +14,20 @@ use std::process::{Command, Stdio};
 
 const STATES: usize = 50;
 
-/// A program that reads arguments from its input, in the order of `System::arguments`,
-/// and prints every quantity, then the fused struct.
-fn driver(compiled: &Compiled, quantities: &[Quantity]) -> String {
+/// `[0]` once less than the array has axes: its first element, with `&` in front.
+fn first(quantity: &Quantity) -> String {
+    "[0]".repeat(quantity.axes.len())
+}
+
+/// A program that reads arguments from its input, in the order of
+/// `Emission::arguments`, and prints what every function computes.
+fn driver(emission: &Emission<'_>, compiled: &Compiled) -> String {
     let (model, name) = (&compiled.model, module_name(compiled));
+    let stated = [
+        ("a", model.coordinates.len()),
+        ("lambda", model.constraints.len()),
+    ];
+    let stated = stated.map(|(array, length)| (array, length.max(1), length));
     let mut c = format!("#include \"{name}.h\"\n#include <stdio.h>\n\n");
     let _ = write!(
         c,
@@ -23,41 +35,79 @@ fn driver(compiled: &Compiled, quantities: &[Quantity]) -> String {
          if (scanf(\"%lf\", &v) != 1) return 0; *x = ({name}_real)v; return 1; }}\n\
          static void put(const {name}_real *x, int n) {{ int i; \
          for (i = 0; i < n; i++) printf(\"%.17g\\n\", (double)x[i]); }}\n\
-         int main(void) {{\n  {name}_parameters p;\n  {name}_point x;\n  {name}_equation e;\n"
+         int main(void) {{\n  {name}_parameters p;\n  {name}_point x;\n"
     );
-    for q in quantities {
-        let shape = q
-            .columns
-            .as_ref()
-            .map_or(String::new(), |c| format!("[{}]", c.len()));
-        let _ = writeln!(c, "  {name}_real {}[{}]{shape};", q.name, q.rows.len());
+    for (array, length, _) in stated {
+        let _ = writeln!(c, "  {name}_real {array}[{length}];");
+    }
+    for (function, quantities) in emission.functions() {
+        match result_type(function, quantities, &name) {
+            Some(result) => {
+                let _ = writeln!(c, "  static {result} r_{function};");
+            }
+            None => {
+                let shape = quantities[0].shape().into_iter();
+                let shape: String = shape.map(|length| format!("[{length}]")).collect();
+                let _ = writeln!(c, "  {name}_real r_{function}{shape};");
+            }
+        }
     }
     let _ = writeln!(c, "  p = {name}_nominal;\n  while (get(&x.t)) {{");
     for place in places(model) {
         let _ = writeln!(c, "    if (!get(&{place})) return 1;");
     }
-    for q in quantities {
-        let first = if q.columns.is_some() { "[0][0]" } else { "[0]" };
-        let _ = writeln!(c, "    {name}_{0}(&p, &x, {0});", q.name);
-        let _ = writeln!(c, "    put(&{}{first}, {});", q.name, q.entries.len());
+    for (array, _, length) in stated {
+        for index in 0..length {
+            let _ = writeln!(c, "    if (!get(&{array}[{index}])) return 1;");
+        }
+        let _ = writeln!(c, "    (void){array};");
     }
-    let _ = writeln!(c, "    {name}_equation_of_motion(&p, &x, &e);");
-    for q in quantities.iter().filter(|q| FUSED.contains(&q.name)) {
-        let first = if q.columns.is_some() { "[0][0]" } else { "[0]" };
-        let _ = writeln!(c, "    put(&e.{}{first}, {});", q.name, q.entries.len());
+    for (function, quantities) in emission.functions() {
+        let takes = |which: fn(Term) -> bool| {
+            quantities
+                .iter()
+                .filter_map(|q| q.item)
+                .any(|i| which(i.term))
+        };
+        let a = if takes(Term::takes_acceleration) {
+            ", a"
+        } else {
+            ""
+        };
+        let lambda = takes(Term::takes_multipliers) && !model.constraints.is_empty();
+        let lambda = if lambda { ", lambda" } else { "" };
+        let fused = result_type(function, quantities, &name).is_some();
+        let address = if fused { "&" } else { "" };
+        let _ = writeln!(
+            c,
+            "    {name}_{function}(&p, &x{a}{lambda}, {address}r_{function});"
+        );
+        for q in quantities {
+            let field = if fused {
+                format!(".{}", q.name)
+            } else {
+                String::new()
+            };
+            let first = first(q);
+            let _ = writeln!(
+                c,
+                "    put(&r_{function}{field}{first}, {});",
+                q.entries.len()
+            );
+        }
     }
     c.push_str("  }\n  return 0;\n}\n");
     c
 }
 
-const FUSED: [&str; 6] = [
-    "mass_matrix",
-    "force",
-    "constraint_jacobian",
-    "constraint_bias",
-    "constraint_residual",
-    "constraint_rate",
-];
+/// The struct that a function of several quantities fills.
+fn result_type(function: &str, quantities: &[Quantity], prefix: &str) -> Option<String> {
+    match function {
+        "equation_of_motion" => Some(format!("{prefix}_equation")),
+        name if quantities.len() == 1 && quantities[0].name == name => None,
+        name => Some(format!("{prefix}_{name}_result")),
+    }
+}
 
 /// Where the arguments behind `t` go.
 fn places(model: &Model) -> Vec<String> {
@@ -75,15 +125,16 @@ fn places(model: &Model) -> Vec<String> {
 }
 
 /// Builds the model's program in `folder`.
-fn build(compiled: &Compiled, path: &str, folder: &Path, precision: Precision) -> PathBuf {
-    for file in emit::c(compiled, path) {
+fn build(
+    emission: &Emission<'_>,
+    compiled: &Compiled,
+    folder: &Path,
+    precision: Precision,
+) -> PathBuf {
+    for file in emission.c() {
         std::fs::write(folder.join(&file.name), file.text).unwrap();
     }
-    std::fs::write(
-        folder.join("main.c"),
-        driver(compiled, &quantities(compiled)),
-    )
-    .unwrap();
+    std::fs::write(folder.join("main.c"), driver(emission, compiled)).unwrap();
     let source = folder.join(format!("{}.c", module_name(compiled)));
     let program = folder.join("program");
     compiler::build(&[source, folder.join("main.c")], &program, precision);
@@ -109,19 +160,28 @@ fn run(program: &Path, input: &str) -> Vec<f64> {
 /// Largest deviation over all states, relative to the largest entry of the quantity.
 fn deviation(compiled: &Compiled, path: &str, precision: Precision) -> f64 {
     let folder = tempfile::tempdir().unwrap();
-    let program = build(compiled, path, folder.path(), precision);
-    let quantities = quantities(compiled);
-    let arguments = System::arguments(&compiled.model);
-    let fused = quantities.iter().filter(|q| FUSED.contains(&q.name));
-    let order: Vec<&Quantity> = quantities.iter().chain(fused).collect();
-    let tapes: Vec<Tape> = order
-        .iter()
-        .map(|q| Tape::new(&compiled.model.graph, &q.entries, &arguments))
+    let emission = Emission::new(compiled, path, &Functions::full()).unwrap();
+    let program = build(&emission, compiled, folder.path(), precision);
+    let quantities = emission.functions().flat_map(|(_, quantities)| quantities);
+    let arguments = emission.arguments();
+    let tapes: Vec<(&str, Tape)> = quantities
+        .map(|q| {
+            (
+                q.name.as_str(),
+                Tape::new(emission.graph(), &q.entries, &arguments),
+            )
+        })
         .collect();
 
+    let model = &compiled.model;
     let mut rng = random::generator(9);
     let samples: Vec<Vec<f64>> = (0..STATES)
-        .map(|_| random::arguments(&compiled.model, &mut rng))
+        .map(|_| {
+            let stated = model.coordinates.len() + model.constraints.len();
+            let mut sample = random::arguments(model, &mut rng);
+            sample.extend((0..stated).map(|_| rng.random_range(-2.0..2.0)));
+            sample
+        })
         .collect();
     let mut input = String::new();
     for value in samples.iter().flatten() {
@@ -130,7 +190,7 @@ fn deviation(compiled: &Compiled, path: &str, precision: Precision) -> f64 {
     let mut found = run(&program, &input).into_iter();
     let mut worst: f64 = 0.0;
     for sample in &samples {
-        for (quantity, tape) in order.iter().zip(&tapes) {
+        for (name, tape) in &tapes {
             let expected = tape.evaluate(sample);
             let scale = expected
                 .iter()
@@ -138,7 +198,7 @@ fn deviation(compiled: &Compiled, path: &str, precision: Precision) -> f64 {
             for expected in expected {
                 let found = found.next().expect("a value per entry");
                 let error = (found - expected).abs() / scale;
-                assert!(error.is_finite(), "{}: {found} {expected}", quantity.name);
+                assert!(error.is_finite(), "{name}: {found} {expected}");
                 worst = worst.max(error);
             }
         }
@@ -205,7 +265,9 @@ fn nominal_parameters() {
 #[test]
 fn plain_straight_code() {
     for (path, compiled) in all() {
-        let [header, source] = emit::c(&compiled, &path);
+        let [header, source] = Emission::new(&compiled, &path, &Functions::full())
+            .unwrap()
+            .c();
         for word in [
             "malloc",
             "for (",

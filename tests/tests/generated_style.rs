@@ -1,5 +1,6 @@
 //! Generated text is what rustfmt would make of it, for models of any size.
 
+use dynamics_codegen::emit::{Emission, Functions};
 use dynamics_codegen::{Library, compile, emit};
 use integration_tests::models;
 use std::fmt::Write as _;
@@ -61,10 +62,14 @@ fn rustfmt_changes_nothing() {
         .iter()
         .map(|(p, c)| emit::rust(c, p))
         .collect();
-    texts.push(emit::rust(
-        &models::read(models::EVERYTHING),
-        models::EVERYTHING,
-    ));
+    let everything = models::read(models::EVERYTHING);
+    texts.push(emit::rust(&everything, models::EVERYTHING));
+    let mut all = models::all();
+    all.push((models::EVERYTHING.to_string(), everything));
+    for (path, compiled) in &all {
+        let emission = Emission::new(compiled, path, &Functions::full());
+        texts.push(emission.unwrap_or_else(|e| panic!("{e}")).rust());
+    }
     for n in 1..=13 {
         for (m, prefix) in [
             (0, "q"),
@@ -77,6 +82,12 @@ fn rustfmt_changes_nothing() {
             let compiled = compile("chain.model", &model, &Library::empty())
                 .unwrap_or_else(|report| panic!("{report}"));
             texts.push(emit::rust(&compiled, "chain.model"));
+            if n % 4 == 1 {
+                let functions = "inverse_dynamics_derivatives,residual_derivatives,residual_by_parameters,mass_matrix_by_position";
+                let functions = functions.parse().unwrap_or_else(|e| panic!("{e}"));
+                let emission = Emission::new(&compiled, "chain.model", &functions);
+                texts.push(emission.unwrap_or_else(|e| panic!("{e}")).rust());
+            }
         }
     }
     for text in texts {

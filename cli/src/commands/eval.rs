@@ -28,6 +28,8 @@ Fields of an answer:
   applied, Q           forces stated by the model at zero input; all forces together
   c, c_dot             what the constraints demand to be zero, and its rate (of a
                        nonholonomic constraint, which is itself a rate: c again)
+  z_dot                rates of the internal states, by name (`z` in a state gives the
+                       states themselves; without it they are as at the beginning)
   outputs              the model's outputs by name
 With --derivatives also da_dq, da_dv, da_du, da_dt (rows: coordinates; columns:
 variables), da_dparameters (by name), and the same for lambda.")]
@@ -107,7 +109,9 @@ impl<'a> Evaluator<'a> {
         } = loaded;
         let model = &compiled.model;
         let arguments = System::arguments(model);
-        let outputs = Tape::new(&model.graph, &compiled.system.outputs, &arguments);
+        let mut values = compiled.system.outputs.clone();
+        values.extend(&compiled.system.state_rates);
+        let outputs = Tape::new(&model.graph, &values, &arguments);
         let mut machine = Machine::new(compiled.clone());
         let derivatives = derivatives.then(|| machine.sensitivity(&variables(model)));
         Self {
@@ -165,7 +169,7 @@ impl<'a> Evaluator<'a> {
     }
 
     fn evaluate_group(&self, group: &[&State]) -> Result<Vec<Answer>, SolveError> {
-        let states = columns(self.model, group);
+        let states = self.columns(group);
         let parameters = &group[0].parameters;
         let motions = self.machine.motion(&states, parameters)?;
         let derivatives = self
@@ -173,8 +177,8 @@ impl<'a> Evaluator<'a> {
             .as_ref()
             .map(|tape| tape.evaluate(&states, parameters, &motions));
         let mut answers: Vec<Answer> = motions.iter().map(terms).collect();
-        for (state, answer) in group.iter().zip(&mut answers) {
-            self.add_outputs(state, answer);
+        for (sample, answer) in answers.iter_mut().enumerate() {
+            self.add_memory(&states, sample, parameters, answer);
         }
         for (answer, (da, dlambda)) in answers.iter_mut().zip(derivatives.into_iter().flatten()) {
             let da: Vec<Vec<f64>> = da.row_iter().map(|r| r.iter().copied().collect()).collect();
@@ -188,16 +192,40 @@ impl<'a> Evaluator<'a> {
         Ok(answers)
     }
 
-    fn add_outputs(&self, state: &State, answer: &mut Answer) {
-        if self.model.outputs.is_empty() {
+    /// The group in columns, with the internal states that are given or those at the
+    /// beginning; delayed inputs have always been what they are.
+    fn columns(&self, group: &[&State]) -> States {
+        let plain = columns(self.model, group);
+        let mut states = self.machine.at_rest(&plain, &group[0].parameters);
+        for (sample, state) in group.iter().enumerate() {
+            for (column, &z) in states.memory.z.iter_mut().zip(state.z.iter().flatten()) {
+                column[sample] = z;
+            }
+        }
+        states
+    }
+
+    /// Outputs and the rates of internal states.
+    fn add_memory(&self, states: &States, sample: usize, parameters: &[f64], answer: &mut Answer) {
+        if self.model.outputs.is_empty() && self.model.states.is_empty() {
             return;
         }
-        let zero = vec![0.0; self.model.inputs.len()];
-        let u = state.u.as_ref().unwrap_or(&zero);
-        let arguments = [&[state.t], &state.q[..], &state.v, u, &state.parameters].concat();
-        let values = self.outputs.evaluate(&arguments);
-        let names = self.model.outputs.iter().map(|output| output.name.clone());
-        answer.push("outputs", Quantity::Scalars(names.zip(values).collect()));
+        let memory = &states.memory;
+        let mut arguments = vec![states.t[sample]];
+        for group in [&states.q, &states.v, &states.u, &memory.delayed, &memory.z] {
+            arguments.extend(group.iter().map(|column| column[sample]));
+        }
+        arguments.extend(parameters);
+        let mut values = self.outputs.evaluate(&arguments);
+        let rates = values.split_off(self.model.outputs.len());
+        if !rates.is_empty() {
+            let names = self.model.states.iter().map(|z| z.name.clone());
+            answer.push("z_dot", Quantity::Scalars(names.zip(rates).collect()));
+        }
+        if !values.is_empty() {
+            let names = self.model.outputs.iter().map(|output| output.name.clone());
+            answer.push("outputs", Quantity::Scalars(names.zip(values).collect()));
+        }
     }
 
     /// Cuts the columns of `jacobian`, in the order of [`variables`].
@@ -250,6 +278,7 @@ fn columns(model: &Model, group: &[&State]) -> States {
         q: gather(model.coordinates.len(), &|state, i| state.q[i]),
         v: gather(model.coordinates.len(), &|state, i| state.v[i]),
         u: gather(model.inputs.len(), &input),
+        ..States::default()
     }
 }
 
@@ -300,6 +329,11 @@ fn unsolved<'t>(error: SolveError, text: impl Fn(usize) -> Text<'t>) -> Mistake 
                 "the constraints contradict each other here (by {miss:.3e} on acceleration level)"
             ),
             "drop or correct one of the constraints",
+        ),
+        SolveError::Unsettled { sample } => (
+            sample,
+            "the forces do not settle here: they depend on multipliers that find no balance".into(),
+            "lower friction coefficients: with this much, the contact has no or several motions",
         ),
         SolveError::NotFinite { sample } => (
             sample,

@@ -4,7 +4,7 @@ use crate::mistake::Mistake;
 use crate::model::ModelArguments;
 use crate::output::{self, WholeFile};
 use clap::{Args, ValueEnum};
-use dynamics_codegen::emit::{self, File};
+use dynamics_codegen::emit::{Emission, File, FunctionError};
 use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -14,7 +14,8 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "\
 Examples:
   dynamics generate models/pendulum2.model --to rust --out src/generated
-  dynamics generate arm.model --effects my_effects --to c --out firmware/src")]
+  dynamics generate arm.model --effects my_effects --to c --out firmware/src
+  dynamics generate arm.model --to rust --out src --functions inverse_dynamics,forward_dynamics_derivatives")]
 pub struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
@@ -22,6 +23,12 @@ pub struct Arguments {
     /// The language
     #[arg(long, value_enum, value_name = "LANGUAGE")]
     to: Language,
+
+    /// Functions besides the terms and `equation_of_motion`, separated by commas: `full`, or
+    /// names as `inverse_dynamics`, `forward_dynamics_derivatives`, `residual_derivatives`,
+    /// `force_by_velocity`; with `+` between them, several in one function
+    #[arg(long, value_name = "LIST", default_value = "", hide_default_value = true)]
+    functions: String,
 
     /// The folder for the files; made if it is not there
     #[arg(long, value_name = "DIR")]
@@ -54,9 +61,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .display()
         .to_string()
         .replace('\\', "/");
+    let wrong = |error: FunctionError| Mistake::new(error.to_string());
+    let functions = arguments.functions.parse().map_err(wrong)?;
+    let emission = Emission::new(&loaded.compiled, &name, &functions).map_err(wrong)?;
     let files = match arguments.to {
-        Language::Rust => vec![emit::rust_file(&loaded.compiled, &name)],
-        Language::C => emit::c(&loaded.compiled, &name).to_vec(),
+        Language::Rust => vec![emission.rust_file()],
+        Language::C => emission.c().to_vec(),
     };
     make_folder(&arguments.out)?;
     let lines = write_all(&arguments.out, &files)?;

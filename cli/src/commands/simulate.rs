@@ -10,7 +10,7 @@ use crate::parameters;
 use crate::state::{SHAPE, State};
 use clap::Args;
 use dynamics_codegen::Model;
-use identify::machine::{Machine, Rollout, RolloutOptions, Simulated, SolveError, States};
+use identify::machine::{Machine, Memory, Rollout, RolloutOptions, Simulated, SolveError, States};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -100,6 +100,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         machine: &machine,
         parameters: &state.parameters,
         inputs: &inputs,
+        delays: machine.delays(&state.parameters),
         start: state.t,
         rate: arguments.rate,
         max_step: arguments.max_step,
@@ -255,6 +256,7 @@ fn at(t: f64, q: &[f64], v: &[f64], u: &[f64]) -> States {
         q: column(q),
         v: column(v),
         u: column(u),
+        ..States::default()
     }
 }
 
@@ -269,6 +271,10 @@ fn stopped(error: SolveError, t: f64) -> Mistake {
             "at t = {t} s the constraints contradict each other (by {miss:.3e} on acceleration level)"
         ))
         .help("drop or correct one of the constraints, or keep away from singular positions"),
+        SolveError::Unsettled { .. } => Mistake::new(format!(
+            "at t = {t} s the forces do not settle: they depend on multipliers or states that find no balance"
+        ))
+        .help("lower friction coefficients: with this much, the contact has no or several motions"),
         SolveError::NotFinite { .. } => {
             Mistake::new(format!("at t = {t} s the motion is not finite"))
                 .help("lower `--max-step`, or look for forces that grow without bound")
@@ -281,6 +287,8 @@ struct Run<'a> {
     machine: &'a Machine,
     parameters: &'a [f64],
     inputs: &'a Inputs,
+    /// Which input each delayed one is of, and its delay, s.
+    delays: Vec<(usize, f64)>,
     start: f64,
     rate: f64,
     max_step: f64,
@@ -298,6 +306,7 @@ impl Run<'_> {
         let mut simulated = Simulated {
             q: column(&state.q),
             v: column(&state.v),
+            z: state.z.as_deref().map_or_else(Vec::new, column),
         };
         let mut t = self.start;
         for row in 0..rows {
@@ -321,12 +330,9 @@ impl Run<'_> {
     ) -> Result<(), Mistake> {
         let column = |values: Vec<f64>| values.into_iter().map(|value| vec![value]).collect();
         while t < end {
-            let next = self
-                .inputs
-                .next_corner(t)
-                .map_or(end, |corner| corner.min(end));
-            let from: Vec<Vec<f64>> = column(self.inputs.at(t));
-            let to: Vec<Vec<f64>> = column(self.inputs.at(next));
+            let next = self.next_corner(t).min(end);
+            let from: Vec<Vec<f64>> = column(self.inputs_at(t));
+            let to: Vec<Vec<f64>> = column(self.inputs_at(next));
             rollout
                 .advance(simulated, &[t], next - t, &from, &to)
                 .map_err(|error| stopped(error, t))?;
@@ -335,13 +341,41 @@ impl Run<'_> {
         Ok(())
     }
 
+    /// The inputs, then the delayed ones.
+    fn inputs_at(&self, t: f64) -> Vec<f64> {
+        let mut inputs = self.inputs.at(t);
+        let delayed = self
+            .delays
+            .iter()
+            .map(|&(input, tau)| self.inputs.at(t - tau)[input]);
+        inputs.extend(delayed.collect::<Vec<_>>());
+        inputs
+    }
+
+    /// The first time behind `t` at which an input, delayed or not, may change direction.
+    fn next_corner(&self, t: f64) -> f64 {
+        let delays = self.delays.iter().map(|&(_, tau)| tau).chain([0.0]);
+        // Rounding must not find the same corner again.
+        let behind = t + 1e-12 * (1.0 + t.abs());
+        let corners = delays.filter_map(|tau| Some(self.inputs.next_corner(behind - tau)? + tau));
+        corners.fold(f64::INFINITY, f64::min)
+    }
+
     fn write_row(&self, simulated: &Simulated, t: f64, log: &mut Log) -> anyhow::Result<()> {
         let u = self.inputs.at(t);
+        let late = self.inputs_at(t).split_off(u.len());
+        let column = |values: &[f64]| values.iter().map(|&value| vec![value]).collect();
         let states = States {
             t: vec![t],
             q: simulated.q.clone(),
             v: simulated.v.clone(),
-            u: u.iter().map(|&value| vec![value]).collect(),
+            u: column(&u),
+            memory: Memory {
+                delay_rate: vec![vec![0.0]; late.len()],
+                delayed: column(&late),
+                z: simulated.z.clone(),
+                ..Memory::default()
+            },
         };
         let motions = self
             .machine

@@ -3,8 +3,8 @@
 use crate::mistake::Mistake;
 use crate::model::{Loaded, ModelArguments};
 use crate::output::{self, WholeFile};
-use anyhow::Context;
 use clap::{Args, ValueEnum};
+use dynamics_codegen::Model;
 use identify::log::Log;
 use identify::regression::Hold;
 use identify::report;
@@ -82,27 +82,46 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             .into());
     }
     let loaded = arguments.model.load()?;
-    let train = read_log(&arguments.train)?;
-    let test = arguments.test.as_deref().map(read_log).transpose()?;
-    let outcome = run_trace(arguments, &loaded, &train, test.as_ref())?;
+    let model = &loaded.compiled.model;
+    let train = read_log(&arguments.train, model)?;
+    let test = arguments.test.as_deref().map(|path| read_log(path, model));
+    let test = test.transpose()?;
+    let (text, path) = loaded.text();
+    if arguments.apply && loaded.is_robot_description() && path.exists() {
+        let message = format!(
+            "`--apply` would write a new model `{}`, which exists already",
+            path.display()
+        );
+        let help = "trace that model, or move it away";
+        return Err(Mistake::new(message).help(help).into());
+    }
+    let outcome = run_trace(arguments, &loaded, &text, &train, test.as_ref())?;
     for warning in &outcome.warnings {
         output::complain(&format!("warning: {warning}"));
     }
-    let name = loaded.path.display().to_string();
-    let original = String::from_utf8_lossy(&loaded.bytes).into_owned();
-    let diff = report::diff(&name, &original, &outcome.patched_model);
+    let name = path.display().to_string();
+    let original = if loaded.is_robot_description() {
+        ""
+    } else {
+        &text
+    };
+    let diff = if outcome.patched_model == text {
+        String::new()
+    } else {
+        report::diff(&name, original, &outcome.patched_model)
+    };
     let json = serde_json::to_string_pretty(&outcome)?;
     let summary = report::summary(&outcome, &loaded.compiled.model);
     if let Some(folder) = &arguments.report {
         fs::create_dir_all(folder).map_err(|error| Mistake::unreadable(folder, &error))?;
-        let model = loaded.path.file_name().unwrap_or("patched.model".as_ref());
+        let model = path.file_name().unwrap_or("patched.model".as_ref());
         write(&folder.join("report.json"), &json)?;
         write(&folder.join("summary.txt"), &summary)?;
         write(&folder.join("model.diff"), &diff)?;
         write(&folder.join(model), &outcome.patched_model)?;
     }
     if arguments.apply && !outcome.findings.is_empty() {
-        write(&loaded.path, &outcome.patched_model)?;
+        write(&path, &outcome.patched_model)?;
     }
     let mut out = output::stdout();
     if arguments.json {
@@ -124,10 +143,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
 fn run_trace(
     arguments: &Arguments,
     loaded: &Loaded,
+    text: &str,
     train: &Log,
     test: Option<&Log>,
 ) -> anyhow::Result<Outcome> {
-    let text = std::str::from_utf8(&loaded.bytes).context("a model that compiled is text")?;
     let named = loaded
         .compiled
         .model
@@ -159,8 +178,12 @@ fn run_trace(
     })
 }
 
-fn read_log(path: &Path) -> Result<Log, Mistake> {
-    Log::read(path).map_err(|error| Mistake::new(error.to_string()))
+fn read_log(path: &Path, model: &Model) -> Result<Log, Mistake> {
+    let mut log = Log::read(path).map_err(|error| Mistake::new(error.to_string()))?;
+    // A robot description has a motor at every joint; a log need not.
+    let assumed = model.inputs.iter().filter(|input| input.assumed);
+    log.assume_no_input(assumed.map(|input| input.name.as_str()));
+    Ok(log)
 }
 
 /// Writes a file whole or not at all.

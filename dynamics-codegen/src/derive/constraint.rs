@@ -1,5 +1,6 @@
-//! Constraints on acceleration level [3.28, 3.29, corrected: MATH section 3].
+//! Constraints and outputs along the motion [3.28, 3.29, corrected: MATH section 3].
 
+use super::reading::Readings;
 use crate::graph::ExprId;
 use crate::model::{ConstraintKind, Model};
 
@@ -12,34 +13,36 @@ pub(super) struct Row {
 
 /// Holonomic `c(q,t)`: `A = ∂c/∂q`, `b = A a − c̈`. Nonholonomic `c(q,v,t)`:
 /// `A = ∂c/∂v`, `b = −(∂c/∂q) v − ∂c/∂t`.
-pub(super) fn row(model: &mut Model, index: usize) -> Row {
-    let constraint = &model.constraints[index];
-    let (kind, residual) = (constraint.kind, constraint.residual);
-    let symbols: Vec<_> = model
-        .coordinates
-        .iter()
-        .map(|c| match kind {
-            ConstraintKind::Holonomic => c.position,
-            ConstraintKind::Nonholonomic => c.velocity,
-        })
-        .collect();
-    let seeds = model.time_seeds();
-    let graph = &mut model.graph;
-    let jacobian = symbols
-        .iter()
-        .map(|&s| graph.derivatives(&[residual], s)[0])
-        .collect();
+pub(super) fn row(
+    model: &mut Model,
+    readings: &Readings,
+    residual: ExprId,
+    kind: ConstraintKind,
+) -> Row {
+    let nonholonomic = kind == ConstraintKind::Nonholonomic;
+    let mut jacobian = readings.jacobian(model, residual, nonholonomic);
     // The part of the last time derivative that holds no acceleration is −b.
-    let rate = match kind {
-        ConstraintKind::Holonomic => graph.directional(&[residual], &seeds)[0],
-        ConstraintKind::Nonholonomic => residual,
+    let rate = if nonholonomic {
+        residual
+    } else {
+        along_the_motion(model, residual)
     };
-    let drift = graph.directional(&[rate], &seeds)[0];
-    let bias = graph.neg(drift);
+    let drift = along_the_motion(model, rate);
+    let bias = model.graph.neg(drift);
+    jacobian.extend([bias, residual, rate]);
+    let mut resolved = readings.resolve(model, &jacobian);
+    let [bias, residual, rate] = [2, 1, 0].map(|back| resolved[resolved.len() - 1 - back]);
+    resolved.truncate(resolved.len() - 3);
     Row {
-        jacobian,
+        jacobian: resolved,
         bias,
         residual,
         rate,
     }
+}
+
+/// `d/dt` at `a = 0`, readings of frames as symbols.
+fn along_the_motion(model: &mut Model, expr: ExprId) -> ExprId {
+    let seeds = model.time_seeds();
+    model.graph.directional(&[expr], &seeds)[0]
 }

@@ -1,5 +1,6 @@
 //! Stated and dissipative forces, split by what the inputs contribute.
 
+use super::reading::Readings;
 use crate::graph::ExprId;
 use crate::model::Model;
 use std::collections::HashMap;
@@ -10,12 +11,19 @@ pub(super) struct Forces {
     pub total: Vec<ExprId>,
 }
 
-/// `Q_D(q, v, t)` and `B = ∂Q/∂u`, with `Q_D` the stated forces at `u = 0`
+/// `Q_D(q, v, z, t)` and `B = ∂Q/∂u`, with `Q_D` the stated forces at `u = 0` (delayed
+/// inputs count as further inputs)
 /// and `−∂R/∂v` of the Rayleigh function `R`.
-pub(super) fn forces(model: &mut Model) -> Forces {
+pub(super) fn forces(model: &mut Model, readings: &Readings) -> Forces {
     let velocities: Vec<_> = model.coordinates.iter().map(|c| c.velocity).collect();
-    let inputs: Vec<_> = model.inputs.iter().map(|u| u.symbol).collect();
-    let (stated, dissipation) = (model.forces.clone(), model.dissipation);
+    let inputs = model.input_symbols();
+    // The Rayleigh function is differentiated by velocities: readings go first.
+    let dissipation = readings.resolve(model, &[model.dissipation])[0];
+    let mut stated = readings.resolve(model, &model.forces.clone());
+    for (stated, force) in stated.iter_mut().zip(readings.point_forces(model)) {
+        *stated = model.graph.add(*stated, force);
+    }
+    let stated = readings.resolve(model, &stated);
     let graph = &mut model.graph;
     let total: Vec<ExprId> = stated
         .iter()

@@ -1,19 +1,23 @@
 //! Lagrange's equations from energies [3.19–3.26].
 
+use super::reading::Readings;
 use crate::graph::ExprId;
 use crate::model::Model;
 
 pub(super) struct Lagrange {
     pub mass_matrix: Vec<Vec<ExprId>>,
     pub bias_force: Vec<ExprId>,
+    pub kinetic: ExprId,
+    pub potential: ExprId,
 }
 
 /// `M = ∂²T/∂v²` and `Q_C = ∂(T−V)/∂q − (∂²T/∂v∂q) v − ∂²T/∂v∂t`.
-pub(super) fn equations(model: &mut Model) -> Lagrange {
+pub(super) fn equations(model: &mut Model, readings: &Readings) -> Lagrange {
     let velocities: Vec<_> = model.coordinates.iter().map(|c| c.velocity).collect();
     let positions: Vec<_> = model.coordinates.iter().map(|c| c.position).collect();
     let time_seeds = model.time_seeds();
-    let (kinetic, potential) = (model.kinetic, model.potential);
+    let energies = readings.resolve(model, &[model.kinetic, model.potential]);
+    let (kinetic, potential) = (energies[0], energies[1]);
     let graph = &mut model.graph;
     let momenta: Vec<ExprId> = velocities
         .iter()
@@ -39,5 +43,7 @@ pub(super) fn equations(model: &mut Model) -> Lagrange {
     Lagrange {
         mass_matrix,
         bias_force,
+        kinetic,
+        potential,
     }
 }

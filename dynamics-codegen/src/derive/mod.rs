@@ -1,14 +1,22 @@
 //! From a model to the terms of the constrained equation of motion.
 
 mod constraint;
+mod expansion;
 mod force;
+mod inertial;
 mod lagrange;
+mod output;
+mod reading;
 mod sensitivity;
+mod term;
 
-pub use sensitivity::{Sensitivity, Variable};
+pub use expansion::{Expansion, ItemError};
+pub use sensitivity::{Sensitivity, StateSlope, Variable};
+pub use term::{Group, Item, Term};
 
 use crate::graph::{ExprId, SymbolId};
 use crate::model::{ConstraintKind, Model};
+use reading::Readings;
 
 /// The terms of `M a = Q + Aᵀλ`, `A a = b` [3.17, 3.38] on the model's graph.
 /// With `n` coordinates, `m` constraints and `k` inputs:
@@ -20,7 +28,7 @@ pub struct System {
     pub bias_force: Vec<ExprId>,
     /// `Q_D`, `n`: what is left of the stated forces at zero input.
     pub applied_force: Vec<ExprId>,
-    /// `B = ∂Q/∂u`, `n×k`.
+    /// `B = ∂Q/∂u`, `n×(k+d)`: the inputs, then the `d` delayed ones.
     pub input_matrix: Vec<Vec<ExprId>>,
     /// `Q = Q_C + Q_D + Q_u`, `n`.
     pub force: Vec<ExprId>,
@@ -34,32 +42,54 @@ pub struct System {
     pub constraint_rate: Vec<ExprId>,
     /// Per constraint: differentiated twice or once.
     pub constraint_kinds: Vec<ConstraintKind>,
+    /// `dz/dt` of the states.
+    pub state_rates: Vec<ExprId>,
+    /// `z` at the beginning.
+    pub initial_states: Vec<ExprId>,
     /// Named outputs.
     pub outputs: Vec<ExprId>,
     /// Per output: its derivative along the motion, without acceleration.
     pub output_rates: Vec<ExprId>,
+    /// Which outputs `y` depend on positions and time alone.
+    pub positional_outputs: Vec<usize>,
+    /// Of these, `J = ∂y/∂q`, one row each.
+    pub output_jacobian: Vec<Vec<ExprId>>,
+    /// Of these, `J̇ v` (with what time adds): `ÿ = J a + J̇ v`.
+    pub output_bias: Vec<ExprId>,
+    /// Kinetic energy `T(q, v, t)` of all that the model states.
+    pub kinetic_energy: ExprId,
+    /// Potential energy `V(q, t)`; of bodies, that of gravity.
+    pub potential_energy: ExprId,
 }
 
 /// Derives the system. The graph grows; nothing in it changes.
 pub fn derive(model: &mut Model) -> System {
-    let lagrange::Lagrange {
+    let readings = Readings::new(model);
+    let inertial::Inertial {
         mass_matrix,
         bias_force,
-    } = lagrange::equations(model);
+        kinetic_energy,
+        potential_energy,
+    } = inertial::terms(model, &readings);
     let force::Forces {
         applied_force,
         input_matrix,
         total,
-    } = force::forces(model);
+    } = force::forces(model, &readings);
     let force = (0..model.coordinates.len())
         .map(|i| model.graph.add(bias_force[i], total[i]))
         .collect();
-    let rows: Vec<constraint::Row> = (0..model.constraints.len())
-        .map(|index| constraint::row(model, index))
+    let constraints: Vec<_> = (model.constraints.iter())
+        .map(|c| (c.residual, c.kind))
         .collect();
-    let outputs: Vec<ExprId> = model.outputs.iter().map(|output| output.value).collect();
-    let seeds = model.time_seeds();
-    let output_rates = model.graph.directional(&outputs, &seeds);
+    let rows: Vec<constraint::Row> = (constraints.into_iter())
+        .map(|(residual, kind)| constraint::row(model, &readings, residual, kind))
+        .collect();
+    let outputs = output::outputs(model, &readings);
+    let rates: Vec<ExprId> = model.states.iter().map(|z| z.rate).collect();
+    let state_rates = readings.resolve(model, &rates);
+    let initial: Vec<ExprId> = model.states.iter().map(|z| z.initial).collect();
+    let initial_states = readings.resolve(model, &initial);
     System {
         mass_matrix,
         bias_force,
@@ -71,19 +101,27 @@ pub fn derive(model: &mut Model) -> System {
         constraint_residual: rows.iter().map(|row| row.residual).collect(),
         constraint_rate: rows.iter().map(|row| row.rate).collect(),
         constraint_kinds: model.constraints.iter().map(|c| c.kind).collect(),
-        outputs,
-        output_rates,
+        state_rates,
+        initial_states,
+        outputs: outputs.values,
+        output_rates: outputs.rates,
+        positional_outputs: outputs.positional,
+        output_jacobian: outputs.jacobian,
+        output_bias: outputs.bias,
+        kinetic_energy,
+        potential_energy,
     }
 }
 
 impl System {
     /// The symbols that the system's functions depend on, in the order
-    /// `t, q, v, u, parameters`.
+    /// `t, q, v, u, delayed u, z, parameters`.
     pub fn arguments(model: &Model) -> Vec<SymbolId> {
         let mut arguments = vec![model.time];
         arguments.extend(model.coordinates.iter().map(|c| c.position));
         arguments.extend(model.coordinates.iter().map(|c| c.velocity));
-        arguments.extend(model.inputs.iter().map(|u| u.symbol));
+        arguments.extend(model.input_symbols());
+        arguments.extend(model.states.iter().map(|z| z.symbol));
         arguments.extend(model.parameters.iter().map(|p| p.symbol));
         arguments
     }

@@ -5,7 +5,8 @@
 //! `R = M a − Q − Aᵀλ` and `S = A a − b` differentiated at fixed `a, λ`: first
 //! derivatives only, no derivative of an inverse (MATH section 4).
 
-use super::System;
+use super::reading::Readings;
+use super::{System, force, inertial};
 use crate::graph::{ExprId, SymbolId};
 use crate::model::Model;
 
@@ -18,6 +19,10 @@ pub enum Variable {
     Velocity(usize),
     /// An input.
     Input(usize),
+    /// An input as it was some time ago.
+    Delayed(usize),
+    /// A state.
+    State(usize),
     /// A parameter.
     Parameter(usize),
     /// Time.
@@ -31,10 +36,84 @@ impl Variable {
             Self::Position(index) => model.coordinates[index].position,
             Self::Velocity(index) => model.coordinates[index].velocity,
             Self::Input(index) => model.inputs[index].symbol,
+            Self::Delayed(index) => model.delays[index].symbol,
+            Self::State(index) => model.states[index].symbol,
             Self::Parameter(index) => model.parameters[index].symbol,
             Self::Time => model.time,
         }
     }
+
+    /// Itself, and the delayed inputs whose delay it changes.
+    fn seeds(self, model: &mut Model) -> Vec<(SymbolId, ExprId)> {
+        let symbol = self.symbol(model);
+        match self {
+            Self::Parameter(_) => model.parameter_seeds(symbol),
+            _ => vec![(symbol, model.graph.one())],
+        }
+    }
+}
+
+/// What a state owes to a parameter: `w = ∂z/∂p` along the motion, with
+/// `dw/dt = ∂f/∂z · w + ∂f/∂p`. A variable of the derivatives, whose value follows from
+/// the past.
+#[derive(Debug, Clone, Copy)]
+pub struct StateSlope {
+    /// Index of the state.
+    pub state: usize,
+    /// Index into the variables that the derivatives are taken by.
+    pub variable: usize,
+    /// The symbol that stands for `w`.
+    pub symbol: SymbolId,
+    /// `∂f/∂p`, with delayed inputs following `p` and the other states' `w` in it.
+    pub drive: ExprId,
+    /// `∂z/∂p` at the beginning.
+    pub initial: ExprId,
+}
+
+/// The slopes that are not identically zero.
+fn state_slopes(model: &mut Model, system: &System, variables: &[Variable]) -> Vec<StateSlope> {
+    let mut slopes = Vec::new();
+    for (index, &variable) in variables.iter().enumerate() {
+        let Variable::Parameter(parameter) = variable else {
+            continue;
+        };
+        let mut seeds = variable.seeds(model);
+        let symbols: Vec<SymbolId> = seeds.iter().map(|(symbol, _)| *symbol).collect();
+        let moved: Vec<usize> = (0..model.states.len())
+            .filter(|&state| {
+                let (rate, initial) = (system.state_rates[state], system.initial_states[state]);
+                let mut all = vec![rate, initial];
+                let others = model.states_in(model.states[state].rate);
+                all.extend(others.iter().map(|&z| system.state_rates[z]));
+                symbols.iter().any(|&s| model.graph.depends_on(&all, s))
+            })
+            .collect();
+        let name = model.parameters[parameter].name.clone();
+        let own: Vec<SymbolId> = moved
+            .iter()
+            .map(|&z| format!("d{}_d{name}", model.states[z].name))
+            .collect::<Vec<_>>()
+            .into_iter()
+            .map(|name| model.graph.symbol(name))
+            .collect();
+        let direct = seeds.clone();
+        for (&state, &symbol) in moved.iter().zip(&own) {
+            seeds.push((model.states[state].symbol, model.graph.var(symbol)));
+        }
+        for (&state, &symbol) in moved.iter().zip(&own) {
+            let (rate, initial) = (system.state_rates[state], system.initial_states[state]);
+            let z = model.states[state].symbol;
+            let others: Vec<_> = seeds.iter().copied().filter(|(s, _)| *s != z).collect();
+            slopes.push(StateSlope {
+                state,
+                variable: index,
+                symbol,
+                drive: model.graph.directional(&[rate], &others)[0],
+                initial: model.graph.directional(&[initial], &direct)[0],
+            });
+        }
+    }
+    slopes
 }
 
 /// The residuals' derivatives, as functions of the system's arguments, `a` and `λ`.
@@ -44,6 +123,10 @@ pub struct Sensitivity {
     pub acceleration: Vec<SymbolId>,
     /// The symbols that stand for `λ`, `m`.
     pub multiplier: Vec<SymbolId>,
+    /// The symbols that stand for `u̇(t − τ)`, one per delay.
+    pub delay_rates: Vec<SymbolId>,
+    /// What states owe to parameters.
+    pub memory: Vec<StateSlope>,
     /// Per variable: `∂R/∂s` (`n`), then `∂S/∂s` (`m`).
     pub columns: Vec<Vec<ExprId>>,
 }
@@ -63,15 +146,25 @@ impl Sensitivity {
                 model.graph.symbol(name)
             })
             .collect();
-        let symbols: Vec<SymbolId> = variables.iter().map(|v| v.symbol(model)).collect();
+        let memory = state_slopes(model, system, variables);
         let residuals = residuals(model, system, &acceleration, &multiplier);
-        let columns = symbols
+        let columns = variables
             .iter()
-            .map(|&symbol| model.graph.derivatives(&residuals, symbol))
+            .enumerate()
+            .map(|(index, &variable)| {
+                let mut seeds = variable.seeds(model);
+                for slope in memory.iter().filter(|slope| slope.variable == index) {
+                    let state = model.states[slope.state].symbol;
+                    seeds.push((state, model.graph.var(slope.symbol)));
+                }
+                model.graph.directional(&residuals, &seeds)
+            })
             .collect();
         Self {
             acceleration,
             multiplier,
+            delay_rates: model.delays.iter().map(|d| d.rate).collect(),
+            memory,
             columns,
         }
     }
@@ -84,19 +177,34 @@ fn residuals(
     acceleration: &[SymbolId],
     multiplier: &[SymbolId],
 ) -> Vec<ExprId> {
-    let graph = &mut model.graph;
+    let graph = &model.graph;
     let a: Vec<ExprId> = acceleration.iter().map(|&s| graph.var(s)).collect();
     let lambda: Vec<ExprId> = multiplier.iter().map(|&s| graph.var(s)).collect();
+    let readings = Readings::new(model);
+    let needed = inertial::inverse(model, &readings, &a);
+    residuals_from(model, system, &needed, &a, &lambda)
+}
+
+/// The residuals, with `M a − Q_C` given.
+pub(super) fn residuals_from(
+    model: &mut Model,
+    system: &System,
+    needed: &[ExprId],
+    a: &[ExprId],
+    lambda: &[ExprId],
+) -> Vec<ExprId> {
+    let readings = Readings::new(model);
+    let applied = force::forces(model, &readings).total;
+    let graph = &mut model.graph;
     let mut residuals = Vec::with_capacity(a.len() + lambda.len());
     for i in 0..a.len() {
-        let inertial = graph.inner_product(&system.mass_matrix[i], &a);
         let column: Vec<ExprId> = system.constraint_matrix.iter().map(|row| row[i]).collect();
-        let constraint_force = graph.inner_product(&column, &lambda);
-        let forces = graph.add(system.force[i], constraint_force);
-        residuals.push(graph.sub(inertial, forces));
+        let constraint_force = graph.inner_product(&column, lambda);
+        let forces = graph.add(applied[i], constraint_force);
+        residuals.push(graph.sub(needed[i], forces));
     }
     for (row, &b) in system.constraint_matrix.iter().zip(&system.constraint_bias) {
-        let demanded = graph.inner_product(row, &a);
+        let demanded = graph.inner_product(row, a);
         residuals.push(graph.sub(demanded, b));
     }
     residuals

@@ -24,6 +24,30 @@ pub(super) enum Term {
     Local(usize),
     Unary(Unary, Box<Term>),
     Binary(Binary, Box<Term>, Box<Term>),
+    /// A product and a sum that a processor may round once.
+    Fused(Fused, Box<[Term; 3]>),
+}
+
+/// What is done with `x`, `y` and `z`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Fused {
+    /// `x·y + z`
+    MulAdd,
+    /// `x·y − z`
+    MulSub,
+    /// `z − x·y`
+    NegMulAdd,
+}
+
+impl Fused {
+    /// The method of `Scalar`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::MulAdd => "mul_add",
+            Self::MulSub => "mul_sub",
+            Self::NegMulAdd => "neg_mul_add",
+        }
+    }
 }
 
 /// One line of the body.
@@ -37,6 +61,16 @@ pub(super) enum Statement {
         cosine: usize,
         argument: Term,
     },
+    /// The same for several arguments, none of which depends on another's sine or cosine.
+    SinCosEach(Vec<Circular>),
+}
+
+/// A sine and a cosine of one argument.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Circular {
+    pub sine: usize,
+    pub cosine: usize,
+    pub argument: Term,
 }
 
 /// A function's body.
@@ -64,6 +98,7 @@ impl Body {
             .iter()
             .map(|(output, _)| builder.take(*output))
             .collect();
+        gather_circular(&mut builder.body.statements);
         builder.body
     }
 
@@ -131,6 +166,11 @@ impl<'a> Builder<'a> {
                 },
                 &[x],
             ),
+            Node::Binary(op @ (Binary::Add | Binary::Sub), x, y)
+                if self.product(x).or(self.product(y)).is_some() =>
+            {
+                self.fused(op, x, y)
+            }
             Node::Binary(op, x, y) => self.fit(
                 |this| {
                     let (x, y) = (this.take(x), this.take(y));
@@ -168,6 +208,32 @@ impl<'a> Builder<'a> {
                 _ => return term,
             }
         }
+    }
+
+    /// The factors of a product that is written where it is used.
+    fn product(&self, expr: ExprId) -> Option<[ExprId; 2]> {
+        match (self.graph.node(expr), &self.terms[&expr]) {
+            (Node::Binary(Binary::Mul, a, b), Term::Binary(Binary::Mul, ..)) => {
+                // A constant reads better behind what it scales.
+                let swap = self.graph.as_constant(a).is_some();
+                Some(if swap { [b, a] } else { [a, b] })
+            }
+            _ => None,
+        }
+    }
+
+    /// A sum or difference with a product on one side.
+    fn fused(&mut self, op: Binary, x: ExprId, y: ExprId) -> Term {
+        let (fused, factors, rest) = match (op, self.product(x), self.product(y)) {
+            (Binary::Add, Some(factors), _) => (Fused::MulAdd, factors, y),
+            (Binary::Add, None, Some(factors)) => (Fused::MulAdd, factors, x),
+            (_, _, Some(factors)) => (Fused::NegMulAdd, factors, x),
+            (_, Some(factors), None) => (Fused::MulSub, factors, y),
+            (_, None, None) => unreachable!("only called with a product"),
+        };
+        let children = [factors[0], factors[1], rest];
+        let build = |this: &Self| Term::Fused(fused, Box::new(children.map(|c| this.take(c))));
+        self.fit(build, &children)
     }
 
     /// A sine or cosine, together with its partner if that is needed too.
@@ -257,6 +323,10 @@ impl<'a> Builder<'a> {
                 self.width(x) + self.width(y) + 5
             }
             Term::Binary(_, x, y) => self.width(x) + self.width(y) + 8,
+            Term::Fused(fused, terms) => {
+                let inside: usize = terms.iter().map(|x| self.width(x)).sum();
+                inside + fused.name().len() + 5
+            }
         }
     }
 }
@@ -271,4 +341,74 @@ fn limit(term: &Term) -> usize {
 
 fn is_atom(term: &Term) -> bool {
     matches!(term, Term::Constant(_) | Term::Symbol(_) | Term::Local(_))
+}
+
+/// Puts sines and cosines that can be computed side by side into one statement, behind what
+/// their arguments need.
+fn gather_circular(statements: &mut Vec<Statement>) {
+    let mut dependent = BTreeSet::new();
+    let mut needed = BTreeSet::new();
+    let mut together = BTreeSet::new();
+    for (index, statement) in statements.iter().enumerate() {
+        match statement {
+            Statement::Let { local, value } => {
+                if reads(value).iter().any(|local| dependent.contains(local)) {
+                    dependent.insert(*local);
+                }
+            }
+            Statement::SinCos {
+                sine,
+                cosine,
+                argument,
+            } => {
+                let own = reads(argument);
+                if !own.iter().any(|local| dependent.contains(local)) {
+                    together.insert(index);
+                    needed.extend(own);
+                }
+                dependent.extend([*sine, *cosine]);
+            }
+            Statement::SinCosEach(_) => {}
+        }
+    }
+    if together.len() < 2 {
+        return;
+    }
+    for statement in statements.iter().rev() {
+        if let Statement::Let { local, value } = statement
+            && needed.contains(local)
+        {
+            needed.extend(reads(value));
+        }
+    }
+    let (mut before, mut group, mut after) = (Vec::new(), Vec::new(), Vec::new());
+    for (index, statement) in std::mem::take(statements).into_iter().enumerate() {
+        match statement {
+            Statement::SinCos {
+                sine,
+                cosine,
+                argument,
+            } if together.contains(&index) => group.push(Circular {
+                sine,
+                cosine,
+                argument,
+            }),
+            Statement::Let { local, .. } if needed.contains(&local) => before.push(statement),
+            _ => after.push(statement),
+        }
+    }
+    *statements = before;
+    statements.push(Statement::SinCosEach(group));
+    statements.extend(after);
+}
+
+/// The temporaries that a term reads.
+pub(super) fn reads(term: &Term) -> BTreeSet<usize> {
+    match term {
+        Term::Constant(_) | Term::Symbol(_) => BTreeSet::new(),
+        Term::Local(local) => BTreeSet::from([*local]),
+        Term::Unary(_, x) => reads(x),
+        Term::Binary(_, x, y) => &reads(x) | &reads(y),
+        Term::Fused(_, terms) => terms.iter().flat_map(reads).collect(),
+    }
 }

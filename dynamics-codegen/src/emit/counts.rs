@@ -1,6 +1,6 @@
 //! How much arithmetic a function does.
 
-use super::plan::{functions, quantities};
+use super::plan::{Function, Plan};
 use crate::compile::Compiled;
 use crate::graph::{Binary, ExprId, Graph, Node, Unary};
 use std::fmt;
@@ -60,29 +60,30 @@ impl fmt::Display for OperationCount {
     }
 }
 
-/// The operations of every emitted function, by its name, in the order of emission.
-pub fn operation_counts(compiled: &Compiled) -> Vec<(&'static str, OperationCount)> {
-    let quantities = quantities(compiled);
-    functions(&quantities)
-        .iter()
-        .map(|f| {
-            (
-                f.name,
-                OperationCount::of(&compiled.model.graph, &f.entries()),
-            )
-        })
-        .collect()
+/// The operations of the terms and of `equation_of_motion`, by the functions' names, in
+/// the order of emission.
+pub fn operation_counts(compiled: &Compiled) -> Vec<(String, OperationCount)> {
+    count_functions(&Plan::terms(compiled))
+}
+
+/// The operations of every function of a plan.
+pub(super) fn count_functions(plan: &Plan) -> Vec<(String, OperationCount)> {
+    let count = |f: &Function| OperationCount::of(&plan.model.graph, &f.entries());
+    let functions = plan.functions.iter();
+    functions.map(|f| (f.name.clone(), count(f))).collect()
 }
 
 /// A table for comments and reports.
-pub(super) fn table(compiled: &Compiled) -> Vec<String> {
+pub(super) fn table(plan: &Plan) -> Vec<String> {
+    let names = plan.functions.iter().map(|f| f.name.len());
+    let wide = names.max().unwrap_or(0).max(22);
     let mut lines = vec![format!(
-        "{:<22}{:>7}{:>7}{:>7}{:>7}{:>9}{:>7}",
+        "{:<wide$}{:>7}{:>7}{:>7}{:>7}{:>9}{:>7}",
         "function", "total", "+ -", "*", "/", "sin cos", "other"
     )];
-    for (name, n) in operation_counts(compiled) {
+    for (name, n) in count_functions(plan) {
         lines.push(format!(
-            "{name:<22}{:>7}{:>7}{:>7}{:>7}{:>9}{:>7}",
+            "{name:<wide$}{:>7}{:>7}{:>7}{:>7}{:>9}{:>7}",
             n.total(),
             n.additions,
             n.multiplications,

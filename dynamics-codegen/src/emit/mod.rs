@@ -7,14 +7,18 @@
 //! [`quantities`] says what is emitted; the body of a function is built once, in no
 //! particular language; each language has a folder of its own.
 
+mod axes;
 mod body;
 mod c;
 mod counts;
 mod digest;
+mod emission;
+mod functions;
 mod header;
 mod naming;
 mod plan;
 mod review;
+mod review_bodies;
 mod rust;
 mod symbols;
 mod telling;
@@ -25,7 +29,9 @@ mod written;
 pub use c::c;
 pub use counts::{OperationCount, operation_counts};
 pub use digest::digest;
+pub use emission::Emission;
+pub use functions::{FunctionError, Functions};
 pub use naming::identifier;
 pub use plan::{Entry, Quantity, quantities};
 pub use review::review;
-pub use rust::{DuplicateModel, File, module_name, rust, rust_crate, rust_file};
+pub use rust::{DuplicateModel, File, module_name, rust, rust_crate, rust_crate_of, rust_file};

@@ -1,11 +1,15 @@
 //! What is emitted for a model: quantities, and the functions that compute them.
 
+use super::axes::Axes;
 use super::body::Body;
+use super::functions::{FunctionError, Functions, TERMS, Wish};
+use super::naming::snake;
 use super::symbols::Symbols;
+use super::text::one_line;
 use crate::compile::Compiled;
-use crate::dimension::Dimension;
-use crate::graph::ExprId;
-use crate::model::{Coordinate, Model};
+use crate::derive::{Expansion, Group, Item, ItemError, System, Term};
+use crate::graph::{ExprId, SymbolId};
+use crate::model::Model;
 
 /// A row or column of a quantity.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -16,291 +20,387 @@ pub struct Entry {
     pub unit: String,
 }
 
-/// A vector or matrix of the equation of motion.
+/// A vector, matrix or cube of the equation of motion.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Quantity {
+    /// What it is; `None` for one that was [added](super::Emission::add).
+    pub item: Option<Item>,
     /// The emitted function's name.
-    pub name: &'static str,
+    pub name: String,
     /// What it is, with its symbol in the thesis.
-    pub meaning: &'static str,
-    /// What each row belongs to. A matrix entry's unit is its row's over its column's.
-    pub rows: Vec<Entry>,
-    /// What each column belongs to; `None` for a vector.
-    pub columns: Option<Vec<Entry>>,
-    /// The entries, row by row.
+    pub meaning: String,
+    /// What each row, each column, … belongs to. An entry's unit is its row's over
+    /// those of the other axes.
+    pub axes: Vec<Vec<Entry>>,
+    /// The entries; the last axis runs fastest.
     pub entries: Vec<ExprId>,
     /// How temporaries that hold an entry are called.
-    pub(super) prefix: &'static str,
+    prefix: String,
 }
 
 impl Quantity {
-    /// A wish for the name of the temporary that holds entry `index`.
-    pub(super) fn entry_name(&self, index: usize) -> String {
-        match &self.columns {
-            None => format!("{}_{}", self.prefix, self.rows[index].name),
-            Some(columns) => {
-                let (row, column) = (index / columns.len(), index % columns.len());
-                format!(
-                    "{}_{}_{}",
-                    self.prefix, self.rows[row].name, columns[column].name
+    fn new(item: Item, axes: &Axes, entries: Vec<ExprId>) -> Self {
+        let (meaning, prefix) = describe(item.term);
+        let mut own = axes.of(item.term);
+        let (meaning, prefix) = match item.by {
+            None => (meaning.to_string(), prefix.to_string()),
+            Some(group) => {
+                own.extend(axes.of_group(group));
+                let by = variables(group);
+                (
+                    format!("Derivative by {by} of: {meaning}"),
+                    format!("d_{prefix}"),
                 )
             }
+        };
+        Self {
+            item: Some(item),
+            name: item.to_string(),
+            meaning,
+            axes: own,
+            entries,
+            prefix,
         }
+    }
+
+    /// One of your own: `entries` on the graph of the emission it is added to, the last
+    /// axis fastest. `name` becomes the name of a function or field.
+    ///
+    /// # Panics
+    /// If `entries` does not fill the axes.
+    pub fn own(name: &str, meaning: &str, axes: Vec<Vec<Entry>>, entries: Vec<ExprId>) -> Self {
+        let size: usize = axes.iter().map(Vec::len).product();
+        assert_eq!(size, entries.len(), "as many entries as the axes have");
+        Self {
+            item: None,
+            name: snake(name),
+            meaning: one_line(meaning),
+            axes,
+            entries,
+            prefix: snake(name),
+        }
+    }
+
+    /// The length of each axis.
+    pub fn shape(&self) -> Vec<usize> {
+        self.axes.iter().map(Vec::len).collect()
+    }
+
+    /// What the documentation says about it: a line per axis, and one about units.
+    pub(super) fn notes(&self, list: impl Fn(&[Entry]) -> String) -> Vec<String> {
+        let titles: &[&str] = match self.axes.len() {
+            1 => &["Entries"],
+            2 => &["Rows", "Columns"],
+            _ => &["First index", "Second index", "Third index"],
+        };
+        let axes = titles.iter().zip(&self.axes);
+        let mut notes: Vec<String> = axes
+            .map(|(title, axis)| format!("{title}: {}.", list(axis)))
+            .collect();
+        let by_time = self.item.is_some_and(|item| item.by == Some(Group::Time));
+        match (self.axes.len(), by_time) {
+            (1, false) => {}
+            (1, true) => notes.push("The unit of an entry is the stated one per second.".into()),
+            (2, false) => notes.push("The unit of an entry is its row's over its column's.".into()),
+            (2, true) => {
+                notes.push(
+                    "The unit of an entry is its row's over its column's, per second.".into(),
+                );
+            }
+            _ => notes.push("The unit of an entry is its first index's over the others'.".into()),
+        }
+        notes
+    }
+
+    /// `3×2`
+    pub(super) fn size(&self) -> String {
+        let lengths: Vec<String> = self.shape().iter().map(usize::to_string).collect();
+        lengths.join("×")
+    }
+
+    /// A wish for the name of the temporary that holds entry `index`.
+    fn entry_name(&self, index: usize) -> String {
+        let mut rest = index;
+        let mut names: Vec<&str> = Vec::new();
+        for axis in self.axes.iter().rev() {
+            names.push(&axis[rest % axis.len()].name);
+            rest /= axis.len();
+        }
+        names.push(&self.prefix);
+        names.reverse();
+        names.join("_")
     }
 }
 
-/// The quantities of a model that have any entry, in the order of emission.
+/// The terms of a model that have any entry, in the order of emission.
 pub fn quantities(compiled: &Compiled) -> Vec<Quantity> {
-    let (model, system) = (&compiled.model, &compiled.system);
-    let axes = Axes::new(model);
-    let flat = |rows: &[Vec<ExprId>]| rows.concat();
-    let all = [
-        matrix(
-            "mass_matrix",
-            "Generalised inertia `M(q)`, symmetric",
-            "m",
-            (&axes.force, &axes.acceleration),
-            flat(&system.mass_matrix),
-        ),
-        vector(
-            "bias_force",
-            "Bias force `Q_C`: fictitious and conservative forces, on the right-hand side",
-            "bias",
-            &axes.force,
-            &system.bias_force,
-        ),
-        vector(
-            "applied_force",
-            "Stated and dissipative forces `Q_D` at zero input",
-            "applied",
-            &axes.force,
-            &system.applied_force,
-        ),
-        matrix(
-            "input_matrix",
-            "Input matrix `B = ∂Q/∂u`",
-            "b",
-            (&axes.force, &axes.input),
-            flat(&system.input_matrix),
-        ),
-        vector(
-            "force",
-            "Total generalised force `Q = Q_C + Q_D + Q_u`",
-            "force",
-            &axes.force,
-            &system.force,
-        ),
-        matrix(
-            "constraint_jacobian",
-            "Constraint matrix `A` of `A a = b`",
-            "a",
-            (&axes.constraint_acceleration, &axes.acceleration),
-            flat(&system.constraint_matrix),
-        ),
-        vector(
-            "constraint_bias",
-            "Right-hand side `b` of `A a = b`, without stabilisation",
-            "b",
-            &axes.constraint_acceleration,
-            &system.constraint_bias,
-        ),
-        vector(
-            "constraint_residual",
-            "Constraint violation `c`, zero where the constraint holds",
-            "c",
-            &axes.constraint,
-            &system.constraint_residual,
-        ),
-        vector(
-            "constraint_rate",
-            "Rate `ċ` of a holonomic constraint; `c` itself of a nonholonomic one",
-            "c_dot",
-            &axes.constraint_rate,
-            &system.constraint_rate,
-        ),
-        vector(
-            "outputs",
-            "Values of the model's outputs",
-            "out",
-            &axes.output,
-            &system.outputs,
-        ),
-        vector(
-            "output_rates",
-            "Rates of the outputs along the motion, without the acceleration's part",
-            "out_rate",
-            &axes.output_rate,
-            &system.output_rates,
-        ),
-    ];
-    all.into_iter().filter(|q| !q.entries.is_empty()).collect()
+    let mut expansion = Expansion::new(compiled);
+    terms(&mut expansion)
 }
 
-/// The name of the fused function.
+fn terms(expansion: &mut Expansion) -> Vec<Quantity> {
+    let axes = Axes::new(expansion);
+    let mut quantities = Vec::new();
+    for item in TERMS.map(Item::of) {
+        // What a model lacks it has no function for.
+        if let Ok(entries) = expansion.entries(item)
+            && !entries.is_empty()
+        {
+            quantities.push(Quantity::new(item, &axes, entries));
+        }
+    }
+    quantities
+}
+
+/// The name of the fused function of all terms.
 const EQUATION_OF_MOTION: &str = "equation_of_motion";
 
 /// What the fused function `equation_of_motion` computes.
-const FUSED: [&str; 6] = [
-    "mass_matrix",
-    "force",
-    "constraint_jacobian",
-    "constraint_bias",
-    "constraint_residual",
-    "constraint_rate",
+const FUSED: [Term; 6] = [
+    Term::MassMatrix,
+    Term::Force,
+    Term::ConstraintJacobian,
+    Term::ConstraintBias,
+    Term::ConstraintResidual,
+    Term::ConstraintRate,
 ];
+
+/// Everything that is emitted for a model.
+#[derive(Debug, Clone)]
+pub(super) struct Plan {
+    /// The model; its graph holds all that is emitted.
+    pub model: Model,
+    pub functions: Vec<Function>,
+    /// As they were asked for.
+    pub requested: Functions,
+    expansion: Expansion,
+}
 
 /// One emitted function: a single quantity, or several that share their temporaries.
 #[derive(Debug, Clone)]
-pub(super) struct Function<'a> {
-    pub name: &'static str,
-    pub quantities: Vec<&'a Quantity>,
+pub(super) struct Function {
+    pub name: String,
+    pub meaning: String,
+    pub quantities: Vec<Quantity>,
+    /// Whether it returns a struct.
+    pub fused: bool,
 }
 
-/// One function per quantity, then the fused one.
-pub(super) fn functions(quantities: &[Quantity]) -> Vec<Function<'_>> {
-    let single = quantities.iter().map(|quantity| Function {
-        name: quantity.name,
-        quantities: vec![quantity],
-    });
-    let fused = Function {
-        name: EQUATION_OF_MOTION,
-        quantities: quantities
-            .iter()
-            .filter(|q| FUSED.contains(&q.name))
-            .collect(),
-    };
-    single.chain([fused]).collect()
+impl Plan {
+    /// One function per term, the equation of motion, then what is asked for.
+    pub fn new(compiled: &Compiled, requested: &Functions) -> Result<Self, FunctionError> {
+        let mut expansion = Expansion::new(compiled);
+        let terms = terms(&mut expansion);
+        let mut functions: Vec<Function> = terms.iter().cloned().map(Function::single).collect();
+        functions.push(Function {
+            name: EQUATION_OF_MOTION.to_string(),
+            meaning: "Everything that the equation of motion needs".to_string(),
+            quantities: terms
+                .into_iter()
+                .filter(|q| q.item.is_some_and(|item| FUSED.contains(&item.term)))
+                .collect(),
+            fused: true,
+        });
+        for wish in requested.wishes() {
+            functions.extend(requested_function(&mut expansion, wish)?);
+        }
+        Ok(Self {
+            model: expansion.model.clone(),
+            functions,
+            requested: requested.clone(),
+            expansion,
+        })
+    }
+
+    /// With the terms alone.
+    pub fn terms(compiled: &Compiled) -> Self {
+        // Only a wish can fail, and there is none.
+        Self::new(compiled, &Functions::none()).unwrap_or_else(|error| unreachable!("{error}"))
+    }
+
+    /// The symbols that functions may read, in the order `t, q, v, u, parameters, a, λ`.
+    pub fn arguments(&self) -> Vec<SymbolId> {
+        let mut arguments = System::arguments(&self.model);
+        arguments.extend(&self.expansion.acceleration);
+        arguments.extend(&self.expansion.multipliers);
+        arguments
+    }
+
+    /// Names for the model's symbols; `taken` is what the language needs for itself.
+    pub fn symbols(&self, taken: &[&str]) -> Symbols {
+        let (a, lambda) = (&self.expansion.acceleration, &self.expansion.multipliers);
+        Symbols::new(&self.model, (a, lambda), taken)
+    }
 }
 
-impl Function<'_> {
+/// The function of a wish; none if the model lacks all of it and the wish is for
+/// whatever there is.
+fn requested_function(
+    expansion: &mut Expansion,
+    wish: &Wish,
+) -> Result<Option<Function>, FunctionError> {
+    let axes = Axes::new(expansion);
+    let mut quantities = Vec::new();
+    let mut missing = None;
+    for &item in &wish.items {
+        match expansion.entries(item) {
+            Ok(entries) => quantities.push(Quantity::new(item, &axes, entries)),
+            Err(error @ ItemError::Empty { .. }) if wish.lenient => missing = Some(error),
+            Err(error) if Functions::passes_over(wish) => missing = Some(error),
+            Err(error) => return Err(error.into()),
+        }
+    }
+    // A bundle without what it is named after is none.
+    let headless = wish.is_fused()
+        && wish.items.first().copied() != quantities.first().and_then(|q: &Quantity| q.item);
+    match missing {
+        Some(_) if (quantities.is_empty() || headless) && Functions::passes_over(wish) => Ok(None),
+        Some(error) if quantities.is_empty() || headless => Err(error.into()),
+        _ if !wish.is_fused() => Ok(quantities.pop().map(Function::single)),
+        _ => Ok(Some(Function {
+            name: wish.name.clone(),
+            meaning: list_of_meanings(&quantities),
+            quantities,
+            fused: true,
+        })),
+    }
+}
+
+/// `mass_matrix`, `bias_force`.
+fn list_of_meanings(quantities: &[Quantity]) -> String {
+    let names: Vec<String> = quantities.iter().map(|q| format!("`{}`", q.name)).collect();
+    names.join(", ")
+}
+
+impl Plan {
+    /// One more function: of one quantity by itself, or of several.
+    pub fn add(&mut self, name: &str, mut quantities: Vec<Quantity>) {
+        let single = quantities.len() == 1 && quantities[0].name == name;
+        self.functions.push(match quantities.pop() {
+            Some(only) if single => Function::single(only),
+            last => {
+                quantities.extend(last);
+                Function {
+                    name: snake(name),
+                    meaning: list_of_meanings(&quantities),
+                    quantities,
+                    fused: true,
+                }
+            }
+        });
+    }
+}
+
+impl Function {
+    fn single(quantity: Quantity) -> Self {
+        Self {
+            name: quantity.name.clone(),
+            meaning: quantity.meaning.clone(),
+            quantities: vec![quantity],
+            fused: false,
+        }
+    }
+
     pub fn entries(&self) -> Vec<ExprId> {
         let entries = self.quantities.iter().flat_map(|q| &q.entries);
         entries.copied().collect()
     }
 
-    /// Whether it computes several quantities.
-    pub fn is_fused(&self) -> bool {
-        self.name == EQUATION_OF_MOTION
+    /// Whether it is a function of an acceleration that the caller states.
+    pub fn takes_acceleration(&self) -> bool {
+        let mut items = self.quantities.iter().filter_map(|q| q.item);
+        items.any(|item| item.term.takes_acceleration())
+    }
+
+    /// Whether it is a function of multipliers that the caller states.
+    pub fn takes_multipliers(&self) -> bool {
+        let mut items = self.quantities.iter().filter_map(|q| q.item);
+        items.any(|item| item.term.takes_multipliers())
     }
 
     /// The straight lines that compute it.
-    pub fn body(&self, compiled: &Compiled, symbols: &Symbols) -> Body {
+    pub fn body(&self, model: &Model, symbols: &Symbols) -> Body {
         let mut outputs = Vec::new();
         for quantity in &self.quantities {
             let wishes = (0..quantity.entries.len()).map(|i| quantity.entry_name(i));
             outputs.extend(quantity.entries.iter().copied().zip(wishes));
         }
-        Body::new(&compiled.model.graph, symbols, &outputs)
+        Body::new(&model.graph, symbols, &outputs)
     }
 }
 
-fn vector(
-    name: &'static str,
-    meaning: &'static str,
-    prefix: &'static str,
-    rows: &[Entry],
-    entries: &[ExprId],
-) -> Quantity {
-    Quantity {
-        name,
-        meaning,
-        rows: rows.to_vec(),
-        columns: None,
-        entries: entries.to_vec(),
-        prefix,
+fn variables(group: Group) -> &'static str {
+    match group {
+        Group::Position => "the positions `q`",
+        Group::Velocity => "the velocities `v`",
+        Group::Input => "the inputs `u`",
+        Group::Parameters => "the parameters",
+        Group::Time => "time `t`",
     }
 }
 
-fn matrix(
-    name: &'static str,
-    meaning: &'static str,
-    prefix: &'static str,
-    (rows, columns): (&[Entry], &[Entry]),
-    entries: Vec<ExprId>,
-) -> Quantity {
-    Quantity {
-        name,
-        meaning,
-        rows: rows.to_vec(),
-        columns: Some(columns.to_vec()),
-        entries,
-        prefix,
+/// What a term is, and how temporaries that hold an entry are called.
+fn describe(term: Term) -> (&'static str, &'static str) {
+    match term {
+        Term::MassMatrix => ("Generalised inertia `M(q)`, symmetric", "m"),
+        Term::BiasForce => (
+            "Bias force `Q_C`: fictitious and conservative forces, on the right-hand side",
+            "bias",
+        ),
+        Term::AppliedForce => (
+            "Stated and dissipative forces `Q_D` at zero input",
+            "applied",
+        ),
+        Term::InputMatrix => ("Input matrix `B = ∂Q/∂u`", "b"),
+        Term::Force => ("Total generalised force `Q = Q_C + Q_D + Q_u`", "force"),
+        Term::ConstraintJacobian => ("Constraint matrix `A` of `A a = b`", "a"),
+        Term::ConstraintBias => (
+            "Right-hand side `b` of `A a = b`, without stabilisation",
+            "b",
+        ),
+        Term::ConstraintResidual => (
+            "Constraint violation `c`, zero where the constraint holds",
+            "c",
+        ),
+        Term::ConstraintRate => (
+            "Rate `ċ` of a holonomic constraint; `c` itself of a nonholonomic one",
+            "c_dot",
+        ),
+        Term::StateRate => ("Rates `dz/dt` of the internal states", "z_rate"),
+        Term::InitialState => ("Values of the internal states at the beginning", "z_start"),
+        Term::Outputs => ("Values of the model's outputs", "out"),
+        Term::OutputRates => (
+            "Rates of the outputs along the motion, without the acceleration's part",
+            "out_rate",
+        ),
+        Term::OutputJacobian => (
+            "Jacobian `J = ∂y/∂q` of the outputs that depend on positions alone",
+            "jacobian",
+        ),
+        Term::OutputBias => (
+            "`J̇ v` of the outputs that depend on positions alone: `ÿ = J a + J̇ v`",
+            "out_bias",
+        ),
+        Term::InverseDynamics => (
+            "Inverse dynamics `τ = M a − Q_C − Q_D`: what inputs and constraints must supply for the stated acceleration `a`",
+            "tau",
+        ),
+        Term::ForwardDynamics => (
+            "Forward dynamics `a = M⁻¹ Q`, as if there were no constraint; `M` must be positive definite",
+            "acceleration",
+        ),
+        Term::ConstrainedAcceleration => (
+            "Acceleration `a` of `M a = Q + Aᵀλ`, `A a = b`; `M` must be positive definite and `A` of full row rank",
+            "acceleration",
+        ),
+        Term::ConstrainedMultipliers => (
+            "Multipliers `λ` of `M a = Q + Aᵀλ`, `A a = b`; `M` must be positive definite and `A` of full row rank",
+            "multiplier",
+        ),
+        Term::ForceResidual => (
+            "Residual `R = M a − Q − Aᵀλ` at the stated `a` and `λ`",
+            "residual",
+        ),
+        Term::AccelerationResidual => ("Residual `S = A a − b` at the stated `a`", "residual"),
     }
-}
-
-/// Everything that a row or column can belong to.
-struct Axes {
-    force: Vec<Entry>,
-    acceleration: Vec<Entry>,
-    input: Vec<Entry>,
-    constraint: Vec<Entry>,
-    constraint_rate: Vec<Entry>,
-    constraint_acceleration: Vec<Entry>,
-    output: Vec<Entry>,
-    output_rate: Vec<Entry>,
-}
-
-impl Axes {
-    fn new(model: &Model) -> Self {
-        let coordinates = |unit: &dyn Fn(&Coordinate) -> String| -> Vec<Entry> {
-            let entry = |c: &Coordinate| Entry {
-                name: c.name.clone(),
-                unit: unit(c),
-            };
-            model.coordinates.iter().map(entry).collect()
-        };
-        let holonomic_rates = |extra: i32| -> Vec<Entry> {
-            let entries = model.constraints.iter().map(|c| {
-                let order = match c.kind {
-                    crate::model::ConstraintKind::Holonomic => extra,
-                    crate::model::ConstraintKind::Nonholonomic => extra.saturating_sub(1),
-                };
-                Entry {
-                    name: c.name.clone(),
-                    unit: text(c.dimension.map(|d| over_time(d, order))),
-                }
-            });
-            entries.collect()
-        };
-        let outputs = |order: i32| -> Vec<Entry> {
-            let entries = model.outputs.iter().map(|o| Entry {
-                name: o.name.clone(),
-                unit: text(o.dimension.map(|d| over_time(d, order))),
-            });
-            entries.collect()
-        };
-        let inputs = model.inputs.iter().map(|u| Entry {
-            name: u.name.clone(),
-            unit: u.unit.clone(),
-        });
-        Self {
-            force: coordinates(&|c| text(c.dimension.map(|d| Dimension::ENERGY / d))),
-            acceleration: coordinates(&|c| coordinate_unit(c, 2)),
-            input: inputs.collect(),
-            constraint: holonomic_rates(0),
-            constraint_rate: holonomic_rates(1),
-            constraint_acceleration: holonomic_rates(2),
-            output: outputs(0),
-            output_rate: outputs(1),
-        }
-    }
-}
-
-/// The unit of a coordinate's `order`-th derivative, in the words of the model.
-pub(super) fn coordinate_unit(coordinate: &Coordinate, order: i32) -> String {
-    let simple = !coordinate.unit.is_empty() && !coordinate.unit.contains(['/', '^', '*']);
-    match order {
-        0 => coordinate.unit.clone(),
-        1 if simple => format!("{}/s", coordinate.unit),
-        n if simple => format!("{}/s^{n}", coordinate.unit),
-        n => text(coordinate.dimension.map(|d| over_time(d, n))),
-    }
-}
-
-fn over_time(dimension: Dimension, order: i32) -> Dimension {
-    dimension / Dimension::TIME.powi(order)
-}
-
-fn text(dimension: Option<Dimension>) -> String {
-    dimension.map_or_else(String::new, |d| d.to_string())
 }

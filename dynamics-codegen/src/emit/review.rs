@@ -1,9 +1,8 @@
 //! The review sheet: what a model is, on a page that is read when it changes.
 
-use super::c::c;
+use super::axes::coordinate_unit;
 use super::counts;
-use super::plan::coordinate_unit;
-use super::rust::rust;
+use super::emission::Emission;
 use super::text::{decimal, one_line, plain_lines};
 use crate::compile::Compiled;
 use crate::graph::{ExprId, SymbolId};
@@ -15,21 +14,33 @@ use std::fmt::Write as _;
 /// outputs, effects with their provenance, operation counts and code size of a model,
 /// as plain text. `source_name` is the model's path.
 pub fn review(compiled: &Compiled, source_name: &str) -> String {
-    let sheet = Sheet::new(compiled);
-    let mut out = String::new();
-    // Writing into a string cannot fail.
-    let _ = sheet.write(&mut out, source_name);
-    out
+    Emission::terms(compiled, source_name).review()
 }
 
+impl Emission<'_> {
+    /// The review sheet; see [`review`].
+    pub fn review(&self) -> String {
+        let sheet = Sheet::new(self);
+        let mut out = String::new();
+        // Writing into a string cannot fail.
+        let _ = sheet.write(&mut out, self.source_name);
+        out
+    }
+}
+
+/// More operations than this are not written out.
+const LONG: usize = 60;
+
 struct Sheet<'a> {
+    emission: &'a Emission<'a>,
     compiled: &'a Compiled,
     model: &'a Model,
     names: HashMap<SymbolId, String>,
 }
 
 impl<'a> Sheet<'a> {
-    fn new(compiled: &'a Compiled) -> Self {
+    fn new(emission: &'a Emission<'a>) -> Self {
+        let compiled = emission.compiled;
         let model = &compiled.model;
         let mut names = HashMap::from([(model.time, "t".to_string())]);
         for c in &model.coordinates {
@@ -39,10 +50,23 @@ impl<'a> Sheet<'a> {
         for u in &model.inputs {
             names.insert(u.symbol, format!("input({})", one_line(&u.name)));
         }
+        for d in &model.delays {
+            let of = one_line(&model.inputs[d.input].name);
+            let own = |id| one_line(model.graph.symbol_name(id));
+            let by = model.graph.display(d.by, own);
+            names.insert(d.symbol, format!("delay({of}, {by})"));
+        }
+        for z in &model.states {
+            names.insert(z.symbol, one_line(&z.name));
+        }
         for p in &model.parameters {
             names.insert(p.symbol, one_line(&p.name));
         }
+        for k in &model.kinematics {
+            names.insert(k.symbol, one_line(model.graph.symbol_name(k.symbol)));
+        }
         Self {
+            emission,
             compiled,
             model,
             names,
@@ -59,6 +83,16 @@ impl<'a> Sheet<'a> {
         self.model.graph.display(expr, name).to_string()
     }
 
+    /// An expression if it fits on a few lines, else how long it is.
+    fn short(&self, expr: ExprId) -> String {
+        let operations = self.model.graph.operation_count(&[expr]);
+        if operations > LONG {
+            format!("({operations} operations, too long to write out)")
+        } else {
+            self.expression(expr)
+        }
+    }
+
     fn write(&self, out: &mut String, source_name: &str) -> std::fmt::Result {
         writeln!(
             out,
@@ -68,12 +102,14 @@ impl<'a> Sheet<'a> {
         )?;
         paragraph(out, &self.model.doc)?;
         self.arguments(out)?;
+        self.states(out)?;
         self.parameters(out)?;
+        super::review_bodies::bodies(out, self.model)?;
         self.dynamics(out)?;
         self.constraints(out)?;
         self.outputs(out)?;
         self.effects(out)?;
-        self.size(out, source_name)
+        self.size(out)
     }
 
     fn arguments(&self, out: &mut String) -> std::fmt::Result {
@@ -105,6 +141,23 @@ impl<'a> Sheet<'a> {
         columns(out, &rows)
     }
 
+    /// Only where there are any.
+    fn states(&self, out: &mut String) -> std::fmt::Result {
+        if self.model.states.is_empty() {
+            return Ok(());
+        }
+        heading(out, "states", self.model.states.len())?;
+        for z in &self.model.states {
+            writeln!(out, "  {} {}", one_line(&z.name), z.unit)?;
+            for line in plain_lines(&z.doc) {
+                writeln!(out, "    {line}")?;
+            }
+            writeln!(out, "    at first = {}", self.expression(z.initial))?;
+            writeln!(out, "    rate = {}", self.expression(z.rate))?;
+        }
+        Ok(())
+    }
+
     fn parameters(&self, out: &mut String) -> std::fmt::Result {
         heading(out, "parameters", self.model.parameters.len())?;
         let rows = self.model.parameters.iter().map(|p| {
@@ -122,18 +175,16 @@ impl<'a> Sheet<'a> {
 
     fn dynamics(&self, out: &mut String) -> std::fmt::Result {
         writeln!(out, "\nenergies and forces")?;
-        let mut rows = vec![
-            ["kinetic".to_string(), self.expression(self.model.kinetic)],
-            [
-                "potential".to_string(),
-                self.expression(self.model.potential),
-            ],
+        let mut rows = Vec::new();
+        let stated = [
+            ("kinetic", self.model.kinetic),
+            ("potential", self.model.potential),
+            ("dissipation", self.model.dissipation),
         ];
-        if !self.model.graph.is_zero(self.model.dissipation) {
-            rows.push([
-                "dissipation".to_string(),
-                self.expression(self.model.dissipation),
-            ]);
+        for (what, expr) in stated {
+            if !self.model.graph.is_zero(expr) {
+                rows.push([what.to_string(), self.expression(expr)]);
+            }
         }
         for (c, &force) in self.model.coordinates.iter().zip(&self.model.forces) {
             if !self.model.graph.is_zero(force) {
@@ -142,6 +193,15 @@ impl<'a> Sheet<'a> {
                     self.expression(force),
                 ]);
             }
+        }
+        for force in &self.model.point_forces {
+            let what = if force.torque { "torque" } else { "force" };
+            let frame = one_line(&self.model.tree.bodies[force.frame].name);
+            let value = force.value.map(|component| self.expression(component));
+            rows.push([
+                format!("{what} at {frame}"),
+                format!("({})", value.join(", ")),
+            ]);
         }
         columns(out, &rows)
     }
@@ -163,11 +223,7 @@ impl<'a> Sheet<'a> {
             for line in plain_lines(&constraint.doc) {
                 writeln!(out, "    {line}")?;
             }
-            writeln!(
-                out,
-                "    0 = {}",
-                self.expression(system.constraint_residual[row])
-            )?;
+            writeln!(out, "    0 = {}", self.expression(constraint.residual))?;
             for (c, &entry) in self
                 .model
                 .coordinates
@@ -175,19 +231,10 @@ impl<'a> Sheet<'a> {
                 .zip(&system.constraint_matrix[row])
             {
                 if !self.model.graph.is_zero(entry) {
-                    writeln!(
-                        out,
-                        "    A[{}] = {}",
-                        one_line(&c.name),
-                        self.expression(entry)
-                    )?;
+                    writeln!(out, "    A[{}] = {}", one_line(&c.name), self.short(entry))?;
                 }
             }
-            writeln!(
-                out,
-                "    b = {}",
-                self.expression(system.constraint_bias[row])
-            )?;
+            writeln!(out, "    b = {}", self.short(system.constraint_bias[row]))?;
         }
         Ok(())
     }
@@ -241,15 +288,15 @@ impl<'a> Sheet<'a> {
         Ok(())
     }
 
-    fn size(&self, out: &mut String, source_name: &str) -> std::fmt::Result {
+    fn size(&self, out: &mut String) -> std::fmt::Result {
         writeln!(out, "\noperations")?;
-        for line in counts::table(self.compiled) {
+        for line in counts::table(&self.emission.plan) {
             writeln!(out, "  {line}")?;
         }
-        let code = rust(self.compiled, source_name);
+        let code = self.emission.rust();
         writeln!(out, "\ncode size")?;
         writeln!(out, "  Rust: {}", size_of(&code))?;
-        for file in c(self.compiled, source_name) {
+        for file in self.emission.c() {
             writeln!(out, "  {}: {}", file.name, size_of(&file.text))?;
         }
         Ok(())
@@ -267,7 +314,7 @@ fn paragraph(out: &mut String, text: &str) -> std::fmt::Result {
     Ok(())
 }
 
-fn heading(out: &mut String, title: &str, count: usize) -> std::fmt::Result {
+pub(super) fn heading(out: &mut String, title: &str, count: usize) -> std::fmt::Result {
     match count {
         0 => writeln!(out, "\n{title}: none"),
         _ => writeln!(out, "\n{title}: {count}"),
@@ -291,7 +338,7 @@ fn prior(p: &Parameter) -> String {
 }
 
 /// Rows with their cells in columns; a column in which nothing stands is left out.
-fn columns<const N: usize>(out: &mut String, rows: &[[String; N]]) -> std::fmt::Result {
+pub(super) fn columns<const N: usize>(out: &mut String, rows: &[[String; N]]) -> std::fmt::Result {
     let width = |cell: &String| cell.chars().count();
     let widths: [usize; N] =
         std::array::from_fn(|i| rows.iter().map(|row| width(&row[i])).max().unwrap_or(0));

@@ -13,7 +13,52 @@ pub(super) enum Role {
     Position(usize),
     Velocity(usize),
     Input(usize),
+    State(usize),
     Parameter(usize),
+    /// A stated acceleration.
+    Acceleration(usize),
+    /// A stated multiplier.
+    Multiplier(usize),
+}
+
+/// An argument of emitted functions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Argument {
+    Parameters,
+    Point,
+    Acceleration,
+    Multipliers,
+}
+
+impl Role {
+    /// The argument that holds it.
+    pub fn argument(self) -> Argument {
+        match self {
+            Self::Time
+            | Self::Position(_)
+            | Self::Velocity(_)
+            | Self::Input(_)
+            | Self::State(_) => Argument::Point,
+            Self::Parameter(_) => Argument::Parameters,
+            Self::Acceleration(_) => Argument::Acceleration,
+            Self::Multiplier(_) => Argument::Multipliers,
+        }
+    }
+
+    /// Where a function takes it from, with the language's `access` to a member;
+    /// `None` for parameters, which are read where they are used.
+    pub fn place(self, access: &str) -> Option<String> {
+        Some(match self {
+            Self::Time => format!("x{access}t"),
+            Self::Position(i) => format!("x{access}q[{i}]"),
+            Self::Velocity(i) => format!("x{access}v[{i}]"),
+            Self::Input(i) => format!("x{access}u[{i}]"),
+            Self::State(i) => format!("x{access}z[{i}]"),
+            Self::Acceleration(i) => format!("a[{i}]"),
+            Self::Multiplier(i) => format!("lambda[{i}]"),
+            Self::Parameter(_) => return None,
+        })
+    }
 }
 
 /// A symbol of the model.
@@ -35,11 +80,16 @@ pub(super) struct Symbols {
 }
 
 /// Names of a function's arguments.
-const ARGUMENTS: [&str; 3] = ["p", "x", "out"];
+const ARGUMENTS: [&str; 7] = ["p", "x", "a", "lambda", "out", "angles", "circular"];
 
 impl Symbols {
-    /// Names them; `taken` lists what the language at hand needs for itself.
-    pub fn new(model: &Model, taken: &[&str]) -> Self {
+    /// Names them, and the symbols that stand for `a` and `λ`; `taken` lists what the
+    /// language at hand needs for itself.
+    pub fn new(
+        model: &Model,
+        (acceleration, multipliers): (&[SymbolId], &[SymbolId]),
+        taken: &[&str],
+    ) -> Self {
         let taken: Vec<String> = ARGUMENTS
             .iter()
             .chain(taken)
@@ -75,6 +125,26 @@ impl Symbols {
                 code,
                 format!("u_{}", snake(&u.name)),
             );
+        }
+        for (i, d) in model.delays.iter().enumerate() {
+            let code = locals.claim(&format!("u_{}", d.name));
+            let role = Role::Input(model.inputs.len() + i);
+            add(d.symbol, role, code, format!("u_{}", snake(&d.name)));
+        }
+        for (i, z) in model.states.iter().enumerate() {
+            let code = locals.claim(&format!("z_{}", z.name));
+            let telling = format!("z_{}", snake(&z.name));
+            add(z.symbol, Role::State(i), code, telling);
+        }
+        for (i, (c, &id)) in model.coordinates.iter().zip(acceleration).enumerate() {
+            let code = locals.claim(&format!("ddq_{}", c.name));
+            let telling = format!("dd_{}", snake(&c.name));
+            add(id, Role::Acceleration(i), code, telling);
+        }
+        for (k, (c, &id)) in model.constraints.iter().zip(multipliers).enumerate() {
+            let code = locals.claim(&format!("lambda_{}", c.name));
+            let telling = format!("lambda_{}", snake(&c.name));
+            add(id, Role::Multiplier(k), code, telling);
         }
         for (i, p) in model.parameters.iter().enumerate() {
             add(

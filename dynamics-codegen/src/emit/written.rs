@@ -1,6 +1,6 @@
 //! Terms as text: precedence and brackets, the same for every language.
 
-use super::body::Term;
+use super::body::{Fused, Term};
 use crate::graph::{Binary, Precedence, SymbolId, Unary};
 
 /// A piece of text with how tightly it holds together.
@@ -39,6 +39,25 @@ pub(super) trait Language {
     /// A function of two arguments, other than the four operations.
     fn function_of_two(&self, op: Binary, x: Written, y: Written) -> Written;
 
+    /// A product and a sum. Where a language has nothing for it, the two operations.
+    fn fused(&self, op: Fused, [x, y, z]: [Written; 3]) -> Written {
+        let (loose, tight) = (Precedence::Product, Precedence::Sign);
+        let product = Written {
+            text: format!("{} * {}", x.within(loose), y.within(tight)),
+            precedence: loose,
+        };
+        let (sum, product_first) = (Precedence::Sum, Precedence::Product);
+        let text = match op {
+            Fused::MulAdd => format!("{} + {}", product.within(sum), z.within(product_first)),
+            Fused::MulSub => format!("{} - {}", product.within(sum), z.within(product_first)),
+            Fused::NegMulAdd => format!("{} - {}", z.within(sum), product.within(product_first)),
+        };
+        Written {
+            text,
+            precedence: sum,
+        }
+    }
+
     /// A term, evaluated in the order of the graph. A right operand of equal rank
     /// keeps its brackets: they are the order of evaluation.
     fn write(&self, term: &Term, locals: &[String]) -> Written {
@@ -60,6 +79,10 @@ pub(super) trait Language {
                 precedence: Precedence::Sign,
             },
             Term::Unary(op, x) => self.function(*op, write(x)),
+            Term::Fused(op, terms) => {
+                let [x, y, z] = terms.as_ref();
+                self.fused(*op, [write(x), write(y), write(z)])
+            }
             Term::Binary(op, x, y) => match op {
                 Binary::Add | Binary::Sub => {
                     let (loose, tight) = (Precedence::Sum, Precedence::Product);

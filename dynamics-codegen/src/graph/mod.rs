@@ -44,7 +44,14 @@ impl Graph {
         symbol
     }
 
-    /// The expression that is just `symbol`.
+    /// From now on [`var`](Self::var) of `symbol` is a constant. What was built before
+    /// still holds the symbol.
+    pub fn fix(&mut self, symbol: SymbolId, value: f64) {
+        self.symbol_nodes[symbol.index()] = self.constant(value);
+    }
+
+    /// The expression that is just `symbol`, or the constant that it was
+    /// [fixed](Self::fix) to.
     pub fn var(&self, symbol: SymbolId) -> ExprId {
         self.symbol_nodes[symbol.index()]
     }

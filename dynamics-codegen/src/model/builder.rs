@@ -1,7 +1,7 @@
 //! Statements to a model: names declared, then everything lowered.
 
 use super::effects::Templates;
-use super::names::{Binding, Declared, RESERVED, Scope, Term, TermState};
+use super::names::{Binding, Declared, RESERVED, Scope, Term, TermState, VECTORS};
 use super::quantity::{Measure, Quantity};
 use super::{Constraint, ConstraintKind, Coordinate, Input, Model, Output, Parameter};
 use crate::diagnostic::{Diagnostic, Severity, nearest};
@@ -9,12 +9,13 @@ use crate::dimension::Dimension;
 use crate::graph::{ExprId, Graph};
 use crate::source::{Sources, Span};
 use crate::syntax::{
-    Bounds, Expr, File, Heading, Name, PortKind, Prior, Statement, StatementKind, Unit, UnitBase,
+    Bounds, Expr, ExprKind, File, Heading, Name, PortKind, Prior, Statement, StatementKind, Unit,
+    UnitBase,
 };
-use std::collections::HashMap;
+use crate::tree::{Body, Inertia, Joint, Mechanism, Options, Placement, Tree};
 
 /// A model may have this many coordinates, inputs and constraints.
-const MAX_SIZE: usize = 256;
+pub(super) const MAX_SIZE: usize = 256;
 
 /// Builds the model that `file` describes. Findings are added to `diagnostics`;
 /// `None` if there is an error among them.
@@ -22,6 +23,7 @@ pub(crate) fn build(
     file: &File,
     sources: &mut Sources,
     library: &super::Library,
+    variables: &super::Variables,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<Model> {
     let name = match &file.heading {
@@ -34,9 +36,11 @@ pub(crate) fn build(
             return None;
         }
     };
-    let mut builder = Builder::new(name.text.clone(), file.doc.clone(), diagnostics);
+    let mut builder = Builder::new(name.text.clone(), file.doc.clone(), variables, diagnostics);
     let statements: Vec<&Statement> = file.statements.iter().collect();
-    builder.declare(&statements);
+    let states_gravity = |s: &&Statement| matches!(s.kind, StatementKind::Gravity(_));
+    builder.states_gravity = statements.iter().any(states_gravity);
+    builder.declare(&statements, sources, library);
     let unreadable = file.unreadable.iter().map(|name| name.text.clone());
     builder.scope.unreadable = unreadable.collect();
     builder.refuse_excess(name.span);
@@ -55,15 +59,29 @@ pub(super) struct Builder<'a> {
     pub prefix: String,
     /// The effect at hand, while one is being applied.
     pub effect: Option<usize>,
+    /// Which parameters are not folded in.
+    pub variables: &'a super::Variables,
     diagnostics: &'a mut Vec<Diagnostic>,
     /// What each input's channel does, composed in the order of the text.
-    channels: Vec<ExprId>,
-    has_kinetic: bool,
-    too_large: bool,
+    pub(super) channels: Vec<ExprId>,
+    /// Beside [`Model::states`]: where each is declared and given its rate.
+    pub(super) state_notes: Vec<super::state::StateNotes>,
+    pub has_kinetic: bool,
+    pub too_large: bool,
+    /// Whether the model says itself what gravity is.
+    pub states_gravity: bool,
+    /// Whether the robot description underneath could not be read: what it holds is
+    /// not there, and not to be complained about.
+    pub unreadable_base: bool,
 }
 
 impl<'a> Builder<'a> {
-    fn new(name: String, doc: String, diagnostics: &'a mut Vec<Diagnostic>) -> Self {
+    fn new(
+        name: String,
+        doc: String,
+        variables: &'a super::Variables,
+        diagnostics: &'a mut Vec<Diagnostic>,
+    ) -> Self {
         let mut graph = Graph::new();
         let time = graph.symbol("t");
         let zero = graph.zero();
@@ -74,11 +92,20 @@ impl<'a> Builder<'a> {
             time,
             coordinates: Vec::new(),
             inputs: Vec::new(),
+            delays: Vec::new(),
+            states: Vec::new(),
             parameters: Vec::new(),
+            fixed: Vec::new(),
             kinetic: zero,
             potential: zero,
             dissipation: zero,
             forces: Vec::new(),
+            point_forces: Vec::new(),
+            tree: world(zero),
+            mechanism: None,
+            bodies: Vec::new(),
+            kinematics: Vec::new(),
+            robot: None,
             constraints: Vec::new(),
             outputs: Vec::new(),
             effects: Vec::new(),
@@ -89,10 +116,14 @@ impl<'a> Builder<'a> {
             term_path: Vec::new(),
             prefix: String::new(),
             effect: None,
+            variables,
             diagnostics,
             channels: Vec::new(),
+            state_notes: Vec::new(),
             has_kinetic: false,
             too_large: false,
+            states_gravity: false,
+            unreadable_base: false,
         }
     }
 
@@ -119,14 +150,27 @@ impl<'a> Builder<'a> {
     }
 
     /// First pass: every name, so that the order of the text does not matter.
-    pub fn declare(&mut self, statements: &[&Statement]) {
+    pub fn declare(
+        &mut self,
+        statements: &[&Statement],
+        sources: &mut Sources,
+        library: &super::Library,
+    ) {
         for statement in statements {
             match &statement.kind {
+                StatementKind::Urdf { file, options } => {
+                    self.declare_robot(file, options, sources, library);
+                }
+                StatementKind::Frame { name, value } => self.declare_frame(name, value),
+                StatementKind::Body(body) => self.declare_body(body),
                 StatementKind::Coordinate { name, unit } => {
                     self.declare_coordinate(name, unit.as_ref(), &statement.doc);
                 }
                 StatementKind::Input { name, unit } => {
                     self.declare_input(name, unit.as_ref(), &statement.doc);
+                }
+                StatementKind::State { name, unit, .. } => {
+                    self.declare_state(name, unit.as_ref(), &statement.doc);
                 }
                 StatementKind::Constant { name, unit, value } => {
                     let declared = unit.as_ref().and_then(|unit| self.dimension(unit));
@@ -186,20 +230,27 @@ impl<'a> Builder<'a> {
         let dimension = unit.and_then(|unit| self.dimension(unit));
         let symbol = self.model.graph.symbol(format!("u_{}", name.text));
         let arrives = self.model.graph.var(symbol);
-        let declared = Declared {
-            what: self.model.inputs.len(),
-            span: name.span,
-        };
-        self.scope.inputs.insert(name.text.clone(), declared);
-        self.channels.push(arrives);
-        self.model.inputs.push(Input {
+        let input = Input {
             name: name.text.clone(),
             dimension,
             unit: unit.map_or_else(String::new, unit_text),
             symbol,
             arrives,
             doc: doc.to_string(),
-        });
+            assumed: false,
+        };
+        self.push_input(input, name.span);
+    }
+
+    /// Adds an input whose name is free.
+    pub fn push_input(&mut self, input: Input, span: Span) {
+        let declared = Declared {
+            what: self.model.inputs.len(),
+            span,
+        };
+        self.scope.inputs.insert(input.name.clone(), declared);
+        self.channels.push(input.arrives);
+        self.model.inputs.push(input);
     }
 
     fn declare_term(
@@ -325,7 +376,7 @@ impl<'a> Builder<'a> {
     }
 
     /// Binds a plain word; `false` (and a finding) if it is taken.
-    fn bind(&mut self, name: &Name, what: Binding) -> bool {
+    pub fn bind(&mut self, name: &Name, what: Binding) -> bool {
         if RESERVED.contains(&name.text.as_str()) {
             let message = format!(
                 "`{}` has a meaning of its own and cannot be redefined",
@@ -353,7 +404,7 @@ impl<'a> Builder<'a> {
         true
     }
 
-    fn duplicate(&mut self, name: &Name, first: Span) {
+    pub fn duplicate(&mut self, name: &Name, first: Span) {
         self.report::<()>(
             Diagnostic::error(name.span, format!("`{}` is defined twice", name.text))
                 .label("again here")
@@ -362,7 +413,7 @@ impl<'a> Builder<'a> {
     }
 
     /// The dimension of a unit as written; `None` (and a finding) if it is unknown.
-    fn dimension(&mut self, unit: &Unit) -> Option<Dimension> {
+    pub(super) fn dimension(&mut self, unit: &Unit) -> Option<Dimension> {
         let mut product = Dimension::ONE;
         for factor in &unit.factors {
             let base = match &factor.base {
@@ -398,10 +449,7 @@ impl<'a> Builder<'a> {
                 ),
             );
         };
-        let declared = match kind {
-            PortKind::Coordinate => self.model.coordinates[index].dimension,
-            PortKind::Input => self.model.inputs[index].dimension,
-        };
+        let declared = self.port_dimension(kind, index);
         let of = |f: fn(Dimension) -> Dimension| Some(declared.map(f));
         match function.text.as_str() {
             "unit" => of(|d| d),
@@ -425,6 +473,7 @@ impl<'a> Builder<'a> {
         for (what, count) in [
             ("coordinates", self.model.coordinates.len()),
             ("inputs", self.model.inputs.len()),
+            ("states", self.model.states.len()),
         ] {
             if count > MAX_SIZE {
                 let message = format!("the model has {count} {what}; it may have {MAX_SIZE}");
@@ -441,9 +490,11 @@ impl<'a> Builder<'a> {
         if self.too_large {
             return;
         }
+        self.fold();
         for statement in statements {
             self.lower_statement(statement);
         }
+        self.resolve_frames();
         // Terms that nothing uses are still checked.
         for index in 0..self.scope.terms.len() {
             self.resolve_term(index);
@@ -468,23 +519,52 @@ impl<'a> Builder<'a> {
             }
             StatementKind::Force { on, value } => self.lower_force(on, value)?,
             StatementKind::Channel { name, value } => self.lower_channel(name, value)?,
+            StatementKind::Body(body) => {
+                self.has_kinetic = true;
+                self.lower_body(body, &statement.doc)?;
+            }
+            StatementKind::Gravity(components) => self.lower_gravity(components)?,
+            StatementKind::PointForce(force) => self.lower_point_force(force)?,
+            StatementKind::State { name, initial, .. } => {
+                self.lower_initial(name, initial.as_ref())?
+            }
+            StatementKind::Rate { name, value } => self.lower_rate(name, value)?,
             StatementKind::Constraint { name, left, right } => {
                 self.lower_constraint(name, left, right, &statement.doc)?;
             }
             StatementKind::Output { name, value } => {
-                let quantity = self.lower(value)?;
-                if self.model.outputs.iter().any(|y| y.name == name.text) {
-                    let message = format!("there are two outputs named `{}`", name.text);
-                    return self.report(Diagnostic::error(name.span, message));
-                }
-                self.model.outputs.push(Output {
-                    name: name.text.clone(),
-                    value: quantity.expr,
-                    dimension: quantity.measure.known(),
-                    doc: statement.doc.clone(),
-                });
+                self.lower_output(name, value, &statement.doc)?;
             }
             _ => {}
+        }
+        Some(())
+    }
+
+    /// One output, or one per component of a vector: `output tip = position(tool);`.
+    fn lower_output(&mut self, name: &Name, value: &Expr, doc: &str) -> Option<()> {
+        let components = match &value.kind {
+            ExprKind::Call(function, arguments) if VECTORS.contains(&function.text.as_str()) => {
+                let vector = self.vector(function, arguments, value.span)?;
+                let mut components = Vec::new();
+                for (index, letter) in ["x", "y", "z"].into_iter().enumerate() {
+                    let name = format!("{}_{letter}", name.text);
+                    components.push((name, vector(self, index)?));
+                }
+                components
+            }
+            _ => vec![(name.text.clone(), self.lower(value)?)],
+        };
+        for (text, quantity) in components {
+            if self.model.outputs.iter().any(|y| y.name == text) {
+                let message = format!("there are two outputs named `{text}`");
+                return self.report(Diagnostic::error(name.span, message));
+            }
+            self.model.outputs.push(Output {
+                name: text,
+                value: quantity.expr,
+                dimension: quantity.measure.known(),
+                doc: doc.to_string(),
+            });
         }
         Some(())
     }
@@ -503,6 +583,10 @@ impl<'a> Builder<'a> {
             .iter()
             .find(|c| self.model.graph.depends_on(&[expr], c.velocity));
         match found.map(|c| c.name.clone()) {
+            None if self.model.contains_velocity(expr) => self.report(Diagnostic::error(
+                span,
+                format!("{role} contains the velocity of a frame"),
+            )),
             None => Some(()),
             Some(name) => self.report(Diagnostic::error(
                 span,
@@ -518,7 +602,7 @@ impl<'a> Builder<'a> {
             .iter()
             .find(|u| self.model.graph.depends_on(&[expr], u.symbol));
         match found.map(|u| u.name.clone()) {
-            None => Some(()),
+            None => self.refuse_memory(expr, span, role),
             Some(name) => self.report(
                 Diagnostic::error(span, format!("{role} contains the input `{name}`"))
                     .help("an input acts through `force`"),
@@ -574,8 +658,8 @@ impl<'a> Builder<'a> {
         self.unknown_place(name, "input", &known)
     }
 
-    fn unknown_place<T>(&mut self, name: &Name, what: &str, known: &[String]) -> Option<T> {
-        if self.scope.unreadable.contains(&name.text) {
+    pub fn unknown_place<T>(&mut self, name: &Name, what: &str, known: &[String]) -> Option<T> {
+        if self.unreadable_base || self.scope.unreadable.contains(&name.text) {
             return None;
         }
         let error = Diagnostic::error(
@@ -599,8 +683,7 @@ impl<'a> Builder<'a> {
             let role = format!("what arrives at `{}`", name.text);
             self.expect_dimension(quantity, dimension, value.span, &role)?;
         }
-        let commanded = self.model.inputs[index].symbol;
-        let replacement = HashMap::from([(commanded, self.channels[index])]);
+        let replacement = self.what_arrives(index, quantity.expr, value.span)?;
         self.channels[index] = self.model.graph.substitute(&[quantity.expr], &replacement)[0];
         Some(())
     }
@@ -628,16 +711,9 @@ impl<'a> Builder<'a> {
         let residual = self.model.graph.sub(a.expr, b.expr);
         self.refuse_inputs(residual, span, "a constraint")?;
         let graph = &self.model.graph;
-        let coordinates = &self.model.coordinates;
-        let kind = if coordinates
-            .iter()
-            .any(|c| graph.depends_on(&[residual], c.velocity))
-        {
+        let kind = if self.model.contains_velocity(residual) {
             ConstraintKind::Nonholonomic
-        } else if coordinates
-            .iter()
-            .any(|c| graph.depends_on(&[residual], c.position))
-        {
+        } else if self.model.contains_position(residual) {
             ConstraintKind::Holonomic
         } else {
             return self.report(
@@ -659,10 +735,13 @@ impl<'a> Builder<'a> {
 
     /// Closes the model: puts the channels in, and looks at the whole.
     fn finish(mut self, heading: Span) -> Option<Model> {
-        if self.too_large || !self.scope.unreadable.is_empty() {
+        if self.too_large || !self.scope.unreadable.is_empty() || self.unreadable_base {
             return None;
         }
-        if self.model.coordinates.is_empty() {
+        if self.model.coordinates.is_empty() && self.model.robot.is_some() {
+            let message = "the robot description has no joint that moves";
+            self.report::<()>(Diagnostic::error(heading, message));
+        } else if self.model.coordinates.is_empty() {
             self.report::<()>(
                 Diagnostic::error(heading, "the model has no coordinate")
                     .help("declare what moves: `coordinate x: m;`"),
@@ -670,7 +749,7 @@ impl<'a> Builder<'a> {
         } else if !self.has_kinetic {
             self.report::<()>(
                 Diagnostic::error(heading, "the model has no kinetic energy")
-                    .help("state it: `kinetic m/2*dot(x)^2;`"),
+                    .help("state it, `kinetic m/2*dot(x)^2;`, or a body that has it"),
             );
         } else if self
             .diagnostics
@@ -679,25 +758,47 @@ impl<'a> Builder<'a> {
         {
             self.look_for_inertia();
         }
-        let replacements: HashMap<_, _> = self
-            .model
-            .inputs
-            .iter()
-            .zip(&self.channels)
-            .map(|(input, &arrives)| (input.symbol, arrives))
-            .collect();
-        self.model.forces = self
-            .model
-            .graph
-            .substitute(&self.model.forces.clone(), &replacements);
+        self.refuse_states_without_rate();
+        self.put_channels_into_forces(heading);
         for (input, &arrives) in self.model.inputs.iter_mut().zip(&self.channels) {
             input.arrives = arrives;
         }
-        let failed = self
-            .diagnostics
-            .iter()
-            .any(|d| d.severity == Severity::Error);
-        (!failed).then_some(self.model)
+        self.drop_idle_delays();
+        self.model.set_folded_aside(self.variables);
+        if !self.failed() {
+            self.prepare_tree(heading);
+        }
+        (!self.failed()).then_some(self.model)
+    }
+
+    /// Makes the tree ready for derivation, if there is more to it than the world.
+    fn prepare_tree(&mut self, heading: Span) {
+        if self.model.tree.bodies.len() == 1 {
+            return;
+        }
+        self.model.tree.coordinates = self.model.coordinates.len();
+        // What a file rounds has been rounded when it was read.
+        let options = Options {
+            snap: None,
+            ..Options::default()
+        };
+        let read: Vec<usize> = (self.model.kinematics.iter().map(|k| k.frame))
+            .chain(self.model.point_forces.iter().map(|force| force.frame))
+            .collect();
+        let graph = &mut self.model.graph;
+        let is_read = |body: usize| read.contains(&body);
+        match Mechanism::with_frames(graph, &self.model.tree, options, is_read) {
+            Ok(mechanism) => self.model.mechanism = Some(mechanism),
+            Err(error) => {
+                let message = format!("the bodies do not form a machine: {error}");
+                self.report::<()>(Diagnostic::error(heading, message));
+            }
+        }
+    }
+
+    /// What has been found so far.
+    pub fn findings(&self) -> &[Diagnostic] {
+        self.diagnostics
     }
 
     /// A coordinate without kinetic energy makes `M` singular: allowed (a
@@ -705,10 +806,9 @@ impl<'a> Builder<'a> {
     fn look_for_inertia(&mut self) {
         for index in 0..self.model.coordinates.len() {
             let coordinate = &self.model.coordinates[index];
-            if self
-                .model
-                .graph
-                .depends_on(&[self.model.kinetic], coordinate.velocity)
+            let in_energy = [self.model.kinetic];
+            if self.moves_bodies(index)
+                || self.model.graph.depends_on(&in_energy, coordinate.velocity)
             {
                 continue;
             }
@@ -727,8 +827,32 @@ impl<'a> Builder<'a> {
     }
 }
 
+/// A tree of nothing but the world.
+fn world(zero: ExprId) -> Tree {
+    let placement = Placement {
+        rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        translation: [zero; 3],
+    };
+    let world = Body {
+        name: "world".to_string(),
+        parent: None,
+        placement,
+        joint: Joint::Fixed,
+        inertia: Inertia {
+            mass: zero,
+            center: [zero; 3],
+            tensor: [[zero; 3]; 3],
+        },
+    };
+    Tree {
+        bodies: vec![world],
+        gravity: [zero; 3],
+        coordinates: 0,
+    }
+}
+
 /// A unit as written, normalised.
-fn unit_text(unit: &Unit) -> String {
+pub(super) fn unit_text(unit: &Unit) -> String {
     let mut text = String::new();
     for (position, factor) in unit.factors.iter().enumerate() {
         let base = match &factor.base {

@@ -117,7 +117,7 @@ impl Templates<'_> {
         builder.prefix = prefix(application);
         let statements: Vec<&Statement> = file.statements.iter().collect();
         refuse_foreign_statements(builder, &statements);
-        builder.declare(&statements);
+        builder.declare(&statements, self.sources, self.library);
         set_values(builder, first_parameter, values);
         builder.lower_statements(&statements);
         builder.explain(findings, application.template.span);
@@ -190,6 +190,7 @@ fn bind_ports(
         let index = match port.kind {
             PortKind::Coordinate => builder.find_coordinate(place)?,
             PortKind::Input => builder.find_input(place)?,
+            PortKind::Body => builder.find_body(&place.text, place.span)?,
         };
         scope
             .ports
@@ -278,6 +279,7 @@ fn refuse_foreign_statements(builder: &mut Builder<'_>, statements: &[&Statement
             StatementKind::Constraint { .. } => "a constraint",
             StatementKind::Output { .. } => "an output",
             StatementKind::Effect { .. } => "another effect",
+            StatementKind::Urdf { .. } => "a robot description",
             _ => continue,
         };
         builder.report::<()>(Diagnostic::error(

@@ -3,11 +3,17 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Effect templates by name. A user's own folder takes part on equal terms with
-/// what is built in, and wins over it.
+/// What a model may refer to: effect templates by name, and robot descriptions by
+/// path. A user's own folder of templates takes part on equal terms with what is
+/// built in, and wins over it.
 #[derive(Debug, Clone, Default)]
 pub struct Library {
     templates: BTreeMap<String, TemplateText>,
+    folder: PathBuf,
+    /// What paths are relative to where that is not the current folder.
+    root: PathBuf,
+    /// Texts that stand in for files, with the name shown in messages.
+    files: BTreeMap<String, (String, String)>,
 }
 
 /// A template as text.
@@ -32,6 +38,9 @@ pub enum LibraryError {
     },
 }
 
+/// A robot description may have this many bytes.
+const MAX_FILE: u64 = 64 << 20;
+
 macro_rules! builtin {
     ($($name:literal),* $(,)?) => {
         &[$(($name, include_str!(concat!("../../../models/effects/", $name, ".model")))),*]
@@ -44,7 +53,9 @@ const BUILTIN: &[(&str, &str)] = builtin![
     "constant_force",
     "coulomb",
     "input_bias",
+    "input_delay",
     "input_gain",
+    "input_lag",
     "quadratic_drag",
     "spring",
     "stribeck",
@@ -112,6 +123,44 @@ impl Library {
             self.add(name, path.display().to_string(), text);
         }
         Ok(())
+    }
+
+    /// Says from which folder the paths in a model start: that of the model's file.
+    /// Without it they start from the current one.
+    pub fn look_in(&mut self, folder: impl Into<PathBuf>) {
+        self.folder = folder.into();
+    }
+
+    /// Says what all paths are relative to, where that is not the current folder.
+    /// Messages do not show it.
+    pub fn start_from(&mut self, root: impl Into<PathBuf>) {
+        self.root = root.into();
+    }
+
+    /// Puts a text in place of the file `path`; messages call it `shown`.
+    pub fn add_file(
+        &mut self,
+        path: impl Into<String>,
+        shown: impl Into<String>,
+        text: impl Into<String>,
+    ) {
+        self.files.insert(path.into(), (shown.into(), text.into()));
+    }
+
+    /// A robot description: the name for messages, and its text.
+    pub(super) fn read(&self, path: &str) -> std::io::Result<(String, String)> {
+        if let Some(known) = self.files.get(path) {
+            return Ok(known.clone());
+        }
+        let shown = self.folder.join(path);
+        let place = self.root.join(&shown);
+        let size = std::fs::metadata(&place)?.len();
+        if size > MAX_FILE {
+            let message = format!("it has {size} bytes; a robot description may have {MAX_FILE}");
+            return Err(std::io::Error::other(message));
+        }
+        let text = std::fs::read_to_string(&place)?;
+        Ok((shown.display().to_string(), text))
     }
 
     /// The names of all templates, sorted.

@@ -2,7 +2,7 @@
 
 use super::Coordinate;
 use super::builder::Builder;
-use super::names::{Binding, FUNCTIONS, Scope, TermState};
+use super::names::{Binding, FUNCTIONS, Scope, TermState, VECTORS};
 use super::quantity::{Measure, Quantity};
 use crate::diagnostic::{Diagnostic, nearest};
 use crate::dimension::Dimension;
@@ -18,10 +18,11 @@ impl Builder<'_> {
     pub(super) fn lower(&mut self, expr: &Expr) -> Lowered {
         let quantity = self.lower_kind(expr)?;
         match self.model.graph.as_constant(quantity.expr) {
-            Some(value) if !value.is_finite() => self.report(
-                Diagnostic::error(expr.span, "this is not a finite number")
-                    .label(format!("its value is {value}")),
-            ),
+            Some(value) if !value.is_finite() => {
+                let error = Diagnostic::error(expr.span, "this is not a finite number")
+                    .label(format!("its value is {value}"));
+                self.report(self.with_folding_in_mind(error))
+            }
             _ => Some(quantity),
         }
     }
@@ -45,6 +46,7 @@ impl Builder<'_> {
             ExprKind::Product(first, rest) => self.lower_product(first, rest),
             ExprKind::Power(base, exponent) => self.lower_power(base, exponent),
             ExprKind::Call(name, arguments) => self.lower_call(name, arguments, expr.span),
+            ExprKind::Member(inner, member) => self.lower_member(inner, member),
         }
     }
 
@@ -67,6 +69,12 @@ impl Builder<'_> {
             return match kind {
                 PortKind::Coordinate => self.position(index),
                 PortKind::Input => self.input_symbol(index),
+                PortKind::Body => {
+                    let message = format!("`{name}` is a body, not a number");
+                    let help =
+                        format!("read something off it: `position({name}).x`, `mass({name})`");
+                    self.report(Diagnostic::error(span, message).help(help))
+                }
             };
         }
         match self
@@ -84,6 +92,7 @@ impl Builder<'_> {
                     measure,
                 })
             }
+            Some(Binding::State(index)) => self.state_symbol(index),
             Some(Binding::Term(index)) => self.lower_term(index, name, span),
             None => match self.scope.inputs.get(name).map(|declared| declared.what) {
                 Some(index) => self.input_symbol(index),
@@ -93,7 +102,7 @@ impl Builder<'_> {
     }
 
     fn unknown_name(&mut self, name: &str, span: Span) -> Lowered {
-        if self.scope.unreadable.contains(name) {
+        if self.unreadable_base || self.scope.unreadable.contains(name) {
             return None;
         }
         let error =
@@ -116,7 +125,7 @@ impl Builder<'_> {
         })
     }
 
-    fn input_symbol(&self, index: usize) -> Lowered {
+    pub(super) fn input_symbol(&self, index: usize) -> Lowered {
         let input = &self.model.inputs[index];
         let expr = self.model.graph.var(input.symbol);
         Some(Quantity {
@@ -280,7 +289,8 @@ impl Builder<'_> {
             };
             let graph = &mut self.model.graph;
             if *divide && graph.is_zero(b.expr) {
-                product = self.report(Diagnostic::error(factor.span, "division by zero"));
+                let error = Diagnostic::error(factor.span, "division by zero");
+                product = self.report(self.with_folding_in_mind(error));
                 continue;
             }
             product = Some(if *divide {
@@ -348,6 +358,8 @@ impl Builder<'_> {
         }
         match name.text.as_str() {
             "dot" => self.lower_dot(&arguments[0], span),
+            "delay" => self.lower_delay(&arguments[0], &arguments[1]),
+            "mass" => self.lower_mass(&arguments[0]),
             "input" | "coordinate" => self.lower_lookup(&name.text, &arguments[0]),
             "atan2" | "min" | "max" => self.lower_two(&name.text, &arguments[0], &arguments[1]),
             function => self.lower_one(function, &arguments[0]),
@@ -356,6 +368,11 @@ impl Builder<'_> {
 
     fn unknown_function(&mut self, name: &Name) -> Lowered {
         let error = Diagnostic::error(name.span, format!("there is no function `{}`", name.text));
+        if VECTORS.contains(&name.text.as_str()) {
+            let message = format!("`{}(…)` is a vector, not a number", name.text);
+            let help = format!("take a component: `{}(…).x`", name.text);
+            return self.report(Diagnostic::error(name.span, message).help(help));
+        }
         if self.scope.all_names().any(|known| known == name.text) {
             let help = format!("a product is written with `*`: `{}*(…)`", name.text);
             return self.report(error.help(help));
@@ -417,6 +434,10 @@ impl Builder<'_> {
                 ));
             }
         }
+        if self.model.contains_velocity(inner.expr) {
+            let message = "`dot` of something that already contains a velocity";
+            return self.report(Diagnostic::error(span, message).label("an acceleration"));
+        }
         for index in 0..self.model.inputs.len() {
             if self
                 .model
@@ -430,6 +451,7 @@ impl Builder<'_> {
                 );
             }
         }
+        self.refuse_memory(inner.expr, span, "the argument of `dot`")?;
         let seeds = self.model.time_seeds();
         let expr = self.model.graph.directional(&[inner.expr], &seeds)[0];
         if let ExprKind::Name(name) = &argument.kind {

@@ -1,19 +1,33 @@
 //! The checked model: names resolved, units checked, expressions on the graph.
 
+mod bodies;
 mod builder;
+mod delay;
 mod effects;
+mod fold;
+mod frames;
+mod kinematic;
 mod library;
 mod lower;
 mod names;
 mod quantity;
+mod robot;
+mod state;
 
+pub use bodies::{NamedBody, PointForce};
 pub(crate) use builder::build;
+pub use delay::Delay;
 pub use effects::{Template, TemplateParameter};
+pub use fold::Variables;
+pub use kinematic::{Kinematic, Reading};
 pub use library::{Library, LibraryError};
+pub use robot::RobotBase;
+pub use state::State;
 
 use crate::dimension::Dimension;
 use crate::graph::{ExprId, Graph, SymbolId};
 use crate::syntax::PortKind;
+use crate::tree::{Mechanism, Tree};
 
 /// A generalised coordinate.
 #[derive(Debug, Clone)]
@@ -45,6 +59,9 @@ pub struct Input {
     pub symbol: SymbolId,
     /// What arrives: the command itself unless an effect is in the way.
     pub arrives: ExprId,
+    /// Whether nobody stated it: a robot description has motors at all its joints,
+    /// a log need not know all of them.
+    pub assumed: bool,
     /// What the model says about it.
     pub doc: String,
 }
@@ -143,8 +160,15 @@ pub struct Model {
     pub coordinates: Vec<Coordinate>,
     /// The inputs, in the order of the text.
     pub inputs: Vec<Input>,
+    /// Inputs as they were some time ago, wherever something asks for them.
+    pub delays: Vec<Delay>,
+    /// The first-order states, in the order of the text, then those of the effects.
+    pub states: Vec<State>,
     /// The parameters, in the order of the text, then those of the effects.
     pub parameters: Vec<Parameter>,
+    /// What would be parameters had it not been folded in ([`Variables`]): each is its
+    /// nominal value, as a constant, wherever it stood.
+    pub fixed: Vec<Parameter>,
     /// Kinetic energy `T(q, v, t)`.
     pub kinetic: ExprId,
     /// Potential energy `V(q, t)`.
@@ -153,6 +177,18 @@ pub struct Model {
     pub dissipation: ExprId,
     /// Generalised forces stated outright, one sum per coordinate.
     pub forces: Vec<ExprId>,
+    /// Forces and torques at frames.
+    pub point_forces: Vec<PointForce>,
+    /// Bodies, frames and gravity; the first body is the world.
+    pub tree: Tree,
+    /// The tree, ready for derivation; `None` if nothing asks for it.
+    pub mechanism: Option<Mechanism>,
+    /// The bodies that have a name.
+    pub bodies: Vec<NamedBody>,
+    /// The symbols that stand for what is read off frames.
+    pub kinematics: Vec<Kinematic>,
+    /// The robot description underneath, if any.
+    pub robot: Option<RobotBase>,
     /// The constraints, in the order of the text.
     pub constraints: Vec<Constraint>,
     /// The outputs, in the order of the text.
@@ -165,16 +201,5 @@ impl Model {
     /// The nominal parameter values, in the order of [`parameters`](Self::parameters).
     pub fn nominal_parameters(&self) -> Vec<f64> {
         self.parameters.iter().map(|p| p.nominal).collect()
-    }
-
-    /// The time derivative's seeds: `q → v`, `t → 1` (velocities are not
-    /// differentiated: no statement may contain an acceleration).
-    pub(crate) fn time_seeds(&mut self) -> Vec<(SymbolId, ExprId)> {
-        let one = self.graph.one();
-        let mut seeds = vec![(self.time, one)];
-        for c in &self.coordinates {
-            seeds.push((c.position, self.graph.var(c.velocity)));
-        }
-        seeds
     }
 }

@@ -14,6 +14,8 @@ pub(super) enum Binding {
     Coordinate(usize),
     /// Index of a parameter.
     Parameter(usize),
+    /// Index of a state.
+    State(usize),
     /// A constant or a `let`: its expression, lowered when first used.
     Term(usize),
 }
@@ -54,6 +56,7 @@ pub(super) struct Scope {
     pub inputs: BTreeMap<String, Declared<usize>>,
     /// In a template: what the ports are bound to.
     pub ports: BTreeMap<String, (PortKind, usize)>,
+    pub frames: super::frames::Frames,
     pub terms: Vec<Term>,
     /// Names whose definition could not be read: not there, and not to be complained about.
     pub unreadable: BTreeSet<String>,
@@ -63,7 +66,7 @@ pub(super) struct Scope {
 pub(super) const RESERVED: [&str; 2] = ["t", "pi"];
 
 /// The functions of the language with their number of arguments.
-pub(super) const FUNCTIONS: [(&str, usize); 21] = [
+pub(super) const FUNCTIONS: [(&str, usize); 23] = [
     ("sin", 1),
     ("cos", 1),
     ("tan", 1),
@@ -85,6 +88,22 @@ pub(super) const FUNCTIONS: [(&str, usize); 21] = [
     ("dot", 1),
     ("input", 1),
     ("coordinate", 1),
+    ("delay", 2),
+    ("mass", 1),
+];
+
+/// Functions that read numbers or bodies by name.
+const LOOKUPS: [&str; 3] = ["input", "coordinate", "mass"];
+
+/// Functions of frames and bodies with three components.
+pub(super) const VECTORS: [&str; 7] = [
+    "center",
+    "position",
+    "velocity",
+    "angular_velocity",
+    "axis_x",
+    "axis_y",
+    "axis_z",
 ];
 
 impl Scope {
@@ -108,8 +127,16 @@ impl Scope {
                 self.terms_in(first, found);
                 rest.iter().for_each(|(_, expr)| self.terms_in(expr, found));
             }
-            // These look names up among inputs and coordinates.
-            ExprKind::Call(name, _) if ["input", "coordinate"].contains(&name.text.as_str()) => {}
+            // These look names up among inputs, coordinates, frames and bodies.
+            ExprKind::Call(name, _) if LOOKUPS.contains(&name.text.as_str()) => {}
+            ExprKind::Call(name, _) if VECTORS.contains(&name.text.as_str()) => {}
+            ExprKind::Call(name, arguments) if name.text == "delay" => {
+                arguments
+                    .iter()
+                    .skip(1)
+                    .for_each(|expr| self.terms_in(expr, found));
+            }
+            ExprKind::Member(inner, _) => self.terms_in(inner, found),
             ExprKind::Call(_, arguments) => {
                 arguments.iter().for_each(|expr| self.terms_in(expr, found));
             }

@@ -55,6 +55,8 @@ pub enum PortKind {
     Coordinate,
     /// An input.
     Input,
+    /// A body.
+    Body,
 }
 
 /// One statement.
@@ -90,6 +92,22 @@ pub enum StatementKind {
         /// The input that is replaced.
         name: Name,
         /// What arrives.
+        value: Expr,
+    },
+    /// `state z: m = 0;`: a first-order state.
+    State {
+        /// Its name.
+        name: Name,
+        /// Its unit.
+        unit: Option<Unit>,
+        /// Its value when a log begins.
+        initial: Option<Expr>,
+    },
+    /// `dot(z) == expression;`: the rate of a state.
+    Rate {
+        /// The state.
+        name: Name,
+        /// Its rate.
         value: Expr,
     },
     /// `parameter m: kg = 1.0 in 0.01.. prior normal(1, 0.05);`
@@ -150,6 +168,26 @@ pub enum StatementKind {
         /// What it stands for.
         value: Expr,
     },
+    /// `urdf "robot.urdf" { base: floating; }`
+    Urdf {
+        /// The path as written.
+        file: Name,
+        /// What stands in the braces.
+        options: Vec<RobotOption>,
+    },
+    /// `frame hub = base * rotate_z(yaw);`
+    Frame {
+        /// Its name.
+        name: Name,
+        /// A product of frames and transforms.
+        value: Expr,
+    },
+    /// `body arm { … }`
+    Body(Box<BodyStatement>),
+    /// `gravity (0, 0, -g);`
+    Gravity(Box<[Expr; 3]>),
+    /// `force at(tip) = (fx, fy, fz);`
+    PointForce(Box<PointForce>),
     /// `effect viscous(j2) { d = 0.02 }`
     Effect {
         /// The template's name.
@@ -159,6 +197,43 @@ pub enum StatementKind {
         /// Values for its parameters.
         values: Vec<(Name, Expr)>,
     },
+}
+
+/// An entry in the braces of `urdf "…" { … }`.
+#[derive(Debug, Clone)]
+pub struct RobotOption {
+    /// Which option.
+    pub name: Name,
+    /// Its values.
+    pub values: Vec<Name>,
+}
+
+/// A rigid body.
+#[derive(Debug, Clone)]
+pub struct BodyStatement {
+    /// Its name.
+    pub name: Name,
+    /// Where it is: a product of frames and transforms.
+    pub frame: Expr,
+    /// Its mass.
+    pub mass: Option<Expr>,
+    /// Its centre of mass in its frame.
+    pub center: Option<[Expr; 3]>,
+    /// `diag(ix, iy, iz)` or `full(ixx, iyy, izz, ixy, ixz, iyz)`, about the centre of mass.
+    pub inertia: Option<Expr>,
+}
+
+/// A force or torque at a frame.
+#[derive(Debug, Clone)]
+pub struct PointForce {
+    /// The frame whose origin it acts at.
+    pub at: Name,
+    /// The frame along whose axes it is given; `None` is the world.
+    pub axes: Option<Name>,
+    /// Its components.
+    pub value: [Expr; 3],
+    /// Whether it is a torque.
+    pub torque: bool,
 }
 
 /// `in lower..upper`, each side optional.
@@ -244,4 +319,6 @@ pub enum ExprKind {
     Power(Box<Expr>, Box<Expr>),
     /// `f(a, b)`
     Call(Name, Vec<Expr>),
+    /// `position(tip).x`
+    Member(Box<Expr>, Name),
 }

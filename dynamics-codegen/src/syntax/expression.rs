@@ -70,7 +70,15 @@ fn signed(stream: &mut Stream<'_>, depth: usize) -> Parsed<Expr> {
 }
 
 fn power(stream: &mut Stream<'_>, depth: usize) -> Parsed<Expr> {
-    let base = atom(stream, depth)?;
+    let mut base = atom(stream, depth)?;
+    while stream.at_member() {
+        stream.skip();
+        let name = stream.name("a component such as `x`")?;
+        base = Expr {
+            span: base.span.to(name.span),
+            kind: ExprKind::Member(Box::new(base), name),
+        };
+    }
     if !stream.eat('^') {
         return Ok(base);
     }
@@ -84,6 +92,13 @@ fn power(stream: &mut Stream<'_>, depth: usize) -> Parsed<Expr> {
 
 fn atom(stream: &mut Stream<'_>, depth: usize) -> Parsed<Expr> {
     check_depth(stream, depth)?;
+    if stream.input.peek(syn::LitStr) {
+        let name = stream.text("a name")?;
+        return Ok(Expr {
+            span: name.span,
+            kind: ExprKind::Name(name.text),
+        });
+    }
     if stream.input.peek(syn::Lit) {
         return number(stream);
     }
@@ -319,6 +334,7 @@ mod tests {
                 let arguments: Vec<String> = arguments.iter().map(show).collect();
                 format!("{}({})", name.text, arguments.join(", "))
             }
+            ExprKind::Member(inner, name) => format!("{}.{}", show(inner), name.text),
         }
     }
 

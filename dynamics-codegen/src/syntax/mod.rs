@@ -1,6 +1,7 @@
 //! From text to a syntax tree that keeps its places.
 
 mod ast;
+mod body;
 mod expression;
 mod lexical;
 mod statement;
@@ -13,11 +14,32 @@ use crate::diagnostic::Diagnostic;
 use crate::source::{SourceId, Sources};
 use stream::Stream;
 
+/// A name as it is written in a model: as a word if it is one, else in quotes.
+///
+/// ```
+/// use dynamics_codegen::syntax::written_name;
+///
+/// assert_eq!(written_name("joint_1"), "joint_1");
+/// assert_eq!(written_name("joint 1"), "\"joint 1\"");
+/// ```
+pub fn written_name(name: &str) -> String {
+    let starts = |c: char| c.is_ascii_alphabetic() || c == '_';
+    let word = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+        && name.starts_with(starts)
+        && name != "_";
+    if word {
+        name.to_string()
+    } else {
+        format!("{name:?}")
+    }
+}
+
 /// Parses one file: a model or an effect template.
 ///
 /// Never fails as a whole: what could not be read is in the diagnostics, and
 /// what could be read is in the tree (`None` if not even the heading was found).
 pub fn parse(sources: &Sources, id: SourceId) -> (Option<File>, Vec<Diagnostic>) {
+    let _places = Places::own();
     let text = &sources.get(id).text;
     let faults = lexical::check(text, id);
     if !faults.is_empty() {
@@ -39,4 +61,23 @@ pub fn parse(sources: &Sources, id: SourceId) -> (Option<File>, Vec<Diagnostic>)
         ));
     }
     (file, diagnostics)
+}
+
+/// While this lives, tokens know the bytes they come from.
+///
+/// Inside a procedural macro `proc_macro2` hands the work to rustc, whose tokens do not
+/// tell their place on a stable compiler. Its own tokens do, there as everywhere.
+struct Places;
+
+impl Places {
+    fn own() -> Self {
+        proc_macro2::fallback::force();
+        Self
+    }
+}
+
+impl Drop for Places {
+    fn drop(&mut self) {
+        proc_macro2::fallback::unforce();
+    }
 }

@@ -1,14 +1,16 @@
 //! Statements. A fault in one does not hide the faults in the next.
 
 use super::ast::{Expr, File, Heading, Name, Port, PortKind, Prior, Statement, StatementKind};
+use super::body::{self, triple};
 use super::expression::{bounds, expression, unit};
 use super::stream::{Parsed, Stream};
 use crate::diagnostic::{Diagnostic, nearest};
 
 /// The words that begin a statement.
-const KEYWORDS: [&str; 12] = [
+const KEYWORDS: [&str; 18] = [
     "coordinate",
     "input",
+    "state",
     "parameter",
     "constant",
     "let",
@@ -19,6 +21,11 @@ const KEYWORDS: [&str; 12] = [
     "constraint",
     "output",
     "effect",
+    "urdf",
+    "frame",
+    "body",
+    "gravity",
+    "torque",
 ];
 
 /// The whole file.
@@ -95,13 +102,14 @@ fn ports(stream: &mut Stream<'_>) -> Parsed<Vec<Port>> {
     in_brackets(stream, |inner| {
         let name = inner.name("the name of a port")?;
         let kind = if inner.eat(':') {
-            let kind = inner.name("`coordinate` or `input`")?;
+            let kind = inner.name("`coordinate`, `input` or `body`")?;
             match kind.text.as_str() {
                 "coordinate" => PortKind::Coordinate,
                 "input" => PortKind::Input,
+                "body" => PortKind::Body,
                 _ => {
                     return Err(Box::new(
-                        Diagnostic::error(kind.span, "expected `coordinate` or `input`")
+                        Diagnostic::error(kind.span, "expected `coordinate`, `input` or `body`")
                             .label("no such kind of port"),
                     ));
                 }
@@ -139,6 +147,8 @@ fn statement(stream: &mut Stream<'_>) -> Parsed<Statement> {
     let doc = stream.doc()?;
     let start = stream.here();
     let keyword = stream.name("a statement")?;
+    // Behind a closing brace the `;` may be left out.
+    let mut braced = false;
     let kind = match keyword.text.as_str() {
         "coordinate" => {
             let name = stream.name("the coordinate's name")?;
@@ -148,6 +158,8 @@ fn statement(stream: &mut Stream<'_>) -> Parsed<Statement> {
             }
         }
         "input" => input(stream)?,
+        "state" => state(stream)?,
+        "dot" => rate(stream)?,
         "parameter" => parameter(stream)?,
         "constant" => constant(stream)?,
         "let" => {
@@ -167,6 +179,19 @@ fn statement(stream: &mut Stream<'_>) -> Parsed<Statement> {
         "kinetic" => StatementKind::Kinetic(expression(stream)?),
         "potential" => StatementKind::Potential(expression(stream)?),
         "dissipation" => StatementKind::Dissipation(expression(stream)?),
+        "force" if stream.at_call("at") => body::point_force(stream, false)?,
+        "torque" => body::point_force(stream, true)?,
+        "urdf" => {
+            let (kind, ends_in_brace) = body::urdf(stream)?;
+            braced = ends_in_brace;
+            kind
+        }
+        "frame" => body::frame(stream)?,
+        "body" => {
+            braced = true;
+            body::body(stream)?
+        }
+        "gravity" => StatementKind::Gravity(Box::new(triple(stream)?)),
         "force" => {
             let on = stream.name("the coordinate that the force acts on")?;
             StatementKind::Force {
@@ -178,7 +203,9 @@ fn statement(stream: &mut Stream<'_>) -> Parsed<Statement> {
         "effect" => return effect(stream, doc, start),
         unknown => return Err(Box::new(unknown_statement(&keyword, unknown))),
     };
-    stream.expect(';', "this statement")?;
+    if !stream.eat(';') && !braced {
+        stream.expect(';', "this statement")?;
+    }
     Ok(Statement {
         doc,
         span: start.to(stream.previous()),
@@ -217,6 +244,43 @@ fn input(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
     Ok(StatementKind::Input {
         name,
         unit: unit_behind_colon(stream)?,
+    })
+}
+
+fn state(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
+    let name = stream.name("the state's name")?;
+    let unit = unit_behind_colon(stream)?;
+    let initial = stream.eat('=').then(|| expression(stream)).transpose()?;
+    Ok(StatementKind::State {
+        name,
+        unit,
+        initial,
+    })
+}
+
+/// `dot(z) == expression`, behind the `dot`.
+fn rate(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
+    let start = stream.here();
+    let mut names = Vec::new();
+    in_brackets(stream, |inner| {
+        names.push(inner.name("the name of a state")?);
+        Ok(())
+    })?;
+    let brackets = start.to(stream.previous());
+    let Ok([name]) = <[Name; 1]>::try_from(names) else {
+        let error = Diagnostic::error(brackets, "`dot(…)` takes the name of one state");
+        return Err(Box::new(error));
+    };
+    if !stream.at_pair('=', '=') {
+        let error = Diagnostic::error(stream.here(), "a rate is an equation, `dot(z) == …`")
+            .label("expected `==`");
+        return Err(Box::new(error));
+    }
+    stream.skip();
+    stream.skip();
+    Ok(StatementKind::Rate {
+        name,
+        value: expression(stream)?,
     })
 }
 
@@ -291,7 +355,7 @@ fn effect(stream: &mut Stream<'_>, doc: String, start: crate::source::Span) -> P
     let template = stream.name("the effect's name")?;
     let mut on = Vec::new();
     in_brackets(stream, |inner| {
-        on.push(inner.name("the name of a coordinate or input")?);
+        on.push(inner.name("the name of a coordinate, input or body")?);
         Ok(())
     })?;
     let mut values = Vec::new();

@@ -176,8 +176,32 @@ impl<'a> Stream<'a> {
         }))
     }
 
-    /// Reads a word that is to be a name.
+    /// Reads a text in quotes.
+    pub fn text(&mut self, what: &str) -> Parsed<Name> {
+        if !self.input.peek(syn::LitStr) {
+            let error = Diagnostic::error(self.here(), format!("expected {what}")).label("here");
+            return Err(Box::new(error));
+        }
+        let literal: syn::LitStr = (self.input.parse())
+            .map_err(|error: syn::Error| Box::new(from_syn(&error, self.source)))?;
+        let span = self.passed(literal.span());
+        Ok(Name {
+            text: literal.value(),
+            span,
+        })
+    }
+
+    /// Whether a member such as `.x` comes next.
+    pub fn at_member(&self) -> bool {
+        let next = self.input.cursor().punct();
+        next.is_some_and(|(p, rest)| p.as_char() == '.' && rest.ident().is_some())
+    }
+
+    /// Reads a word that is to be a name; a name that is no word stands in quotes.
     pub fn name(&mut self, what: &str) -> Parsed<Name> {
+        if self.input.peek(syn::LitStr) {
+            return self.text(what);
+        }
         let unexpected = |stream: &Self| {
             Box::new(Diagnostic::error(stream.here(), format!("expected {what}")).label(what))
         };

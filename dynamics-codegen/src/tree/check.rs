@@ -16,7 +16,6 @@ pub(super) fn tree(g: &Graph, tree: &Tree) -> Result<(), TreeError> {
             most: MOST_COORDINATES,
         });
     }
-    let mut used = vec![false; tree.coordinates];
     for (position, body) in tree.bodies.iter().enumerate() {
         if let Some(parent) = body.parent.filter(|&parent| parent >= position) {
             let body = body.name.clone();
@@ -24,12 +23,17 @@ pub(super) fn tree(g: &Graph, tree: &Tree) -> Result<(), TreeError> {
         }
         check_rotation(body)?;
         check_constants(g, body)?;
+        if let Joint::Driven { displacement, .. } = &body.joint {
+            let map = displacement.map.iter().chain(&displacement.map_rate);
+            check_map(body, map.map(|entry| entry.0), tree.coordinates)?;
+        }
         for coordinate in coordinates(&body.joint) {
-            check_coordinate(body, coordinate, &mut used)?;
+            check_coordinate(body, coordinate, tree.coordinates)?;
         }
         if let Joint::Revolute { axis, .. }
         | Joint::Prismatic { axis, .. }
-        | Joint::Planar { normal: axis, .. } = body.joint
+        | Joint::Planar { normal: axis, .. }
+        | Joint::Driven { axis, .. } = body.joint
         {
             let length = vector::inner(axis, axis).sqrt();
             if !length.is_finite() || length < 1e-12 {
@@ -38,10 +42,22 @@ pub(super) fn tree(g: &Graph, tree: &Tree) -> Result<(), TreeError> {
             }
         }
     }
-    if let Some(index) = used.iter().position(|&used| !used) {
-        return Err(TreeError::Unused { index });
-    }
     Ok(())
+}
+
+fn check_map(
+    body: &Body,
+    mut indices: impl Iterator<Item = usize>,
+    coordinates: usize,
+) -> Result<(), TreeError> {
+    match indices.find(|&index| index >= coordinates) {
+        None => Ok(()),
+        Some(index) => Err(TreeError::Coordinate {
+            body: body.name.clone(),
+            index,
+            coordinates,
+        }),
+    }
 }
 
 fn check_rotation(body: &Body) -> Result<(), TreeError> {
@@ -87,15 +103,8 @@ fn check_constants(g: &Graph, body: &Body) -> Result<(), TreeError> {
     Err(TreeError::NotFinite { body, what })
 }
 
-fn check_coordinate(body: &Body, c: Coordinate, used: &mut [bool]) -> Result<(), TreeError> {
-    let Some(used) = used.get_mut(c.index) else {
-        return Err(TreeError::Coordinate {
-            body: body.name.clone(),
-            index: c.index,
-            coordinates: used.len(),
-        });
-    };
-    *used = true;
+fn check_coordinate(body: &Body, c: Coordinate, coordinates: usize) -> Result<(), TreeError> {
+    check_map(body, std::iter::once(c.index), coordinates)?;
     if c.ratio.is_finite() && c.ratio != 0.0 {
         return Ok(());
     }
@@ -117,5 +126,6 @@ fn coordinates(joint: &Joint) -> Vec<Coordinate> {
             all.extend(floating.quaternion);
             all
         }
+        Joint::Driven { .. } => Vec::new(),
     }
 }

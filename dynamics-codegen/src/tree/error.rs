@@ -58,12 +58,6 @@ pub enum TreeError {
         /// As given.
         ratio: f64,
     },
-    /// A coordinate that moves nothing.
-    #[error("no joint uses coordinate {index}; the mass matrix would be singular")]
-    Unused {
-        /// The coordinate.
-        index: usize,
-    },
     /// More than straight-line code can be useful for.
     #[error("the tree has {coordinates} coordinates; at most {most} are supported")]
     TooLarge {

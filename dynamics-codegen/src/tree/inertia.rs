@@ -21,6 +21,17 @@ pub(super) struct PseudoInertia {
 }
 
 impl PseudoInertia {
+    /// Whether turning it about z changes nothing.
+    pub fn is_symmetric_about_z(&self, g: &Graph) -> bool {
+        let s = &self.second;
+        let off = [s[0][1], s[0][2], s[1][2], self.first[0], self.first[1]];
+        let equal = match (g.as_constant(s[0][0]), g.as_constant(s[1][1])) {
+            (Some(x), Some(y)) => (x - y).abs() <= 4.0 * f64::EPSILON * x.abs().max(y.abs()),
+            _ => s[0][0] == s[1][1],
+        };
+        equal && off.iter().all(|&x| g.is_zero(x))
+    }
+
     pub fn zero(g: &mut Graph) -> Self {
         let zero = vector::zero(g);
         Self {

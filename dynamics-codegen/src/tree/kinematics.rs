@@ -87,8 +87,8 @@ impl Mechanism {
     pub fn jacobian_rate(&self, g: &mut Graph, frame: &Frame) -> Vec<Vec<ExprId>> {
         let columns = self.freedom_columns(g, frame, true);
         let mut rate = self.columns_to_matrix(g, &columns);
-        // A quaternion's columns also change with its map ω = 2 E(η) η̇, whose
-        // rate is that map at η̇.
+        // Columns also change with the map of their freedom: a quaternion's is
+        // ω = 2 E(η) η̇, whose rate is that map at η̇.
         let still = self.freedom_columns(g, frame, false);
         for (link, freedom, twist) in still {
             for (index, change) in self.map_rate(g, link, freedom) {
@@ -96,6 +96,22 @@ impl Mechanism {
             }
         }
         rate
+    }
+
+    /// The velocity of a frame's origin, then its angular velocity, in world
+    /// axes: `J v` and what time alone drives.
+    pub fn velocity(&self, g: &mut Graph, frame: &Frame) -> [ExprId; 6] {
+        let zero = g.zero();
+        let (Some(carrier), _, point) = self.attachment(g, frame) else {
+            return [zero; 6];
+        };
+        let places = self.places(g);
+        let flow = self.flows(g, &places)[carrier];
+        let lever = turn::times(g, &turn::transpose(&places[carrier].columns), point);
+        let spin = vector::cross(g, flow.omega, lever);
+        let [x, y, z] = vector::add(g, flow.velocity, spin);
+        let [wx, wy, wz] = flow.omega;
+        [x, y, z, wx, wy, wz]
     }
 
     /// `J̇ v`: the acceleration of a frame's origin and its angular acceleration
@@ -272,7 +288,7 @@ impl Mechanism {
     fn map_rate(&self, g: &mut Graph, link: usize, freedom: usize) -> Vec<(usize, ExprId)> {
         let link = &self.links[link];
         let Some(rates) = link.quaternion_rates else {
-            return Vec::new();
+            return link.freedoms[freedom].map_rate.clone();
         };
         let Some(places) = link.spherical else {
             return Vec::new();

@@ -9,13 +9,27 @@ use super::vector::{self, IDENTITY, Vector};
 use crate::graph::{ExprId, Graph, Unary};
 
 /// The links with their transforms; inertias seen from the link frames.
-pub(super) fn links(g: &mut Graph, joints: &[MovingJoint], frames: &[LinkFrame]) -> Vec<Link> {
-    (joints.iter().zip(frames))
-        .map(|(joint, frame)| link(g, joint, frame, joint.parent.map(|p| &frames[p])))
+pub(super) fn links(
+    g: &mut Graph,
+    joints: &[MovingJoint],
+    frames: &[LinkFrame],
+    turn_matters: &[bool],
+) -> Vec<Link> {
+    (joints.iter().zip(frames).zip(turn_matters))
+        .map(|((joint, frame), &turn_matters)| {
+            let parent = joint.parent.map(|p| &frames[p]);
+            link(g, joint, frame, parent, turn_matters)
+        })
         .collect()
 }
 
-fn link(g: &mut Graph, joint: &MovingJoint, frame: &LinkFrame, parent: Option<&LinkFrame>) -> Link {
+fn link(
+    g: &mut Graph,
+    joint: &MovingJoint,
+    frame: &LinkFrame,
+    parent: Option<&LinkFrame>,
+    turn_matters: bool,
+) -> Link {
     let (base, mut shift) = placed(g, joint, frame, parent);
     let mut stages: Vec<Stage> = Vec::new();
     if parent.is_some() {
@@ -25,7 +39,13 @@ fn link(g: &mut Graph, joint: &MovingJoint, frame: &LinkFrame, parent: Option<&L
     let constant_stages = stages.len();
     let mut freedoms = joint.freedoms.clone();
     let mut quaternion = None;
+    let inertia = seen_from(g, frame, &joint.inertia);
     match joint.motion {
+        // The frame need not turn with what looks the same from all sides.
+        Motion::Revolute { .. } if !turn_matters && inertia.is_symmetric_about_z(g) => {
+            let still = g.zero();
+            stages.push(joint_turn(g, still, frame.offset));
+        }
         Motion::Revolute { angle, .. } => stages.push(joint_turn(g, angle, frame.offset)),
         Motion::Spherical {
             rotation,
@@ -48,7 +68,8 @@ fn link(g: &mut Graph, joint: &MovingJoint, frame: &LinkFrame, parent: Option<&L
         constant_stages,
         shift,
         freedoms,
-        inertia: seen_from(g, frame, &joint.inertia),
+        inertia,
+        driven: joint.driven,
         base,
         spherical: quaternion.map(|q| q.map(|c| c.index)),
         quaternion: quaternion.map(|q| q.map(|c| c.q)),

@@ -95,8 +95,13 @@ pub(super) enum Axis {
 pub(super) struct Freedom {
     pub axis: Axis,
     pub rate: ExprId,
-    /// `rate = Σ coefficient · v[index]`, the same for accelerations.
+    /// `rate = Σ coefficient · v[index]` (and what depends on time alone);
+    /// accelerations likewise, plus the drift.
     pub map: Vec<(usize, ExprId)>,
+    /// The rates of the coefficients, if they are not those of a quaternion.
+    pub map_rate: Vec<(usize, ExprId)>,
+    /// Acceleration at `a = 0`.
+    pub drift: ExprId,
 }
 
 /// A moving link. `x_parent = R x_link + shift`, `R` the product of the stages.
@@ -110,6 +115,8 @@ pub(super) struct Link {
     pub shift: Vector,
     pub freedoms: Vec<Freedom>,
     pub inertia: PseudoInertia,
+    /// Whether an expression drives it.
+    pub driven: bool,
     /// Pose in the world of the frame that stands in for a root's parent.
     pub base: Base,
     /// For a link that turns by a quaternion: its coordinates' indices,
@@ -144,7 +151,23 @@ impl Mechanism {
     /// # Errors
     /// If the tree is not one: see [`TreeError`].
     pub fn new(graph: &mut Graph, tree: &Tree, options: Options) -> Result<Self, TreeError> {
+        Self::with_frames(graph, tree, options, |_| true)
+    }
+
+    /// As [`new`](Self::new), for a tree of which only some bodies' poses will be
+    /// asked for. A wheel that spins about its axis of symmetry then costs no sine
+    /// and cosine: how far it has turned makes no difference.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_frames(
+        graph: &mut Graph,
+        tree: &Tree,
+        options: Options,
+        is_read: impl Fn(usize) -> bool,
+    ) -> Result<Self, TreeError> {
         check::tree(graph, tree)?;
+        let read: Vec<bool> = (0..tree.bodies.len()).map(is_read).collect();
         let layouts = match options.layout {
             // A trial derives everything: not for what is large anyway.
             Layout::Cheapest if tree.coordinates > MANY => vec![Layout::Distal],
@@ -153,7 +176,7 @@ impl Mechanism {
         };
         let mut best: Option<(usize, Self)> = None;
         for layout in layouts {
-            let mechanism = Self::with_layout(graph, tree, options, layout);
+            let mechanism = Self::with_layout(graph, tree, options, layout, &read);
             // The count is of a scratch copy: rejected layouts leave few nodes.
             let cost = mechanism.cost(&mut graph.clone());
             if best.as_ref().is_none_or(|(least, _)| cost < *least) {
@@ -164,14 +187,21 @@ impl Mechanism {
         Ok(mechanism)
     }
 
-    fn with_layout(graph: &mut Graph, tree: &Tree, options: Options, layout: Layout) -> Self {
+    fn with_layout(
+        graph: &mut Graph,
+        tree: &Tree,
+        options: Options,
+        layout: Layout,
+        read: &[bool],
+    ) -> Self {
         let mut report = Report {
             layout: Some(layout),
             ..Report::default()
         };
         let skeleton = placement::merge_fixed(graph, tree, options.snap, &mut report.snapped);
         let frames = frames::choose(graph, &skeleton.joints, layout);
-        let mut links = link::links(graph, &skeleton.joints, &frames);
+        let turns = skeleton.joints_whose_turn_matters(read);
+        let mut links = link::links(graph, &skeleton.joints, &frames, &turns);
         if options.regroup {
             report.regrouped = regroup::regroup(graph, &mut links, &skeleton.joints);
         }
@@ -202,8 +232,21 @@ impl Mechanism {
         self.coordinates
     }
 
+    /// Whether every joint follows one coordinate in a fixed ratio (or is a
+    /// floating body's): what the straight-line solutions and the recursive
+    /// derivatives are written for.
+    pub fn is_simple(&self) -> bool {
+        let used = self.elimination_order().len() + self.quaternions();
+        used == self.coordinates && self.links.iter().all(|link| !link.driven)
+    }
+
     /// Whether a quaternion is among the coordinates.
     pub fn is_floating(&self) -> bool {
-        self.links.iter().any(|link| link.spherical.is_some())
+        self.quaternions() > 0
+    }
+
+    fn quaternions(&self) -> usize {
+        let spherical = self.links.iter().filter(|link| link.spherical.is_some());
+        spherical.count()
     }
 }

@@ -140,8 +140,24 @@ pub struct Coordinate {
     pub ratio: f64,
 }
 
+/// A displacement along which anything may drive a body: several coordinates, a
+/// nonlinear law, time, or a parameter that turns a frame.
+#[derive(Debug, Clone)]
+pub struct Displacement {
+    /// `s(q, t)`, rad or m.
+    pub value: ExprId,
+    /// `ṡ`
+    pub rate: ExprId,
+    /// `∂s/∂q` as pairs of index and coefficient.
+    pub map: Vec<(usize, ExprId)>,
+    /// The rates of these coefficients along the motion.
+    pub map_rate: Vec<(usize, ExprId)>,
+    /// `s̈` at `a = 0`.
+    pub drift: ExprId,
+}
+
 /// How a body moves in its joint's frame.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub enum Joint {
     /// Not at all.
     Fixed,
@@ -169,6 +185,15 @@ pub enum Joint {
     },
     /// Freely.
     Floating(Floating),
+    /// About or along `axis`, driven by an expression.
+    Driven {
+        /// In the joint's frame (any length but zero).
+        axis: [f64; 3],
+        /// Whether it turns; else it slides.
+        turns: bool,
+        /// By how much.
+        displacement: Box<Displacement>,
+    },
 }
 
 /// A free body: position of its origin in the joint's frame, then a unit

@@ -125,7 +125,12 @@ impl Mechanism {
         acceleration: &[ExprId],
         gravity: bool,
     ) -> Vec<State> {
-        let accelerations = Space::coordinates(self).rates(g, acceleration);
+        let mut accelerations = Space::coordinates(self).rates(g, acceleration);
+        for (own, link) in accelerations.iter_mut().zip(&self.links) {
+            for (acceleration, freedom) in own.iter_mut().zip(&link.freedoms) {
+                *acceleration = g.add(*acceleration, freedom.drift);
+            }
+        }
         self.states_at(g, &accelerations, gravity)
     }
 

@@ -5,7 +5,7 @@ use super::inertia::PseudoInertia;
 use super::mechanism::{Axis, Freedom, Snapped};
 use super::turn::Matrix;
 use super::vector::{self, IDENTITY, Rotation, Vector};
-use super::{Body, Coordinate, Floating, Joint, Tree};
+use super::{Body, Coordinate, Displacement, Floating, Joint, Tree};
 use crate::graph::{ExprId, Graph};
 
 /// How a joint moves, in its own frame.
@@ -36,6 +36,8 @@ pub(super) struct MovingJoint {
     pub motion: Motion,
     pub freedoms: Vec<Freedom>,
     pub inertia: PseudoInertia,
+    /// Whether an expression drives it.
+    pub driven: bool,
 }
 
 /// Where a body sits: on which moving joint's frame (`None`: the world), and
@@ -50,6 +52,22 @@ pub(super) struct Anchor {
 pub(super) struct Skeleton {
     pub joints: Vec<MovingJoint>,
     pub anchors: Vec<Anchor>,
+}
+
+impl Skeleton {
+    /// Per joint: whether others hang on it, or a body whose pose is asked for.
+    pub fn joints_whose_turn_matters(&self, read: &[bool]) -> Vec<bool> {
+        let mut matters = vec![false; self.joints.len()];
+        for parent in self.joints.iter().filter_map(|joint| joint.parent) {
+            matters[parent] = true;
+        }
+        for (anchor, _) in self.anchors.iter().zip(read).filter(|(_, read)| **read) {
+            if let Some(link) = anchor.link {
+                matters[link] = true;
+            }
+        }
+        matters
+    }
 }
 
 /// Merges fixed joints into what carries them; splits planar and floating
@@ -115,6 +133,11 @@ fn attach(
             chain.revolute(*normal, *angle);
         }
         Joint::Floating(floating) => chain.floating(floating),
+        Joint::Driven {
+            axis,
+            turns,
+            displacement,
+        } => chain.driven(*axis, *turns, displacement),
     }
     let place = chain.place;
     let Some(link) = place.link else {
@@ -151,6 +174,7 @@ impl Chain<'_> {
             motion,
             freedoms,
             inertia: PseudoInertia::zero(self.g),
+            driven: false,
         };
         self.joints.push(joint);
         self.place = Anchor {
@@ -185,6 +209,36 @@ impl Chain<'_> {
             axis,
             rate: c.v,
             map: vec![(c.index, self.g.constant(c.ratio))],
+            map_rate: Vec::new(),
+            drift: self.g.zero(),
+        }
+    }
+
+    fn driven(&mut self, axis: [f64; 3], turns: bool, displacement: &Displacement) {
+        let axis = self.unit(axis);
+        let freedom = Freedom {
+            axis: if turns {
+                Axis::Angular(2)
+            } else {
+                Axis::Linear(axis)
+            },
+            rate: displacement.rate,
+            map: displacement.map.clone(),
+            map_rate: displacement.map_rate.clone(),
+            drift: displacement.drift,
+        };
+        let value = displacement.value;
+        let motion = if turns {
+            Motion::Revolute { axis, angle: value }
+        } else {
+            Motion::Prismatic {
+                axis,
+                distance: value,
+            }
+        };
+        self.push(motion, vec![freedom]);
+        if let Some(joint) = self.joints.last_mut() {
+            joint.driven = true;
         }
     }
 
@@ -204,6 +258,8 @@ impl Chain<'_> {
                 axis: Axis::Angular(axis),
                 rate: self.g.scale(2.0, rate),
                 map: indices.zip(row).collect(),
+                map_rate: Vec::new(),
+                drift: self.g.zero(),
             }
         });
         let freedoms = freedoms.collect();

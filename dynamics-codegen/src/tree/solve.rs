@@ -151,7 +151,7 @@ impl Factor {
     }
 
     /// `M a = Q + Aᵀλ`, `A a = b` through `G = A M⁻¹ Aᵀ` (MATH section 4).
-    fn constrained(
+    pub(crate) fn constrained(
         &self,
         g: &mut Graph,
         force: &[ExprId],
@@ -279,13 +279,18 @@ impl Mechanism {
     /// The factors of the mass matrix as [`mass_matrix`](Self::mass_matrix) gives it.
     pub fn factor(&self, g: &mut Graph) -> Factor {
         let matrix = self.mass_matrix(g);
+        Factor::new(g, &matrix, self.factor_order())
+    }
+
+    /// All coordinates, roots before leaves.
+    pub(crate) fn factor_order(&self) -> Vec<usize> {
         let mut order = self.elimination_order();
         for link in &self.links {
             if let Some([.., last]) = link.spherical {
                 order.insert(0, last);
             }
         }
-        Factor::new(g, &matrix, order)
+        order
     }
 
     /// Coordinates, roots before leaves; a quaternion's unused fourth place is

@@ -43,7 +43,7 @@ macro_rules! elementary {
 
 /// Everything that is the same text for both widths.
 macro_rules! implement {
-    ($float:ident, $sincos:ident, $fma:ident, {$($functions:tt)*}) => {
+    ($float:ident, $sincos:ident, $each:ident, $fma:ident, {$($functions:tt)*}) => {
         impl Scalar for $float {
             #[inline]
             fn from_f64(x: f64) -> Self {
@@ -62,6 +62,12 @@ macro_rules! implement {
                 {
                     libm::$sincos(self)
                 }
+            }
+
+            #[cfg(feature = "simd")]
+            #[inline]
+            fn sin_cos_each<const K: usize>(angles: [Self; K]) -> [(Self, Self); K] {
+                super::simd::$each(angles)
             }
 
             #[inline]
@@ -131,7 +137,7 @@ macro_rules! implement {
     };
 }
 
-implement!(f32, sincosf, fmaf, {
+implement!(f32, sincosf, sin_cos_each_f32, fmaf, {
     sqrt() = sqrtf;
     sin() = sinf;
     cos() = cosf;
@@ -146,7 +152,7 @@ implement!(f32, sincosf, fmaf, {
     tanh() = tanhf;
 });
 
-implement!(f64, sincos, fma, {
+implement!(f64, sincos, sin_cos_each_f64, fma, {
     sqrt() = sqrt;
     sin() = sin;
     cos() = cos;

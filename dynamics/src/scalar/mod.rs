@@ -11,9 +11,14 @@ use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAss
 
 mod float;
 #[cfg(feature = "simd")]
+mod lanes;
+#[cfg(feature = "simd")]
 mod simd;
 #[cfg(feature = "simd")]
 mod simd_trig;
+
+#[cfg(feature = "simd")]
+pub use lanes::{Lanes, WideF32, WideF64};
 
 /// A number that generated code can compute with.
 ///
@@ -127,6 +132,25 @@ pub trait Scalar:
     #[inline]
     fn mul_add(self, a: Self, b: Self) -> Self {
         self * a + b
+    }
+
+    /// `self * a - b`, rounded as [`mul_add`](Self::mul_add).
+    #[inline]
+    fn mul_sub(self, a: Self, b: Self) -> Self {
+        self.mul_add(a, -b)
+    }
+
+    /// `b - self * a`, rounded as [`mul_add`](Self::mul_add).
+    #[inline]
+    fn neg_mul_add(self, a: Self, b: Self) -> Self {
+        (-self).mul_add(a, b)
+    }
+
+    /// `(sin x, cos x)` of several angles. With the feature `simd`, `f32` and `f64` compute
+    /// them in lanes, to the accuracy of lanes (1 unit in the last place on ±10 rad).
+    #[inline]
+    fn sin_cos_each<const K: usize>(angles: [Self; K]) -> [(Self, Self); K] {
+        angles.map(Self::sin_cos)
     }
 
     /// `1 / self`.

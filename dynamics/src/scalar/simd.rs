@@ -98,9 +98,46 @@ macro_rules! implement {
             fn mul_add(self, a: Self, b: Self) -> Self {
                 $lanes::mul_add(self, a, b)
             }
+
+            #[inline]
+            fn mul_sub(self, a: Self, b: Self) -> Self {
+                $lanes::mul_sub(self, a, b)
+            }
+
+            #[inline]
+            fn neg_mul_add(self, a: Self, b: Self) -> Self {
+                $lanes::mul_neg_add(self, a, b)
+            }
         }
     };
 }
+
+/// `(sin x, cos x)` of several angles, a set of lanes at a time.
+macro_rules! sin_cos_each {
+    ($name:ident, $element:ident, $lanes:ident) => {
+        #[inline]
+        pub(super) fn $name<const K: usize>(angles: [$element; K]) -> [($element, $element); K] {
+            use super::Lanes;
+            let mut results = [(0.0, 0.0); K];
+            let blocks = results.chunks_mut($lanes::LANES);
+            for (block, angles) in blocks.zip(angles.chunks($lanes::LANES)) {
+                let mut padded = [0.0; $lanes::LANES];
+                for (lane, &angle) in padded.iter_mut().zip(angles) {
+                    *lane = angle;
+                }
+                let (sines, cosines) = $lanes::from(padded).sin_cos();
+                let values = sines.to_array().into_iter().zip(cosines.to_array());
+                for (result, value) in block.iter_mut().zip(values) {
+                    *result = value;
+                }
+            }
+            results
+        }
+    };
+}
+
+sin_cos_each!(sin_cos_each_f64, f64, f64x8);
+sin_cos_each!(sin_cos_each_f32, f32, f32x8);
 
 implement!(f64x4, f64, simd_trig::sin_cos_f64x4);
 implement!(f64x8, f64, simd_trig::sin_cos_f64x8);

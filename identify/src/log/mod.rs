@@ -30,6 +30,7 @@
 //! # Ok::<(), identify::log::LogError>(())
 //! ```
 
+mod assumed;
 mod error;
 mod health;
 mod quantum;

@@ -66,6 +66,11 @@ pub enum Warning {
         /// The column.
         column: String,
     },
+    /// An input of the model that the log does not have.
+    AssumedZero {
+        /// The column.
+        column: String,
+    },
     /// A channel never changes.
     Constant {
         /// The column.
@@ -157,6 +162,10 @@ impl fmt::Display for Warning {
                 f,
                 "the errors of `{column}` follow one another: it was filtered before it was logged, \
                  and is left out; the position says more"
+            ),
+            Self::AssumedZero { column } => write!(
+                f,
+                "there is no column `{column}`: that joint is taken to be undriven"
             ),
             Self::Constant { column, value } => {
                 write!(

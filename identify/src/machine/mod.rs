@@ -1,10 +1,15 @@
 //! A model that is known only now: its equations on tapes, solved for
 //! accelerations and multipliers at many states at once.
 
+mod exponential;
+mod hold;
+mod memory;
 mod rollout;
 mod solve;
 mod states;
 
+pub use hold::{Hold, Signal};
+pub use memory::{Memory, Trail};
 pub use rollout::{Rollout, RolloutOptions, Simulated};
 pub use solve::{Factorisation, SolveError};
 pub use states::States;
@@ -12,6 +17,7 @@ pub use states::States;
 use dynamics_codegen::derive::{Sensitivity, Variable};
 use dynamics_codegen::model::ConstraintKind;
 use dynamics_codegen::{Column, Compiled, System, Tape};
+use memory::{SlopeTapes, columns_with_slopes};
 use nalgebra::{DMatrix, DVector};
 
 /// A model ready to be evaluated.
@@ -20,6 +26,7 @@ pub struct Machine {
     /// The model it was made from.
     pub compiled: Compiled,
     terms: Tape,
+    memory: Option<memory::Tapes>,
     coordinates: usize,
     constraints: usize,
     inputs: usize,
@@ -35,7 +42,7 @@ pub struct Terms {
     pub bias_force: DVector<f64>,
     /// `Q_D`, `n`.
     pub applied_force: DVector<f64>,
-    /// `B`, `n×k`.
+    /// `B`, `n×(k+d)`: the inputs, then the delayed ones.
     pub input_matrix: DMatrix<f64>,
     /// `Q`, `n`.
     pub force: DVector<f64>,
@@ -64,7 +71,8 @@ pub struct Motion {
 
 impl Machine {
     /// Puts a compiled model's equations on a tape.
-    pub fn new(compiled: Compiled) -> Self {
+    pub fn new(mut compiled: Compiled) -> Self {
+        let memory = memory::Tapes::new(&mut compiled);
         let System {
             mass_matrix,
             bias_force,
@@ -95,6 +103,7 @@ impl Machine {
         Self {
             compiled,
             terms,
+            memory,
             coordinates,
             constraints,
             inputs,
@@ -123,6 +132,8 @@ impl Machine {
 
     /// The equation's terms at every state.
     pub fn terms(&self, states: &States, parameters: &[f64]) -> Vec<Terms> {
+        let completed = self.completed(states, parameters);
+        let states = completed.as_ref().unwrap_or(states);
         let columns = states.columns(parameters);
         let values = self.terms.evaluate_all(&columns, states.len());
         (0..states.len())
@@ -131,7 +142,8 @@ impl Machine {
     }
 
     fn unpack(&self, values: &[Vec<f64>], sample: usize) -> Terms {
-        let (n, m, k) = (self.coordinates, self.constraints, self.inputs);
+        let (n, m) = (self.coordinates, self.constraints);
+        let k = self.inputs + self.compiled.model.delays.len();
         let mut next = values.iter().map(|column| column[sample]);
         let mut matrix = |rows: usize, columns: usize| {
             DMatrix::from_row_iterator(rows, columns, next.by_ref().take(rows * columns))
@@ -176,8 +188,15 @@ impl Machine {
         arguments.extend(&sensitivity.acceleration);
         arguments.extend(&sensitivity.multiplier);
         let outputs: Vec<_> = sensitivity.columns.iter().flatten().copied().collect();
+        let mut past = System::arguments(model);
+        past.extend(&sensitivity.delay_rates);
+        past.extend(sensitivity.memory.iter().map(|slope| slope.symbol));
+        arguments.extend(&past[System::arguments(model).len()..]);
+        let slopes =
+            (!model.states.is_empty()).then(|| SlopeTapes::new(model, &sensitivity, &past));
         SensitivityTape {
             tape: Tape::new(&model.graph, &outputs, &arguments),
+            slopes,
             variables: variables.len(),
         }
     }
@@ -228,11 +247,19 @@ impl Motion {
 #[derive(Debug, Clone)]
 pub struct SensitivityTape {
     tape: Tape,
+    /// How states follow the variables; `None` if there are none.
+    slopes: Option<SlopeTapes>,
     variables: usize,
 }
 
 impl SensitivityTape {
-    /// `∂a/∂s` (`n × variables`) and `∂λ/∂s` (`m × variables`) at every state.
+    /// `∂a/∂s` (`n × variables`) and `∂λ/∂s` (`m × variables`) at every state. By a
+    /// parameter, what it does through delayed inputs and states is in them as far as
+    /// `states.memory` says so ([`Machine::trail`]).
+    ///
+    /// # Panics
+    /// If the machine remembers and `states.memory` is empty: see
+    /// [`Machine::remember`] and [`Machine::at_rest`].
     pub fn evaluate(
         &self,
         states: &States,
@@ -251,8 +278,12 @@ impl SensitivityTape {
             })
             .chain((0..m).map(|k| motions.iter().map(|motion| motion.multiplier[k]).collect()))
             .collect();
-        let mut columns = states.columns(parameters);
+        let count = self.slopes.as_ref().map_or(0, |slopes| slopes.states.len());
+        let past = columns_with_slopes(states, parameters, count);
+        let own = past.len() - states.memory.delay_rate.len() - count;
+        let mut columns = past[..own].to_vec();
         columns.extend(extra.iter().map(|column| Column::Each(column)));
+        columns.extend(&past[own..]);
         let values = self.tape.evaluate_all(&columns, states.len());
         motions
             .iter()

@@ -1,6 +1,6 @@
 //! Open-loop motion of many windows at once, by RK4 with stabilised constraints.
 
-use super::{Machine, SolveError, States};
+use super::{Machine, Memory, SolveError, States, exponential};
 use dynamics_codegen::model::ConstraintKind;
 use nalgebra::{DMatrix, DVector};
 
@@ -36,6 +36,17 @@ pub struct Simulated {
     pub q: Vec<Vec<f64>>,
     /// Velocities, one column per coordinate.
     pub v: Vec<Vec<f64>>,
+    /// Internal states, one column per state; empty before the first step: as at the
+    /// beginning.
+    pub z: Vec<Vec<f64>>,
+}
+
+/// How internal states change.
+struct Rates {
+    /// `dz/dt`.
+    rates: Vec<Vec<f64>>,
+    /// `∂(dz/dt)/∂z` of each state by itself.
+    jacobians: Vec<Vec<f64>>,
 }
 
 impl<'a> Rollout<'a> {
@@ -49,7 +60,12 @@ impl<'a> Rollout<'a> {
     }
 
     /// Advances all windows from `start` (their times) by `duration` seconds, with
-    /// inputs linear between `u_start` and `u_end` (one column per input).
+    /// inputs linear between `u_start` and `u_end`: one column per input, then one per
+    /// delayed input ([`Machine::inputs_over`]); where those are left out, the inputs have
+    /// always been what they are.
+    ///
+    /// Positions and velocities by RK4; states by an exponential integrator of the second
+    /// order, so that fast ones need no smaller step.
     ///
     /// # Errors
     /// If the equation of motion has no solution on the way.
@@ -63,55 +79,90 @@ impl<'a> Rollout<'a> {
     ) -> Result<(), SolveError> {
         let steps = (duration / self.options.max_step).ceil().max(1.0) as usize;
         let h = duration / steps as f64;
+        if state.z.len() != self.machine.state_count() {
+            let at = self.states(state, start.to_vec(), u_start.to_vec());
+            state.z = self.machine.initial_states(&at, self.parameters);
+        }
         for step in 0..steps {
-            let at = |fraction: f64| (step as f64 + fraction) / steps as f64;
-            let slope = |state: &Simulated, fraction: f64| {
-                let share = at(fraction);
+            let at = |state: &Simulated, fraction: f64| {
+                let share = (step as f64 + fraction) / steps as f64;
                 let t = start.iter().map(|t| t + share * duration).collect();
                 let u = u_start
                     .iter()
                     .zip(u_end)
                     .map(|(a, b)| a.iter().zip(b).map(|(a, b)| a + share * (b - a)).collect())
                     .collect();
-                self.accelerations(state, t, u)
+                self.states(state, t, u)
             };
-            let k1 = slope(state, 0.0)?;
-            let s2 = stepped(state, state, &k1, h / 2.0);
-            let k2 = slope(&s2, 0.5)?;
-            let s3 = stepped(state, &s2, &k2, h / 2.0);
-            let k3 = slope(&s3, 0.5)?;
-            let s4 = stepped(state, &s3, &k3, h);
-            let k4 = slope(&s4, 1.0)?;
-            for i in 0..state.q.len() {
-                for w in 0..start.len() {
-                    let v0 = state.v[i][w];
-                    state.q[i][w] +=
-                        h / 6.0 * (v0 + 2.0 * s2.v[i][w] + 2.0 * s3.v[i][w] + s4.v[i][w]);
-                    state.v[i][w] +=
-                        h / 6.0 * (k1[i][w] + 2.0 * k2[i][w] + 2.0 * k3[i][w] + k4[i][w]);
-                }
-            }
+            self.step(state, h, at)?;
         }
         Ok(())
     }
 
-    fn accelerations(
+    /// One step of `h` seconds; `at` tells what else holds a share of the way.
+    fn step(
         &self,
-        state: &Simulated,
-        t: Vec<f64>,
-        u: Vec<Vec<f64>>,
-    ) -> Result<Vec<Vec<f64>>, SolveError> {
-        let states = States {
+        state: &mut Simulated,
+        h: f64,
+        at: impl Fn(&Simulated, f64) -> States,
+    ) -> Result<(), SolveError> {
+        let slope = |state: &Simulated, share: f64| self.accelerations(&at(state, share));
+        let rates = |state: &Simulated, share: f64| self.rates(&at(state, share));
+        let (k1, r1) = (slope(state, 0.0)?, rates(state, 0.0));
+        // What is remembered halfway depends on the motion there, and the reverse: states
+        // follow the motion, stage by stage.
+        let mut s2 = stepped(state, state, &k1, h / 2.0);
+        let r2 = rates(&s2, 0.5);
+        s2.z = remembered(&state.z, [(&state.z, &r1), (&s2.z, &r2)], h / 2.0);
+        let k2 = slope(&s2, 0.5)?;
+        let mut s3 = stepped(state, &s2, &k2, h / 2.0);
+        let r3 = rates(&s3, 0.5);
+        let old = std::mem::take(&mut s3.z);
+        s3.z = remembered(&state.z, [(&state.z, &r1), (&old, &r3)], h / 2.0);
+        let k3 = slope(&s3, 0.5)?;
+        let mut s4 = stepped(state, &s3, &k3, h);
+        let r4 = rates(&s4, 1.0);
+        s4.z = remembered(&s3.z, [(&old, &r3), (&s4.z, &r4)], h / 2.0);
+        let k4 = slope(&s4, 1.0)?;
+        for i in 0..state.q.len() {
+            for w in 0..state.q[i].len() {
+                let v0 = state.v[i][w];
+                state.q[i][w] += h / 6.0 * (v0 + 2.0 * s2.v[i][w] + 2.0 * s3.v[i][w] + s4.v[i][w]);
+                state.v[i][w] += h / 6.0 * (k1[i][w] + 2.0 * k2[i][w] + 2.0 * k3[i][w] + k4[i][w]);
+            }
+        }
+        state.z = s4.z;
+        Ok(())
+    }
+
+    fn states(&self, state: &Simulated, t: Vec<f64>, mut u: Vec<Vec<f64>>) -> States {
+        let delayed = if u.len() > self.machine.input_count() {
+            u.split_off(self.machine.input_count())
+        } else {
+            Vec::new()
+        };
+        let memory = Memory {
+            delay_rate: vec![vec![0.0; t.len()]; delayed.len()],
+            delayed,
+            z: state.z.clone(),
+            slopes: Vec::new(),
+        };
+        States {
             t,
             q: state.q.clone(),
             v: state.v.clone(),
             u,
-        };
+            memory,
+        }
+    }
+
+    fn accelerations(&self, states: &States) -> Result<Vec<Vec<f64>>, SolveError> {
+        let states = &self.machine.at_rest(states, self.parameters);
         let n = self.machine.coordinate_count();
         let mut accelerations = vec![vec![0.0; states.len()]; n];
         for (window, mut terms) in self
             .machine
-            .terms(&states, self.parameters)
+            .terms(states, self.parameters)
             .into_iter()
             .enumerate()
         {
@@ -122,6 +173,13 @@ impl<'a> Rollout<'a> {
             }
         }
         Ok(accelerations)
+    }
+
+    fn rates(&self, states: &States) -> Rates {
+        let states = &self.machine.at_rest(states, self.parameters);
+        let mut rates = self.machine.state_rates(states, self.parameters);
+        let jacobians = rates.split_off(self.machine.state_count());
+        Rates { rates, jacobians }
     }
 
     /// `b̃ = b − 2ζω ċ − ω² c` (holonomic), `b̃ = b − ω c` (nonholonomic).
@@ -150,7 +208,26 @@ fn stepped(base: &Simulated, at: &Simulated, acceleration: &[Vec<f64>], h: f64) 
     Simulated {
         q: add(&base.q, &at.v),
         v: add(&base.v, acceleration),
+        z: at.z.clone(),
     }
+}
+
+/// Internal states `h` seconds after `start`, with their equations as they are linearised
+/// at the two ends: about which values, and with which rates.
+fn remembered(start: &[Vec<f64>], ends: [(&Vec<Vec<f64>>, &Rates); 2], h: f64) -> Vec<Vec<f64>> {
+    let advance = |state: usize, window: usize| {
+        let slope = |end: usize| ends[end].1.jacobians[state][window];
+        let jacobian = (slope(0) + slope(1)) / 2.0;
+        let rest = |end: usize| {
+            let (about, Rates { rates, .. }) = ends[end];
+            let z = about[state][window];
+            rates[state][window] - slope(end) * z + (slope(end) - jacobian) * start[state][window]
+        };
+        exponential::step(start[state][window], jacobian, rest(0), rest(1), h)
+    };
+    (0..start.len())
+        .map(|state| (0..start[state].len()).map(|w| advance(state, w)).collect())
+        .collect()
 }
 
 impl Machine {
@@ -179,6 +256,7 @@ impl Machine {
                 q: column(q),
                 v: column(v),
                 u,
+                ..States::default()
             };
             self.terms(&states, parameters).remove(0)
         };

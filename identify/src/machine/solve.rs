@@ -25,6 +25,15 @@ pub enum SolveError {
         /// `max |A a − b|`.
         miss: f64,
     },
+    /// Forces and what they depend on (multipliers, internal states) find no balance.
+    #[error(
+        "sample {sample}: the forces do not settle: no consistent value of the multipliers or states \
+         that they depend on was found; check friction coefficients and rates"
+    )]
+    Unsettled {
+        /// Which state.
+        sample: usize,
+    },
     /// An acceleration is not a number.
     #[error("sample {sample}: the acceleration is not finite; check parameters and state")]
     NotFinite {
@@ -40,6 +49,7 @@ impl SolveError {
         match &mut self {
             Self::Singular { sample }
             | Self::Inconsistent { sample, .. }
+            | Self::Unsettled { sample }
             | Self::NotFinite { sample } => {
                 *sample += by;
             }

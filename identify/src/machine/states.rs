@@ -1,5 +1,7 @@
 //! States in columns: one entry per sample.
 
+use super::hold::Hold;
+use super::memory::Memory;
 use dynamics_codegen::Column;
 
 /// Where a machine is evaluated. Every column has one entry per sample.
@@ -13,6 +15,8 @@ pub struct States {
     pub v: Vec<Vec<f64>>,
     /// Inputs, one column per input.
     pub u: Vec<Vec<f64>>,
+    /// What the machine remembers here; by default nothing has happened yet.
+    pub memory: Memory,
 }
 
 impl States {
@@ -26,10 +30,11 @@ impl States {
         self.t.is_empty()
     }
 
-    /// The tape's inputs, in the order `t, q, v, u, parameters`.
+    /// The tape's inputs, in the order `t, q, v, u, delayed u, z, parameters`.
     pub(super) fn columns<'a>(&'a self, parameters: &'a [f64]) -> Vec<Column<'a>> {
         let mut columns = vec![Column::Each(self.t.as_slice())];
-        for group in [&self.q, &self.v, &self.u] {
+        let memory = &self.memory;
+        for group in [&self.q, &self.v, &self.u, &memory.delayed, &memory.z] {
             columns.extend(group.iter().map(|column| Column::Each(column.as_slice())));
         }
         columns.extend(parameters.iter().map(|&value| Column::Same(value)));
@@ -45,6 +50,51 @@ impl States {
             q: cut(&self.q),
             v: cut(&self.v),
             u: cut(&self.u),
+            memory: self.memory.slice(range),
+        }
+    }
+
+    /// The curve a share (none, half, all) of the way from each sample in `range` to the next: cubic in
+    /// `q` (Hermite), so that its rate is the velocity at both ends. Without memory.
+    pub fn between(&self, range: std::ops::Range<usize>, share: f64, hold: Hold) -> Self {
+        let intervals = range.clone();
+        let t = intervals
+            .clone()
+            .map(|k| self.t[k] + share * (self.t[k + 1] - self.t[k]))
+            .collect();
+        let (mut q, mut v) = (Vec::new(), Vec::new());
+        for (positions, rates) in self.q.iter().zip(&self.v) {
+            let at = |k: usize| {
+                let h = self.t[k + 1] - self.t[k];
+                let (q0, q1, v0, v1) = (positions[k], positions[k + 1], rates[k], rates[k + 1]);
+                if share == 0.0 {
+                    return (q0, v0);
+                }
+                if share == 1.0 {
+                    return (q1, v1);
+                }
+                let middle = (q0 + q1) / 2.0 + h / 8.0 * (v0 - v1);
+                (middle, 1.5 * (q1 - q0) / h - (v0 + v1) / 4.0)
+            };
+            let (qs, vs) = intervals.clone().map(at).unzip();
+            q.push(qs);
+            v.push(vs);
+        }
+        let input = |u: &Vec<f64>| {
+            intervals
+                .clone()
+                .map(|k| match hold {
+                    Hold::Linear => u[k] + share * (u[k + 1] - u[k]),
+                    Hold::Previous => u[k],
+                })
+                .collect()
+        };
+        Self {
+            t,
+            q,
+            v,
+            u: self.u.iter().map(input).collect(),
+            memory: Memory::default(),
         }
     }
 }

@@ -48,7 +48,9 @@ impl Whitener<'_> {
         };
         let mut directions = DMatrix::zeros(3 * n, 3);
         self.backward(&rows, true, |sample, adjoint| {
-            let Some(matrix) = &adjoint.matrix else { return };
+            let Some(matrix) = &adjoint.matrix else {
+                return;
+            };
             let begins = sample == 0 || self.gaps[sample - 1];
             for i in 0..n {
                 if begins {
@@ -75,7 +77,12 @@ impl Whitener<'_> {
 
     /// Runs the adjoint from the last sample to the first; `see` is shown its state
     /// after the readings of each sample, where it belongs to the prediction.
-    fn backward(&self, rows: &DMatrix<f64>, with_matrix: bool, mut see: impl FnMut(usize, &Adjoint)) {
+    fn backward(
+        &self,
+        rows: &DMatrix<f64>,
+        with_matrix: bool,
+        mut see: impl FnMut(usize, &Adjoint),
+    ) {
         let size = 3 * self.dynamics.coordinate_count();
         let nothing = || Adjoint {
             vector: DVector::zeros(size),

@@ -1,18 +1,11 @@
 //! The linear equation of the departure from the logged curve.
 
-use crate::machine::{Machine, Motion, SensitivityTape, SolveError, States};
+use crate::machine::{Machine, Memory, Motion, SensitivityTape, SolveError, States, Trail};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+use std::ops::Range;
 
-/// What the input does between two samples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Hold {
-    /// Linear from one sample to the next.
-    Linear,
-    /// Stays at the earlier sample's value.
-    Previous,
-}
+pub use crate::machine::Hold;
 
 /// Which derivatives of the acceleration are wanted as columns.
 pub struct Columns<'a> {
@@ -84,29 +77,30 @@ impl ErrorDynamics {
         hold: Hold,
         parameters: &[f64],
     ) -> Result<Self, SolveError> {
-        let chunks: Vec<std::ops::Range<usize>> = (0..curve.len() - 1)
+        let chunks: Vec<Range<usize>> = (0..curve.len() - 1)
             .step_by(CHUNK)
             .map(|start| start..(start + CHUNK).min(curve.len() - 1))
             .collect();
-        let local = |states: &States| locals(machine, slopes, columns, states, parameters);
+        let trails = Trails::new(machine, columns, curve, hold, parameters)?;
+        let local = |states: &mut States, node: usize, range: Range<usize>| {
+            let memories = trails.at(states, node, range);
+            locals(machine, slopes, columns, states, &memories, parameters)
+        };
         let pieces: Vec<Piece> = chunks
             .into_par_iter()
             .map(|range| {
                 let place = |error: SolveError| error.offset(range.start);
-                let middles = local(&between(curve, range.clone(), 0.5, hold)).map_err(place)?;
-                // Where inputs are continuous an interval ends as the next one starts.
-                let whole = range.start..range.end + 1;
-                let starts = local(&curve.slice(whole)).map_err(place)?;
-                let held = hold == Hold::Previous && !curve.u.is_empty();
-                if held {
-                    let ends = local(&between(curve, range.clone(), 1.0, hold)).map_err(place)?;
-                    return Ok(piece(curve, range, &starts, &middles, &ends));
-                }
-                Ok(piece(curve, range, &starts, &middles, &starts[1..]))
+                let at = |node: usize, share: f64| {
+                    let mut states = curve.between(range.clone(), share, hold);
+                    local(&mut states, node, range.clone()).map_err(place)
+                };
+                let (starts, middles, ends) = (at(0, 0.0)?, at(1, 0.5)?, at(2, 1.0)?);
+                Ok(piece(curve, range, &starts, &middles, &ends))
             })
             .collect::<Result<_, SolveError>>()?;
         let mut all = Self::join(curve, pieces);
-        let last = local(&curve.slice(curve.len() - 1..curve.len()))?.remove(0);
+        let end = curve.len() - 1;
+        let last = local(&mut curve.slice(end..end + 1), 2, end - 1..end)?.remove(0);
         all.slope.push(with_mobility(&last));
         all.acceleration.push(last.acceleration);
         Ok(all)
@@ -149,6 +143,41 @@ impl ErrorDynamics {
     }
 }
 
+/// What the machine remembers along the curve, with the curve's parameters and with those
+/// of each block of columns. Empty if it remembers nothing.
+#[derive(Default)]
+struct Trails {
+    own: Trail,
+    blocks: Vec<Trail>,
+}
+
+impl Trails {
+    fn new(
+        machine: &Machine,
+        columns: &[Columns<'_>],
+        curve: &States,
+        hold: Hold,
+        parameters: &[f64],
+    ) -> Result<Self, SolveError> {
+        if !machine.remembers() {
+            return Ok(Self::default());
+        }
+        let own = machine.trail(curve, hold, parameters, None)?;
+        let blocks = columns
+            .par_iter()
+            .map(|block| machine.trail(curve, hold, block.parameters, Some(block.tape)))
+            .collect::<Result<_, SolveError>>()?;
+        Ok(Self { own, blocks })
+    }
+
+    /// Puts the curve's memory into `states`; returns that of each block.
+    fn at(&self, states: &mut States, node: usize, range: Range<usize>) -> Vec<Memory> {
+        states.memory = self.own.nodes[node].slice(range.clone());
+        let slice = |trail: &Trail| trail.nodes[node].slice(range.clone());
+        self.blocks.iter().map(slice).collect()
+    }
+}
+
 /// A run of intervals.
 struct Piece {
     transition: Vec<DMatrix<f64>>,
@@ -164,17 +193,30 @@ fn locals(
     slopes: &SensitivityTape,
     columns: &[Columns<'_>],
     states: &States,
+    memories: &[Memory],
     parameters: &[f64],
 ) -> Result<Vec<Local>, SolveError> {
     let motions = machine.motion(states, parameters)?;
     let slopes = slopes.evaluate(states, parameters, &motions);
-    let unbounded = |(slope, _): &(DMatrix<f64>, DMatrix<f64>)| slope.iter().any(|x| !x.is_finite());
+    let unbounded =
+        |(slope, _): &(DMatrix<f64>, DMatrix<f64>)| slope.iter().any(|x| !x.is_finite());
     if let Some(sample) = slopes.iter().position(unbounded) {
         return Err(SolveError::NotFinite { sample });
     }
     let blocks: Vec<_> = columns
         .iter()
-        .map(|block| block.tape.evaluate(states, block.parameters, &motions))
+        .enumerate()
+        .map(|(index, block)| match memories.get(index) {
+            Some(memory) => {
+                let memory = memory.clone();
+                let own = States {
+                    memory,
+                    ..states.clone()
+                };
+                block.tape.evaluate(&own, block.parameters, &motions)
+            }
+            None => block.tape.evaluate(states, block.parameters, &motions),
+        })
         .collect();
     let width = 1 + blocks.iter().map(|b| b[0].0.ncols()).sum::<usize>();
     Ok(motions
@@ -214,49 +256,9 @@ fn force_size(motion: &Motion) -> DVector<f64> {
     square(&inertial) + square(&terms.bias_force) + square(&actuated)
 }
 
-/// The curve a share of the way between samples: cubic in `q` (Hermite), so that
-/// its rate is the velocity at both ends.
-fn between(curve: &States, range: std::ops::Range<usize>, share: f64, hold: Hold) -> States {
-    let intervals = range.clone();
-    let t = intervals
-        .clone()
-        .map(|k| curve.t[k] + share * (curve.t[k + 1] - curve.t[k]))
-        .collect();
-    let (mut q, mut v) = (Vec::new(), Vec::new());
-    for (positions, rates) in curve.q.iter().zip(&curve.v) {
-        let at = |k: usize| {
-            let h = curve.t[k + 1] - curve.t[k];
-            let (q0, q1, v0, v1) = (positions[k], positions[k + 1], rates[k], rates[k + 1]);
-            if share == 1.0 {
-                return (q1, v1);
-            }
-            let middle = (q0 + q1) / 2.0 + h / 8.0 * (v0 - v1);
-            (middle, 1.5 * (q1 - q0) / h - (v0 + v1) / 4.0)
-        };
-        let (qs, vs) = intervals.clone().map(at).unzip();
-        q.push(qs);
-        v.push(vs);
-    }
-    let input = |u: &Vec<f64>| {
-        intervals
-            .clone()
-            .map(|k| match hold {
-                Hold::Linear => u[k] + share * (u[k + 1] - u[k]),
-                Hold::Previous => u[k],
-            })
-            .collect()
-    };
-    States {
-        t,
-        q,
-        v,
-        u: curve.u.iter().map(input).collect(),
-    }
-}
-
 fn piece(
     curve: &States,
-    range: std::ops::Range<usize>,
+    range: Range<usize>,
     starts: &[Local],
     middles: &[Local],
     ends: &[Local],
@@ -310,9 +312,11 @@ fn transition(middle: &Local, h: f64) -> DMatrix<f64> {
     let mean = CORRELATION * (1.0 - decay);
     let mut whole = DMatrix::identity(3 * n, 3 * n);
     let pushed = (motion.view((n, n), (n, n)) + DMatrix::identity(n, n)) * &middle.mobility;
-    whole.view_mut((0, 2 * n), (n, n))
+    whole
+        .view_mut((0, 2 * n), (n, n))
         .copy_from(&(&middle.mobility * (0.5 * h * mean)));
-    whole.view_mut((n, 2 * n), (n, n))
+    whole
+        .view_mut((n, 2 * n), (n, n))
         .copy_from(&(pushed * (0.5 * mean)));
     whole.view_mut((0, 0), (2 * n, 2 * n)).copy_from(&motion);
     whole.view_mut((2 * n, 2 * n), (n, n)).fill_diagonal(decay);

@@ -203,7 +203,8 @@ impl<'a> Whitener<'a> {
         groups
             .par_chunks(GROUPS)
             .flat_map_iter(|chunk| {
-                let columns: Vec<usize> = chunk.iter().flat_map(|g| g.iter().map(|c| c + 1)).collect();
+                let columns: Vec<usize> =
+                    chunk.iter().flat_map(|g| g.iter().map(|c| c + 1)).collect();
                 let rows = self.whiten(&Mix::Columns(&columns));
                 let mut next = 0;
                 chunk
@@ -333,14 +334,21 @@ impl Mix<'_> {
     fn of(&self, all: &DMatrix<f64>) -> DMatrix<f64> {
         match self {
             Self::Columns(columns) => all.select_columns(columns.iter()),
-            Self::Sum(weights) => DMatrix::from_column_slice(all.nrows(), 1, (all * *weights).as_slice()),
+            Self::Sum(weights) => {
+                DMatrix::from_column_slice(all.nrows(), 1, (all * *weights).as_slice())
+            }
         }
     }
 }
 
 /// White noise on the accelerations that constraints forbid, for what integration and
 /// linearisation leave there: nothing else would ever correct it.
-fn add_forbidden(covariance: &mut DMatrix<f64>, forbidden: &DMatrix<f64>, scale: &DVector<f64>, h: f64) {
+fn add_forbidden(
+    covariance: &mut DMatrix<f64>,
+    forbidden: &DMatrix<f64>,
+    scale: &DVector<f64>,
+    h: f64,
+) {
     let n = scale.len();
     let intensity = scale.map(|a| 2.0 * CORRELATION * (FORBIDDEN_SHARE * a).powi(2));
     let jolt = forbidden * DMatrix::from_diagonal(&intensity) * forbidden.transpose();

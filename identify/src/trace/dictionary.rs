@@ -8,7 +8,7 @@
 
 use crate::machine::{Machine, SensitivityTape};
 use dynamics_codegen::derive::Variable;
-use dynamics_codegen::syntax::PortKind;
+use dynamics_codegen::syntax::{PortKind, written_name};
 use dynamics_codegen::{Library, Report, compile};
 use std::collections::{BTreeMap, HashMap};
 
@@ -118,6 +118,7 @@ impl Dictionary {
         let places = places(&plain.model, library);
         let mut extended = text.to_string();
         for (template, on) in &places {
+            let on: Vec<String> = on.iter().map(|name| written_name(name)).collect();
             extended.push_str(&format!("\neffect {template}({});", on.join(", ")));
         }
         let compiled = compile(name, &extended, library)?;
@@ -248,7 +249,7 @@ impl Dictionary {
     /// its default.
     fn active_at_defaults(&self) -> Vec<bool> {
         let compiled = &self.machine.compiled;
-        let mut graph = compiled.model.graph.clone();
+        let mut model = compiled.model.clone();
         let mut outputs = compiled.system.force.clone();
         outputs.extend(compiled.system.mass_matrix.iter().flatten());
         outputs.extend(compiled.system.constraint_matrix.iter().flatten());
@@ -256,14 +257,15 @@ impl Dictionary {
         let parameters = &compiled.model.parameters;
         let mut replacements = HashMap::new();
         for (parameter, &value) in parameters.iter().zip(&self.defaults) {
-            replacements.insert(parameter.symbol, graph.constant(value));
+            replacements.insert(parameter.symbol, model.graph.constant(value));
         }
         parameters
             .iter()
             .map(|parameter| {
-                let slopes = graph.derivatives(&outputs, parameter.symbol);
-                let at_defaults = graph.substitute(&slopes, &replacements);
-                at_defaults.iter().any(|&slope| !graph.is_zero(slope))
+                let seeds = model.parameter_seeds(parameter.symbol);
+                let slopes = model.graph.directional(&outputs, &seeds);
+                let at_defaults = model.graph.substitute(&slopes, &replacements);
+                at_defaults.iter().any(|&slope| !model.graph.is_zero(slope))
             })
             .collect()
     }
@@ -322,6 +324,7 @@ fn places(model: &dynamics_codegen::Model, library: &Library) -> Vec<(String, Ve
         match kind {
             PortKind::Coordinate => model.coordinates.iter().map(|c| c.name.clone()).collect(),
             PortKind::Input => model.inputs.iter().map(|u| u.name.clone()).collect(),
+            PortKind::Body => model.moving_bodies().map(|b| b.name.clone()).collect(),
         }
     };
     let mut places = Vec::new();

@@ -46,6 +46,7 @@ impl Observed {
             q: smoothed.iter().map(|s| s.q.clone()).collect(),
             v: smoothed.iter().map(|s| s.v.clone()).collect(),
             u: record.u.clone(),
+            ..States::default()
         };
         let position_sd = noise(|n| Some(n.sd_q));
         let velocity_sd = noise(|n| n.sd_dq);

@@ -121,9 +121,7 @@ fn finding(dictionary: &Dictionary, selection: &Selection, term: &Term) -> Findi
             .parameters
             .iter()
             .position(|&p| p == index);
-        let std = position.map_or(f64::NAN, |i| {
-            selection.estimate.covariance[(i, i)].sqrt()
-        });
+        let std = position.map_or(f64::NAN, |i| selection.estimate.covariance[(i, i)].sqrt());
         let name = parameter
             .name
             .strip_prefix(&prefix)

@@ -2,7 +2,7 @@
 
 use super::finding::{Finding, ParameterEstimate};
 use dynamics_codegen::source::Sources;
-use dynamics_codegen::syntax::{StatementKind, parse};
+use dynamics_codegen::syntax::{StatementKind, parse, written_name};
 
 /// The model's text with the findings written in. `provenance` is said in a
 /// comment beside each.
@@ -29,11 +29,12 @@ fn effect_lines(finding: &Finding, provenance: &str) -> String {
         .iter()
         .map(|(name, p)| format!("{name} = {}", number(p)))
         .collect();
+    let on: Vec<String> = finding.on.iter().map(|name| written_name(name)).collect();
     format!(
         "\n// {provenance}; evidence {:.0} nats.\neffect {}({}) {{ {} }}\n",
         finding.evidence,
         finding.effect,
-        finding.on.join(", "),
+        on.join(", "),
         values.join(", ")
     )
 }

@@ -4,9 +4,7 @@
 use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use crate::machine::{SensitivityTape, SolveError};
-use crate::regression::{
-    Columns, ErrorDynamics, Fit, Gram, ProcessNoise, Readings, Whitener,
-};
+use crate::regression::{Columns, ErrorDynamics, Fit, Gram, ProcessNoise, Readings, Whitener};
 use nalgebra::{DMatrix, DVector};
 
 /// An explanation of the log: parameters, the motion that goes with them, and the
@@ -185,11 +183,17 @@ pub fn refine(
         let next = dynamics.and_then(|dynamics| {
             let readings = explanation.observed.readings();
             let noise = &mut explanation.noise;
-            let adapt = if step > held { Adapt::ToData } else { Adapt::Not };
+            let adapt = if step > held {
+                Adapt::ToData
+            } else {
+                Adapt::Not
+            };
             let settled = settle(&dynamics, &readings, &all, noise, adapt);
             Step::new(dictionary, parameters, explanation, &dynamics, &settled)
         });
-        let known = best.as_ref().map_or(f64::INFINITY, |best| best.estimate.cost);
+        let known = best
+            .as_ref()
+            .map_or(f64::INFINITY, |best| best.estimate.cost);
         match next {
             Some(next) if next.estimate.cost < known => {
                 let improvement = known - next.estimate.cost;
@@ -301,7 +305,13 @@ pub fn unexplained(dynamics: &ErrorDynamics, noise: &ProcessNoise) -> f64 {
             }
         }
     }
-    let shares = (0..n).map(|i| if own[i] > 0.0 { forced[i] / own[i] } else { 0.0 });
+    let shares = (0..n).map(|i| {
+        if own[i] > 0.0 {
+            forced[i] / own[i]
+        } else {
+            0.0
+        }
+    });
     shares.sum::<f64>() / n as f64
 }
 

@@ -37,7 +37,12 @@ pub(super) fn rivals(
             .iter()
             .enumerate()
             .filter(|(_, p)| candidate.strengths.contains(p))
-            .map(|(i, &p)| (own.start + i, explanation.values[p] - dictionary.defaults[p]))
+            .map(|(i, &p)| {
+                (
+                    own.start + i,
+                    explanation.values[p] - dictionary.defaults[p],
+                )
+            })
             .collect();
         let mut found: Vec<Option<f64>> = vec![None; dictionary.candidates.len()];
         for (option, gram) in screen.options.iter().zip(&grams) {

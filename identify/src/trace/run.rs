@@ -182,8 +182,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     if request.hold.is_none() {
         observed.hold = likelier_hold(&dictionary, &observed).map_err(located)?;
     }
-    let selection =
-        select(&dictionary, observed, request.hold.is_none()).map_err(located)?;
+    let selection = select(&dictionary, observed, request.hold.is_none()).map_err(located)?;
     let observed = &selection.observed;
     let hold = observed.hold;
     let found = findings(&dictionary, &selection);
@@ -261,6 +260,7 @@ fn check_overrides(plain: &Compiled, given: &BTreeMap<String, f64>) -> Result<()
 fn locate(source: SolveError, times: &[f64]) -> TraceError {
     let (SolveError::Singular { sample }
     | SolveError::Inconsistent { sample, .. }
+    | SolveError::Unsettled { sample }
     | SolveError::NotFinite { sample }) = source;
     TraceError::Solve {
         time: times.get(sample).copied().unwrap_or(f64::NAN),
@@ -394,8 +394,8 @@ fn judge(
     let after = scoring(&selection.values).score(test).map_err(failed)?;
     // The states of the test log as the patched model sees them.
     let observed = Observed::new(test.clone(), hold)?;
-    let observed = smooth(dictionary, observed, &selection.values)
-        .map_err(|error| locate(error, &test.t))?;
+    let observed =
+        smooth(dictionary, observed, &selection.values).map_err(|error| locate(error, &test.t))?;
     let floor = scoring(&selection.values)
         .noise_floor(&observed, request.seed)
         .map_err(failed)?;

@@ -82,7 +82,8 @@ impl Scoring<'_> {
     /// itself would give, seen through sensors as noisy as these.
     pub fn noise_floor(&self, observed: &Observed, seed: u64) -> Result<Score, ScoreError> {
         let curve = &observed.curve;
-        let motions = self.machine.motion(curve, self.values)?;
+        let along = self.machine.remember(curve, self.hold, self.values)?;
+        let motions = self.machine.motion(&along, self.values)?;
         let mut clean = observed.record.clone();
         clean.q.clone_from(&curve.q);
         for i in 0..curve.q.len() {
@@ -102,7 +103,9 @@ impl Scoring<'_> {
             q: states.q.clone(),
             v: states.v.clone(),
             u: record.u.clone(),
+            ..States::default()
         };
+        let at = self.machine.remember(&at, self.hold, self.values)?;
         let motions = self.machine.motion(&at, self.values)?;
         let n = record.q.len();
         let inner = inner_samples(record, states);
@@ -154,6 +157,9 @@ impl Scoring<'_> {
             })
             .collect();
         let mut state = self.starts(record, states, &starts);
+        let inputs = self
+            .machine
+            .inputs_over(&record.t, &record.u, self.hold, self.values);
         let n = record.q.len();
         let (mut squares, mut travel) = (vec![0.0; n], vec![0.0; n]);
         let mut lost = vec![false; starts.len()];
@@ -164,19 +170,11 @@ impl Scoring<'_> {
         let rollout = Rollout::new(self.machine, self.values, options);
         let mut count = 0_usize;
         for k in 0..length {
-            let at = |offset: usize| -> Vec<Vec<f64>> {
-                record
-                    .u
-                    .iter()
-                    .map(|u| starts.iter().map(|s| u[s + offset]).collect())
-                    .collect()
+            let at = |columns: &[Vec<f64>]| -> Vec<Vec<f64>> {
+                let pick = |u: &Vec<f64>| starts.iter().map(|s| u[s + k]).collect();
+                columns.iter().map(pick).collect()
             };
-            let begin = at(k);
-            let end = if self.hold == Hold::Linear {
-                at(k + 1)
-            } else {
-                begin.clone()
-            };
+            let (begin, end) = (at(&inputs[0]), at(&inputs[1]));
             let t: Vec<f64> = starts.iter().map(|s| record.t[s + k]).collect();
             if rollout.advance(&mut state, &t, step, &begin, &end).is_err() {
                 lost.fill(true);
@@ -194,6 +192,7 @@ impl Scoring<'_> {
                         state.q[i][window] = states.q[i][start + k + 1];
                         state.v[i][window] = states.v[i][start + k + 1];
                     }
+                    state.z.iter_mut().for_each(|z| z[window] = 0.0);
                     continue;
                 }
                 count += 1;
@@ -215,11 +214,28 @@ impl Scoring<'_> {
         }
     }
 
+    /// Internal states at the starts; where they cannot be found, as at the beginning.
+    fn remembered(&self, record: &Record, states: &SgStates, starts: &[usize]) -> Vec<Vec<f64>> {
+        let along = States {
+            t: record.t.clone(),
+            q: states.q.clone(),
+            v: states.v.clone(),
+            u: record.u.clone(),
+            ..States::default()
+        };
+        let Ok(along) = self.machine.remember(&along, self.hold, self.values) else {
+            return Vec::new();
+        };
+        let pick = |z: &Vec<f64>| starts.iter().map(|&start| z[start]).collect();
+        along.memory.z.iter().map(pick).collect()
+    }
+
     fn starts(&self, record: &Record, states: &SgStates, starts: &[usize]) -> Simulated {
         let n = record.q.len();
         let mut simulated = Simulated {
             q: vec![Vec::new(); n],
             v: vec![Vec::new(); n],
+            z: self.remembered(record, states, starts),
         };
         for &start in starts {
             let mut q: Vec<f64> = states.q.iter().map(|q| q[start]).collect();

@@ -133,13 +133,23 @@ impl<'a> Screen<'a> {
         let mut columns = self.base.clone();
         columns.extend(&considered.columns);
         let mut noise = self.explanation.noise.clone();
-        let settled = settle(&self.dynamics, &self.readings, &columns, &mut noise, Adapt::ToFit);
+        let settled = settle(
+            &self.dynamics,
+            &self.readings,
+            &columns,
+            &mut noise,
+            Adapt::ToFit,
+        );
         settled.cost_of_fit()
     }
 
     /// Which of the option's columns have a fitted strength that is physically possible,
     /// with shape and strengths; `None` if nothing is left.
-    pub fn possible(&self, gram: &Gram, option: &ShapedCandidate) -> Option<(Vec<usize>, Assignment)> {
+    pub fn possible(
+        &self,
+        gram: &Gram,
+        option: &ShapedCandidate,
+    ) -> Option<(Vec<usize>, Assignment)> {
         let base: Vec<usize> = (0..self.base.len()).collect();
         let (kept, strengths) = self.strengths(gram, &base, option)?;
         let candidate = &self.dictionary.candidates[option.candidate];
@@ -150,7 +160,12 @@ impl<'a> Screen<'a> {
 
     /// Which of the option's columns are possible in place of an accepted term, beside
     /// the `others`.
-    pub fn instead(&self, gram: &Gram, others: &[usize], option: &ShapedCandidate) -> Option<Vec<usize>> {
+    pub fn instead(
+        &self,
+        gram: &Gram,
+        others: &[usize],
+        option: &ShapedCandidate,
+    ) -> Option<Vec<usize>> {
         Some(self.strengths(gram, others, option)?.0)
     }
 
@@ -184,7 +199,10 @@ impl<'a> Screen<'a> {
                 kept.remove(position);
                 continue;
             }
-            let strengths = kept.iter().enumerate().map(|(position, &i)| new(position, i));
+            let strengths = kept
+                .iter()
+                .enumerate()
+                .map(|(position, &i)| new(position, i));
             return Some((kept.clone(), strengths.collect()));
         }
         None

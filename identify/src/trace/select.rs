@@ -87,6 +87,8 @@ const NO_EXCESS: f64 = 3.0;
 /// Share of the unexplained force, and steps, with which a fit is tried once more.
 const SHARPER: f64 = 0.1;
 const SHARP_STEPS: usize = 4;
+/// How often at most.
+const SHARPENINGS: usize = 3;
 
 /// Candidates after their fit.
 struct Attempt {
@@ -264,14 +266,11 @@ impl Search<'_> {
         let considered = screen.considered(&screen.grams());
         let leaders = leaders(&screen, &considered, self.dictionary);
         // A candidate under which the machine cannot move is no explanation.
-        let tried = leaders.into_par_iter().map(|leader| self.attempt(&[leader]).ok());
+        let tried = leaders
+            .into_par_iter()
+            .map(|leader| self.attempt(&[leader]).ok());
         let mut tried: Vec<Attempt> = tried.collect::<Vec<_>>().into_iter().flatten().collect();
         tried.extend(self.swaps(&considered));
-        if std::env::var_os("DBG").is_some() {
-            eprintln!("STEP cost {} unexpl {:.3e}", self.current.cost, self.current.estimate.unexplained);
-            for c in considered.iter().take(14) { eprintln!("   {} gain {:.1} score {:.1} held {:.1}", self.dictionary.candidates[c.candidate].subject, c.gain, c.score, c.held_out_gain); }
-            for a in &tried { eprintln!(" tried {} cost {:.1} unexpl {:.3e} possible {}", self.dictionary.candidates[a.candidates[a.candidates.len() - 1]].subject, a.cost, a.estimate.unexplained, self.is_possible(a)); }
-        }
         tried.retain(|attempt| self.is_possible(attempt) && self.earns(attempt));
         let lowest = tried.iter().map(|a| a.cost).min_by(f64::total_cmp);
         let Some(lowest) = lowest else {
@@ -382,8 +381,14 @@ impl Search<'_> {
         let earns = |c: &&Considered| c.score > MARGIN;
         let mut pairs = Vec::new();
         for leader in considered.iter().filter(earns).take(MAX_LEADERS) {
-            let afresh = self.first_round.iter().find(|c| c.candidate == leader.candidate);
-            let term = self.accepted.iter().find(|&&term| on(term) == on(leader.candidate));
+            let afresh = self
+                .first_round
+                .iter()
+                .find(|c| c.candidate == leader.candidate);
+            let term = self
+                .accepted
+                .iter()
+                .find(|&&term| on(term) == on(leader.candidate));
             if let (Some(afresh), Some(&term)) = (afresh, term) {
                 pairs.push((afresh, term));
             }
@@ -421,19 +426,27 @@ impl Search<'_> {
         }
     }
 
-    /// The attempt fitted once more under the smallest noise: as long as much counts as
+    /// The attempt fitted once more, also under less noise: as long as much counts as
     /// unexplained, the fit may rest too early.
     fn sharpened(&self, attempt: Attempt) -> Attempt {
         if attempt.estimate.unexplained <= NO_EXCESS * SMALLEST_SHARE * SMALLEST_SHARE {
             return attempt;
         }
-        let mut explanation = attempt.explanation.clone();
-        explanation.noise.force_sd *= SHARPER;
-        let again = fit_holding(self.dictionary, &attempt.candidates, explanation, SHARP_STEPS);
-        match again {
-            Ok(again) if again.cost < attempt.cost => again,
-            _ => attempt,
+        let mut attempt = attempt;
+        for _ in 0..SHARPENINGS {
+            let mut sharper = attempt.explanation.clone();
+            sharper.noise.force_sd *= SHARPER;
+            let starts = [(attempt.explanation.clone(), 0), (sharper, SHARP_STEPS)];
+            let again = starts.into_par_iter().map(|(explanation, held)| {
+                fit_holding(self.dictionary, &attempt.candidates, explanation, held).ok()
+            });
+            let again = again.collect::<Vec<_>>().into_iter().flatten();
+            match again.min_by(|a, b| a.cost.total_cmp(&b.cost)) {
+                Some(again) if again.cost < attempt.cost - 1.0 => attempt = again,
+                _ => break,
+            }
         }
+        attempt
     }
 
     /// Evidence of each accepted term given the others; those that no longer earn their
@@ -443,7 +456,12 @@ impl Search<'_> {
             let without = |&term: &usize| {
                 let mut explanation = self.current.explanation.clone();
                 reset(self.dictionary, &mut explanation, term);
-                let rest: Vec<usize> = self.accepted.iter().copied().filter(|&t| t != term).collect();
+                let rest: Vec<usize> = self
+                    .accepted
+                    .iter()
+                    .copied()
+                    .filter(|&t| t != term)
+                    .collect();
                 // Where the machine cannot move without a term, it is needed.
                 fit(self.dictionary, &rest, explanation).ok()
             };
@@ -475,7 +493,12 @@ fn leaders<'a>(
     dictionary: &Dictionary,
 ) -> Vec<&'a Considered> {
     let earns = |c: &&Considered| c.score > MARGIN && c.held_out_gain > MARGIN;
-    let Some(best) = considered.iter().filter(earns).map(|c| c.gain).max_by(f64::total_cmp) else {
+    let Some(best) = considered
+        .iter()
+        .filter(earns)
+        .map(|c| c.gain)
+        .max_by(f64::total_cmp)
+    else {
         return Vec::new();
     };
     let rows = screen.dynamics.t.len() as f64;

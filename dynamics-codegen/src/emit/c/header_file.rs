@@ -1,18 +1,16 @@
 //! The `.h` file: types and declarations.
 
 use super::{Lines, Unit, comment};
+use crate::emit::axes::{coordinate_unit, inputs};
 use crate::emit::naming::identifier;
-use crate::emit::plan::{Entry, Function, Quantity, coordinate_unit};
+use crate::emit::plan::{Entry, Function, Quantity};
 use crate::emit::text::{decimal, one_line};
 use crate::model::Parameter;
 
 /// `out[2][3]` or `out[2]`.
 pub(super) fn dimensions(quantity: &Quantity) -> String {
-    let rows = quantity.rows.len();
-    match &quantity.columns {
-        None => format!("[{rows}]"),
-        Some(columns) => format!("[{rows}][{}]", columns.len()),
-    }
+    let lengths = quantity.shape().into_iter();
+    lengths.map(|length| format!("[{length}]")).collect()
 }
 
 fn list(entries: impl IntoIterator<Item = (String, String)>) -> String {
@@ -29,19 +27,14 @@ fn entries(entries: &[Entry]) -> String {
 
 fn describe(quantity: &Quantity) -> String {
     let meaning = quantity.meaning.replace('`', "");
-    match &quantity.columns {
-        None => format!("{meaning}.\nEntries: {}.", entries(&quantity.rows)),
-        Some(columns) => format!(
-            "{meaning}.\nRows: {}.\nColumns: {}.\nThe unit of an entry is its row's over its column's.",
-            entries(&quantity.rows),
-            entries(columns)
-        ),
-    }
+    let mut lines = vec![format!("{meaning}.")];
+    lines.extend(quantity.notes(entries));
+    lines.join("\n")
 }
 
 impl Unit<'_> {
     /// The whole file.
-    pub(super) fn header_file(&self, functions: &[Function<'_>]) -> String {
+    pub(super) fn header_file(&self) -> String {
         let mut w = Lines::default();
         self.title(&mut w);
         let guard = format!("DYNAMICS_{}_H", self.prefix);
@@ -53,9 +46,9 @@ impl Unit<'_> {
         w.line("#endif");
         w.blank();
         self.types(&mut w);
-        for function in functions {
-            if function.is_fused() {
-                self.equation_type(&mut w, function);
+        for function in &self.plan.functions {
+            if function.fused {
+                self.result_struct(&mut w, function);
             }
             self.declaration(&mut w, function);
         }
@@ -86,7 +79,7 @@ impl Unit<'_> {
 
     fn parameters_type(&self, w: &mut Lines) {
         let prefix = &self.prefix;
-        let parameters = &self.compiled.model.parameters;
+        let parameters = &self.plan.model.parameters;
         comment(w, 0, "The model's parameters.");
         w.line(&format!("typedef struct {prefix}_parameters {{"));
         if parameters.is_empty() {
@@ -106,7 +99,7 @@ impl Unit<'_> {
     }
 
     fn point_type(&self, w: &mut Lines) {
-        let (prefix, model) = (&self.prefix, &self.compiled.model);
+        let (prefix, model) = (&self.prefix, &self.plan.model);
         let coordinates = |order| {
             list(
                 model
@@ -124,43 +117,55 @@ impl Unit<'_> {
         w.line(&format!("    {prefix}_real q[{n}];"));
         comment(w, 1, &format!("Velocities: {}.", coordinates(1)));
         w.line(&format!("    {prefix}_real v[{n}];"));
-        if !model.inputs.is_empty() {
-            let inputs = list(
-                model
-                    .inputs
-                    .iter()
-                    .map(|u| (u.name.clone(), u.unit.clone())),
-            );
-            comment(w, 1, &format!("Inputs: {inputs}."));
-            w.line(&format!("    {prefix}_real u[{}];", model.inputs.len()));
+        let inputs = inputs(model);
+        if !inputs.is_empty() {
+            let mut text = format!("Inputs: {}.", entries(&inputs));
+            for delay in &model.delays {
+                let of = &model.inputs[delay.input].name;
+                let name = |id| one_line(model.graph.symbol_name(id));
+                let by = model.graph.display(delay.by, name);
+                text.push_str(&format!(
+                    "\n{} is {} as it was {by} seconds ago: the caller keeps its past.",
+                    one_line(&delay.name),
+                    one_line(of)
+                ));
+            }
+            comment(w, 1, &text);
+            w.line(&format!("    {prefix}_real u[{}];", inputs.len()));
+        }
+        if !model.states.is_empty() {
+            let states = model.states.iter().map(|z| {
+                let unit = z.dimension.map_or_else(String::new, |d| d.to_string());
+                (z.name.clone(), unit)
+            });
+            comment(w, 1, &format!("Internal states: {}.", list(states)));
+            w.line(&format!("    {prefix}_real z[{}];", model.states.len()));
         }
         w.line(&format!("}} {prefix}_point;"));
         w.blank();
     }
 
-    /// The struct that the fused function fills.
-    fn equation_type(&self, w: &mut Lines, function: &Function<'_>) {
-        let prefix = &self.prefix;
-        comment(w, 0, "Everything that the equation of motion needs.");
-        w.line(&format!("typedef struct {prefix}_equation {{"));
+    /// The struct that a function of several quantities fills.
+    fn result_struct(&self, w: &mut Lines, function: &Function) {
+        let (prefix, name) = (&self.prefix, self.result_type(function));
+        let meaning = function.meaning.replace('`', "");
+        comment(w, 0, &format!("{meaning}."));
+        w.line(&format!("typedef struct {name} {{"));
         for quantity in &function.quantities {
             comment(w, 1, &describe(quantity));
             let dimensions = dimensions(quantity);
             w.line(&format!("    {prefix}_real {}{dimensions};", quantity.name));
         }
-        w.line(&format!("}} {prefix}_equation;"));
+        w.line(&format!("}} {name};"));
         w.blank();
     }
 
-    fn declaration(&self, w: &mut Lines, function: &Function<'_>) {
-        if function.is_fused() {
-            comment(
-                w,
-                0,
-                "Everything that the equation of motion needs; shared terms are computed once.",
-            );
+    fn declaration(&self, w: &mut Lines, function: &Function) {
+        if function.fused {
+            let meaning = function.meaning.replace('`', "");
+            comment(w, 0, &format!("{meaning}; shared terms are computed once."));
         } else {
-            comment(w, 0, &describe(function.quantities[0]));
+            comment(w, 0, &describe(&function.quantities[0]));
         }
         self.signature(w, function, ";");
         w.blank();

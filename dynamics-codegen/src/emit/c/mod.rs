@@ -8,11 +8,12 @@ mod header_file;
 mod language;
 mod source_file;
 
-use super::plan::{Function, functions, quantities};
+use super::emission::Emission;
+use super::header;
+use super::plan::{Function, Plan};
 use super::rust::{File, module_name};
 use super::symbols::Symbols;
 use super::text::c_comment_lines;
-use super::{header, plan};
 use crate::compile::Compiled;
 
 /// The two files of a model, header first. `source_name` is the model's path as their
@@ -34,23 +35,25 @@ use crate::compile::Compiled;
 /// # Ok::<(), dynamics_codegen::Report>(())
 /// ```
 pub fn c(compiled: &Compiled, source_name: &str) -> [File; 2] {
-    let quantities = quantities(compiled);
-    let functions = functions(&quantities);
-    let unit = Unit::new(compiled, source_name);
-    let file = |ending: &str, text: String| File {
-        name: format!("{}.{ending}", unit.file),
-        text,
-    };
-    [
-        file("h", unit.header_file(&functions)),
-        file("c", unit.source_file(&functions)),
-    ]
+    Emission::terms(compiled, source_name).c()
+}
+
+impl Emission<'_> {
+    /// The two files of C; see [`c`].
+    pub fn c(&self) -> [File; 2] {
+        let unit = Unit::new(self);
+        let file = |ending: &str, text: String| File {
+            name: format!("{}.{ending}", unit.file),
+            text,
+        };
+        [file("h", unit.header_file()), file("c", unit.source_file())]
+    }
 }
 
 /// What both files refer to.
 struct Unit<'a> {
-    compiled: &'a Compiled,
-    source_name: &'a str,
+    emission: &'a Emission<'a>,
+    plan: &'a Plan,
     symbols: Symbols,
     /// The files' name without its ending.
     file: String,
@@ -59,18 +62,18 @@ struct Unit<'a> {
 }
 
 impl<'a> Unit<'a> {
-    fn new(compiled: &'a Compiled, source_name: &'a str) -> Self {
-        let file = module_name(compiled);
+    fn new(emission: &'a Emission<'a>) -> Self {
+        let file = module_name(emission.compiled);
         // Names that begin with `_` belong to the compiler.
         let prefix = if file.starts_with('_') {
             format!("dynamics{file}")
         } else {
             file.clone()
         };
-        let symbols = Symbols::new(&compiled.model, &[&format!("{prefix}_real")]);
+        let symbols = emission.plan.symbols(&[&format!("{prefix}_real")]);
         Self {
-            compiled,
-            source_name,
+            emission,
+            plan: &emission.plan,
             symbols,
             file,
             prefix,
@@ -79,24 +82,41 @@ impl<'a> Unit<'a> {
 
     /// Who made the file, and from what.
     fn title(&self, w: &mut Lines) {
-        let lines = header::lines(self.compiled, self.source_name, "c");
+        let lines = header::lines(self.emission, "c");
         comment(w, 0, &lines.join("\n"));
         w.blank();
     }
 
     /// `void model_quantity(const model_parameters *p, const model_point *x, …)`
-    fn signature(&self, w: &mut Lines, function: &Function<'_>, ending: &str) {
+    fn signature(&self, w: &mut Lines, function: &Function, ending: &str) {
         let prefix = &self.prefix;
-        let out = if function.is_fused() {
-            format!("{prefix}_equation *out")
+        let out = if function.fused {
+            format!("{} *out", self.result_type(function))
         } else {
-            let quantity: &plan::Quantity = function.quantities[0];
-            format!("{prefix}_real out{}", header_file::dimensions(quantity))
+            let dimensions = header_file::dimensions(&function.quantities[0]);
+            format!("{prefix}_real out{dimensions}")
         };
         w.line(&format!("void {prefix}_{}(", function.name));
         w.line(&format!("    const {prefix}_parameters *p,"));
         w.line(&format!("    const {prefix}_point *x,"));
+        let model = &self.plan.model;
+        if function.takes_acceleration() {
+            let n = model.coordinates.len();
+            w.line(&format!("    const {prefix}_real a[{n}],"));
+        }
+        if function.takes_multipliers() && !model.constraints.is_empty() {
+            let m = model.constraints.len();
+            w.line(&format!("    const {prefix}_real lambda[{m}],"));
+        }
         w.line(&format!("    {out}){ending}"));
+    }
+
+    /// The struct that a function of several quantities fills.
+    fn result_type(&self, function: &Function) -> String {
+        match function.name.as_str() {
+            "equation_of_motion" => format!("{}_equation", self.prefix),
+            name => format!("{}_{name}_result", self.prefix),
+        }
     }
 }
 

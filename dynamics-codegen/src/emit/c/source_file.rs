@@ -4,14 +4,14 @@ use super::language::{C, HELPERS, MATH, argument, real};
 use super::{Lines, Unit, comment};
 use crate::emit::body::{Body, Statement, Term};
 use crate::emit::plan::Function;
-use crate::emit::symbols::Role;
+use crate::emit::symbols::Argument;
 use crate::emit::written::Language;
 
 impl Unit<'_> {
     /// The whole file.
-    pub(super) fn source_file(&self, functions: &[Function<'_>]) -> String {
+    pub(super) fn source_file(&self) -> String {
         let mut definitions = Lines::default();
-        for function in functions {
+        for function in &self.plan.functions {
             self.definition(&mut definitions, function);
         }
         let mut w = Lines::default();
@@ -69,7 +69,7 @@ impl Unit<'_> {
     fn nominal(&self, w: &mut Lines) {
         let prefix = &self.prefix;
         w.line(&format!("const {prefix}_parameters {prefix}_nominal = {{"));
-        let parameters = &self.compiled.model.parameters;
+        let parameters = &self.plan.model.parameters;
         if parameters.is_empty() {
             w.line("    0");
         }
@@ -85,25 +85,21 @@ impl Unit<'_> {
         w.blank();
     }
 
-    fn definition(&self, w: &mut Lines, function: &Function<'_>) {
-        let body = function.body(self.compiled, &self.symbols);
+    fn definition(&self, w: &mut Lines, function: &Function) {
+        let body = function.body(&self.plan.model, &self.symbols);
         self.signature(w, function, "");
         w.line("{");
-        self.prologue(w, &body);
+        self.prologue(w, function, &body);
         self.statements(w, &body);
         let mut results = body.results.iter();
         for quantity in &function.quantities {
-            let target = if function.is_fused() {
+            let target = if function.fused {
                 format!("out->{}", quantity.name)
             } else {
                 "out".to_string()
             };
-            let columns = quantity.columns.as_ref().map(Vec::len);
             for (index, result) in results.by_ref().take(quantity.entries.len()).enumerate() {
-                let place = match columns {
-                    None => format!("[{index}]"),
-                    Some(columns) => format!("[{}][{}]", index / columns, index % columns),
-                };
+                let place = place(&quantity.shape(), index);
                 w.line(&format!(
                     "    {target}{place} = {};",
                     self.write(result, &body)
@@ -115,25 +111,23 @@ impl Unit<'_> {
     }
 
     /// Takes out of the point what the body reads.
-    fn prologue(&self, w: &mut Lines, body: &Body) {
-        if !body.reads_any(|role| matches!(role, Role::Parameter(_))) {
-            w.line("    (void)p;");
-        }
-        if !body.reads_any(|role| !matches!(role, Role::Parameter(_))) {
-            w.line("    (void)x;");
+    fn prologue(&self, w: &mut Lines, function: &Function, body: &Body) {
+        let multipliers = function.takes_multipliers() && !self.plan.model.constraints.is_empty();
+        let arguments = [
+            ("p", Argument::Parameters, true),
+            ("x", Argument::Point, true),
+            ("a", Argument::Acceleration, function.takes_acceleration()),
+            ("lambda", Argument::Multipliers, multipliers),
+        ];
+        for (name, argument, there) in arguments {
+            if there && !body.reads_any(|role| role.argument() == argument) {
+                w.line(&format!("    (void){name};"));
+            }
         }
         for (name, role) in self.symbols.read_by(body) {
-            let place = match role {
-                Role::Time => "t".to_string(),
-                Role::Position(i) => format!("q[{i}]"),
-                Role::Velocity(i) => format!("v[{i}]"),
-                Role::Input(i) => format!("u[{i}]"),
-                Role::Parameter(_) => continue,
-            };
-            w.line(&format!(
-                "    const {}_real {name} = x->{place};",
-                self.prefix
-            ));
+            if let Some(place) = role.place("->") {
+                w.line(&format!("    const {}_real {name} = {place};", self.prefix));
+            }
         }
     }
 
@@ -154,6 +148,13 @@ impl Unit<'_> {
                     constant(*sine, format!("SIN({argument})"));
                     constant(*cosine, format!("COS({argument})"));
                 }
+                Statement::SinCosEach(group) => {
+                    for c in group {
+                        let argument = self.write(&c.argument, body);
+                        constant(c.sine, format!("SIN({argument})"));
+                        constant(c.cosine, format!("COS({argument})"));
+                    }
+                }
             }
         }
     }
@@ -164,4 +165,15 @@ impl Unit<'_> {
         };
         argument(language.write(term, &body.locals))
     }
+}
+
+/// `[1][2]`: where entry `index` of an array stands.
+fn place(shape: &[usize], index: usize) -> String {
+    let mut rest = index;
+    let mut place = String::new();
+    for &length in shape.iter().rev() {
+        place.insert_str(0, &format!("[{}]", rest % length));
+        rest /= length;
+    }
+    place
 }

@@ -48,21 +48,14 @@ impl Doc {
 
 /// What a quantity is, with its shape and its units.
 pub(super) fn of_quantity(quantity: &Quantity) -> Doc {
-    let rows = quantity.rows.len();
-    match &quantity.columns {
-        None => {
-            let mut doc = Doc::of(format!("{}, {rows}.", quantity.meaning));
-            doc.paragraph(format!("Entries: {}.", entry_list(&quantity.rows)));
-            doc
-        }
-        Some(columns) => {
-            let mut doc = Doc::of(format!("{}, {rows}×{}.", quantity.meaning, columns.len()));
-            doc.paragraph(format!("Rows: {}.", entry_list(&quantity.rows)));
-            doc.line(format!("Columns: {}.", entry_list(columns)));
-            doc.line("The unit of an entry is its row's over its column's.");
-            doc
+    let mut doc = Doc::of(format!("{}, {}.", quantity.meaning, quantity.size()));
+    for (index, note) in quantity.notes(entry_list).into_iter().enumerate() {
+        match index {
+            0 => doc.paragraph(note),
+            _ => doc.line(note),
         }
     }
+    doc
 }
 
 /// A name of a model in a line of Markdown.

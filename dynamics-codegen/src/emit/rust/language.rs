@@ -1,5 +1,6 @@
 //! Rust's numbers, names and functions.
 
+use crate::emit::body::Fused;
 use crate::emit::symbols::{Role, Symbols};
 use crate::emit::written::{Language, Written};
 use crate::graph::{Binary, Precedence, SymbolId, Unary};
@@ -28,6 +29,11 @@ impl Language for Rust<'_> {
 
     fn function(&self, op: Unary, x: Written) -> Written {
         Written::atom(format!("{}.{}()", x.within(Precedence::Atom), op.name()))
+    }
+
+    fn fused(&self, op: Fused, [x, y, z]: [Written; 3]) -> Written {
+        let x = x.within(Precedence::Atom);
+        Written::atom(format!("{x}.{}({}, {})", op.name(), y.text, z.text))
     }
 
     fn function_of_two(&self, op: Binary, x: Written, y: Written) -> Written {

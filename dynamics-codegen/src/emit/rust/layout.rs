@@ -53,6 +53,17 @@ impl Writer {
         self.line(closing);
     }
 
+    /// `impl<T: Scalar> of for name { … }`
+    pub fn implementation(&mut self, of: &str, name: &str, inside: impl FnOnce(&mut Self)) {
+        let one = format!("impl<T: Scalar> {of} for {name} {{");
+        if one.len() <= MAX_WIDTH {
+            return self.block(&one, "}", inside);
+        }
+        self.line(format!("impl<T: Scalar> {of}"));
+        self.line(format!("    for {name}"));
+        self.block("{", "}", inside);
+    }
+
     /// A function with its body.
     pub fn function(
         &mut self,

@@ -2,8 +2,8 @@
 
 use super::documentation::{Doc, code};
 use super::layout::Writer;
-use super::rust;
 use crate::compile::Compiled;
+use crate::emit::emission::Emission;
 use crate::emit::naming::{identifier, is_snake_case};
 use std::collections::BTreeMap;
 
@@ -38,10 +38,7 @@ pub fn module_name(compiled: &Compiled) -> String {
 
 /// The module of one model as a file.
 pub fn rust_file(compiled: &Compiled, source_name: &str) -> File {
-    File {
-        name: format!("{}.rs", module_name(compiled)),
-        text: rust(compiled, source_name),
-    }
+    Emission::terms(compiled, source_name).rust_file()
 }
 
 /// All files of a `no_std` crate with one module per model: the modules, then `lib.rs`.
@@ -50,24 +47,33 @@ pub fn rust_file(compiled: &Compiled, source_name: &str) -> File {
 /// # Errors
 /// If two models have one name. Case does not count: some file systems ignore it.
 pub fn rust_crate(models: &[(String, Compiled)]) -> Result<Vec<File>, DuplicateModel> {
-    let mut modules: BTreeMap<String, (&str, &Compiled)> = BTreeMap::new();
-    for (path, compiled) in models {
-        let key = module_name(compiled).to_ascii_lowercase();
-        if let Some((first, _)) = modules.insert(key, (path, compiled)) {
+    let emissions = models
+        .iter()
+        .map(|(path, compiled)| Emission::terms(compiled, path));
+    rust_crate_of(&emissions.collect::<Vec<_>>())
+}
+
+/// As [`rust_crate`], with functions on request.
+///
+/// # Errors
+/// As [`rust_crate`].
+pub fn rust_crate_of(models: &[Emission<'_>]) -> Result<Vec<File>, DuplicateModel> {
+    let mut modules: BTreeMap<String, &Emission<'_>> = BTreeMap::new();
+    for emission in models {
+        let key = module_name(emission.compiled).to_ascii_lowercase();
+        if let Some(first) = modules.insert(key, emission) {
             return Err(DuplicateModel {
-                first: first.to_string(),
-                second: path.clone(),
-                model: compiled.model.name.clone(),
+                first: first.source_name.to_string(),
+                second: emission.source_name.to_string(),
+                model: emission.compiled.model.name.clone(),
             });
         }
     }
-    let files = modules
-        .values()
-        .map(|(path, compiled)| rust_file(compiled, path));
+    let files = modules.values().map(|emission| emission.rust_file());
     let mut files: Vec<File> = files.collect();
     files.push(File {
         name: "lib.rs".into(),
-        text: library(modules.values().map(|(_, compiled)| *compiled)),
+        text: library(modules.values().map(|emission| emission.compiled)),
     });
     Ok(files)
 }

@@ -10,6 +10,7 @@
 //! * `equation_of_motion`, which computes what a step of a simulation needs at once,
 //! * a type named after the model that implements `::dynamics::System`.
 
+mod derivatives;
 mod documentation;
 mod function;
 mod language;
@@ -18,14 +19,18 @@ mod library;
 mod parameters;
 mod system;
 
-pub use library::{DuplicateModel, File, module_name, rust_crate, rust_file};
+pub use library::{DuplicateModel, File, module_name, rust_crate, rust_crate_of, rust_file};
 
+use super::axes::inputs;
+use super::emission::Emission;
 use super::header;
 use super::naming::type_name;
-use super::plan::{functions, quantities};
+use super::plan::{Function, Plan};
 use super::symbols::Symbols;
+use super::text::one_line;
 use crate::compile::Compiled;
-use documentation::Doc;
+use crate::model::Delay;
+use documentation::{Doc, code};
 use layout::{Array, Writer};
 
 /// Types that the module defines or imports.
@@ -64,28 +69,41 @@ const TAKEN: [&str; 11] = [
 /// # Ok::<(), dynamics_codegen::Report>(())
 /// ```
 pub fn rust(compiled: &Compiled, source_name: &str) -> String {
-    let mut writer = Writer::default();
-    for line in header::lines(compiled, source_name, "rust") {
-        writer.line(format!("// {line}").trim_end());
+    Emission::terms(compiled, source_name).rust()
+}
+
+impl Emission<'_> {
+    /// The Rust module; see [`rust`].
+    pub fn rust(&self) -> String {
+        let mut writer = Writer::default();
+        for line in header::lines(self, "rust") {
+            writer.line(format!("// {line}").trim_end());
+        }
+        writer.blank();
+        Unit::new(self).module(&mut writer);
+        writer.into_text()
     }
-    writer.blank();
-    Unit::new(compiled).module(&mut writer);
-    writer.into_text()
 }
 
 /// What all parts of a module refer to.
 struct Unit<'a> {
     compiled: &'a Compiled,
+    plan: &'a Plan,
     symbols: Symbols,
     type_name: String,
 }
 
 impl<'a> Unit<'a> {
-    fn new(compiled: &'a Compiled) -> Self {
+    fn new(emission: &'a Emission<'_>) -> Self {
+        let (compiled, plan) = (emission.compiled, &emission.plan);
+        let results: Vec<String> = plan.functions.iter().map(result_name).collect();
+        let results = results.iter().map(String::as_str);
+        let taken: Vec<&str> = TAKEN.into_iter().chain(results).collect();
         Self {
             compiled,
-            symbols: Symbols::new(&compiled.model, &[]),
-            type_name: type_name(&compiled.model.name, &TAKEN),
+            plan,
+            symbols: plan.symbols(&[]),
+            type_name: type_name(&compiled.model.name, &taken),
         }
     }
 
@@ -99,25 +117,31 @@ impl<'a> Unit<'a> {
         w.blank();
         self.model(w);
         w.blank();
-        let quantities = quantities(self.compiled);
-        for function in functions(&quantities) {
-            if function.is_fused() {
-                self.fused(w, &function);
+        for function in &self.plan.functions {
+            if function.fused {
+                self.fused(w, function);
             } else {
-                self.single(w, &function);
+                self.single(w, function);
             }
             w.blank();
         }
         self.system(w);
+        self.derivative_traits(w);
     }
 
-    /// `Point<T, n, k, 0>`
+    /// Whether a function is emitted.
+    fn has(&self, name: &str) -> bool {
+        self.plan.functions.iter().any(|f| f.name == name)
+    }
+
+    /// `Point<T, n, k, s>`
     fn point(&self) -> String {
         let model = &self.compiled.model;
         format!(
-            "Point<T, {}, {}, 0>",
+            "Point<T, {}, {}, {}>",
             model.coordinates.len(),
-            model.inputs.len()
+            inputs(model).len(),
+            model.states.len()
         )
     }
 
@@ -126,12 +150,18 @@ impl<'a> Unit<'a> {
         let model = &self.compiled.model;
         let coordinates = model.coordinates.iter().map(|c| c.name.as_str()).collect();
         size(w, "COORDINATE", "coordinates", coordinates);
+        let entries = inputs(model);
         size(
             w,
             "INPUT",
             "inputs",
-            model.inputs.iter().map(|u| u.name.as_str()).collect(),
+            entries.iter().map(|u| u.name.as_str()).collect(),
         );
+        self.delays(w);
+        if !model.states.is_empty() {
+            let states = model.states.iter().map(|z| z.name.as_str()).collect();
+            size(w, "STATE", "internal states", states);
+        }
         let constraints = model.constraints.iter().map(|c| c.name.as_str()).collect();
         size(w, "CONSTRAINT", "constraint rows", constraints);
         size(
@@ -149,17 +179,62 @@ impl<'a> Unit<'a> {
     }
 }
 
+impl Unit<'_> {
+    /// What a caller must know of inputs that arrive late.
+    fn delays(&self, w: &mut Writer) {
+        let model = &self.compiled.model;
+        if model.delays.is_empty() {
+            return;
+        }
+        let mut doc =
+            Doc::of("Delayed inputs, and which input each is. The caller keeps the past:");
+        doc.line("");
+        for delay in &model.delays {
+            doc.line(format!(
+                "* {} is {} as it was {} seconds ago",
+                code(&delay.name),
+                code(&model.inputs[delay.input].name),
+                code(&self.delay_text(delay)),
+            ));
+        }
+        w.doc(&doc);
+        let pairs = model.delays.iter().enumerate().map(|(index, delay)| {
+            let place = model.inputs.len() + index;
+            Array::Simple(format!("({place}, {})", delay.input))
+        });
+        let opening = format!(
+            "pub const DELAYED_INPUTS: [(usize, usize); {}] =",
+            model.delays.len()
+        );
+        w.constant(&opening, &Array::Row(pairs.collect()));
+        w.blank();
+    }
+
+    fn delay_text(&self, delay: &Delay) -> String {
+        let graph = &self.compiled.model.graph;
+        let name = |id| one_line(graph.symbol_name(id));
+        graph.display(delay.by, name).to_string()
+    }
+}
+
+/// The type that a function of several quantities returns.
+fn result_name(function: &Function) -> String {
+    type_name(&function.name, &[])
+}
+
 /// How many there are, and what they are called.
 fn size(w: &mut Writer, word: &str, what: &str, names: Vec<&str>) {
     w.doc(&Doc::of(format!("Number of {what}.")));
     w.line(format!("pub const {word}S: usize = {};", names.len()));
     w.blank();
-    if names.is_empty() {
-        return;
-    }
     w.doc(&Doc::of(format!(
         "Names of the {what}, as the model writes them."
     )));
+    if names.is_empty() {
+        w.line(format!("pub const {word}_NAMES: [&str; {word}S] = [];"));
+        w.blank();
+        return;
+    }
     let strings = names
         .iter()
         .map(|name| Array::Simple(format!("\"{}\"", name.escape_debug())));

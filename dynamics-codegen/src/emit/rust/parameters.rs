@@ -126,5 +126,24 @@ fn no_parameters(w: &mut Writer) {
         w.function("pub fn nominal", &[], "Self", |w| {
             w.line("Self(core::marker::PhantomData)")
         });
+        w.blank();
+        w.doc(&Doc::of("From the values of no parameter."));
+        let values = ["_values: [T; 0]".to_string()];
+        w.function("pub fn from_array", &values, "Self", |w| {
+            w.line("Self(core::marker::PhantomData)")
+        });
+        w.blank();
+        w.doc(&Doc::of("The values of no parameter."));
+        let myself = ["&self".to_string()];
+        w.function("pub fn to_array", &myself, "[T; 0]", |w| w.line("[]"));
+        w.blank();
+        w.doc(&Doc::of("The same for another number type."));
+        let arguments = [
+            "&self".to_string(),
+            "_convert: impl FnMut(T) -> U".to_string(),
+        ];
+        w.function("pub fn map<U>", &arguments, "Parameters<U>", |w| {
+            w.line("Parameters(core::marker::PhantomData)");
+        });
     });
 }

@@ -3,6 +3,7 @@
 use super::Unit;
 use super::documentation::Doc;
 use super::layout::{Array, Writer};
+use crate::emit::axes::inputs;
 use crate::model::ConstraintKind;
 
 impl Unit<'_> {
@@ -26,17 +27,18 @@ impl Unit<'_> {
         });
     }
 
-    /// `impl System<T, n, k, m, 0>`.
+    /// `impl System<T, n, k, m, s>`.
     pub(super) fn system(&self, w: &mut Writer) {
         let model = &self.compiled.model;
         let (n, k, m) = (
             model.coordinates.len(),
-            model.inputs.len(),
+            inputs(model).len(),
             model.constraints.len(),
         );
+        let s = model.states.len();
         let name = &self.type_name;
         w.block(
-            &format!("impl<T: Scalar> System<T, {n}, {k}, {m}, 0> for {name}<T> {{"),
+            &format!("impl<T: Scalar> System<T, {n}, {k}, {m}, {s}> for {name}<T> {{"),
             "}",
             |w| {
                 self.method(
@@ -64,7 +66,13 @@ impl Unit<'_> {
                     },
                 );
                 w.blank();
-                self.method(w, "state_rate", "_x", "[T; 0]", |w| w.line("[]"));
+                if s == 0 {
+                    self.method(w, "state_rate", "_x", "[T; 0]", |w| w.line("[]"));
+                } else {
+                    self.method(w, "state_rate", "x", &format!("[T; {s}]"), |w| {
+                        w.line("state_rate(&self.parameters, x)");
+                    });
+                }
                 w.blank();
                 self.method(w, "equation", "x", &format!("Equation<T, {n}, {m}>"), |w| {
                     w.line("let terms = equation_of_motion(&self.parameters, x);");

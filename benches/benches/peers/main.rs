@@ -1,0 +1,108 @@
+//! Our generated Rust and C beside CasADi's generated C, in one run: `cargo bench`.
+//!
+//! What is compared is the KUKA iiwa of `models/iiwa7.urdf` with the C that CasADi made of
+//! Pinocchio's model of the same arm (near-zero entries of its rotations snapped, common
+//! subexpressions shared), in `../shared/peers/casadi_iiwa` beside the workspace.
+//!
+//! How it is kept fair:
+//! * the compilers may use all of this machine on both sides: `cc -O3 -march=native`, and
+//!   `-C target-cpu=native` (this program builds and starts itself again with it);
+//! * the same 64 states, in the same order, one call per state through a function that is not
+//!   inlined, results written to memory; the same clock;
+//! * the two take turns, many short rounds each, pinned to one core if `taskset` is there;
+//!   the fastest round of each counts;
+//! * before anything is timed, all results are compared with CasADi's.
+
+mod driver;
+mod kernels;
+mod native;
+mod report;
+
+use driver::{Driver, Precision};
+use kernels::{Batch, Kernel, kernels};
+use report::Row;
+
+/// Rounds per function and side.
+const ROUNDS: usize = 40;
+/// What a round lasts, about, in nanoseconds.
+const ROUND: f64 = 2.0e6;
+
+fn main() {
+    if let Err(message) = run() {
+        eprintln!("{message}");
+        std::process::exit(1);
+    }
+}
+
+fn run() -> Result<(), String> {
+    // `cargo bench -- --list` and the like ask for tests.
+    if std::env::args().any(|a| a == "--list" || a == "--test") {
+        return Ok(());
+    }
+    if !native::is_native() {
+        return native::start_again();
+    }
+    println!("{}", report::heading());
+    let mut rows = Vec::new();
+    for precision in [Precision::Double, Precision::Single] {
+        let mut driver = Driver::start(precision)?;
+        let single = match precision {
+            Precision::Double => one_by_one(&mut driver, &kernels::<f64>())?,
+            Precision::Single => one_by_one(&mut driver, &kernels::<f32>())?,
+        };
+        println!("{}", report::table(precision, &single));
+        let both = single.iter().find(|row| row.name == "both");
+        let both = both.ok_or("both is among the rows")?;
+        let batched = match precision {
+            Precision::Double => batch(&mut driver, &mut Batch::<dynamics::batch::WideF64>::new())?,
+            Precision::Single => batch(&mut driver, &mut Batch::<dynamics::batch::WideF32>::new())?,
+        };
+        println!("{}", report::batched(precision, both, batched));
+        rows.push(single);
+    }
+    println!("{}", report::verdict(&rows[0]));
+    Ok(())
+}
+
+/// Times every function at one state after another.
+fn one_by_one<T>(driver: &mut Driver, kernels: &[Kernel<T>]) -> Result<Vec<Row>, String>
+where
+    T: dynamics::Real,
+{
+    let mut rows = Vec::new();
+    for kernel in kernels {
+        kernel.compare(driver)?;
+        let count = |ns: f64| (ROUND / ns).max(64.0) as usize / 64 * 64;
+        let guess = driver.time(kernel.casadi, 640)?;
+        let count = count(guess);
+        let mut best = [f64::INFINITY; 3];
+        for _ in 0..ROUNDS {
+            best[0] = best[0].min(driver.time(kernel.casadi, count)?);
+            best[1] = best[1].min(driver.time(kernel.ours, count)?);
+            best[2] = best[2].min(kernel.time(count));
+        }
+        rows.push(Row {
+            name: kernel.name,
+            goal: kernel.goal,
+            casadi: best[0],
+            c: best[1],
+            rust: best[2],
+        });
+    }
+    Ok(rows)
+}
+
+/// Times mass matrix and bias force of many states at once; nanoseconds per state of
+/// CasADi's C, one by one, and ours.
+fn batch<L>(driver: &mut Driver, batch: &mut Batch<L>) -> Result<(f64, f64), String>
+where
+    L: dynamics::batch::Lanes,
+{
+    batch.compare()?;
+    let mut best = (f64::INFINITY, f64::INFINITY);
+    for _ in 0..ROUNDS {
+        best.0 = best.0.min(driver.time("Mbias_cse", 6400)?);
+        best.1 = best.1.min(batch.time(100));
+    }
+    Ok(best)
+}

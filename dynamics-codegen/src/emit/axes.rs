@@ -1,0 +1,170 @@
+//! What the rows and columns of quantities belong to, with units.
+
+use super::plan::Entry;
+use crate::derive::{Expansion, Group, Term};
+use crate::dimension::Dimension;
+use crate::model::{ConstraintKind, Coordinate, Model};
+
+/// Everything that a row or column can belong to.
+pub(super) struct Axes {
+    force: Vec<Entry>,
+    acceleration: Vec<Entry>,
+    input: Vec<Entry>,
+    state: Vec<Entry>,
+    state_rate: Vec<Entry>,
+    constraint: Vec<Entry>,
+    constraint_rate: Vec<Entry>,
+    constraint_acceleration: Vec<Entry>,
+    output: Vec<Entry>,
+    output_rate: Vec<Entry>,
+    positional_output_acceleration: Vec<Entry>,
+    multiplier: Vec<Entry>,
+    position: Vec<Entry>,
+    velocity: Vec<Entry>,
+    parameter: Vec<Entry>,
+}
+
+impl Axes {
+    /// Those of a model.
+    pub fn new(expansion: &Expansion) -> Self {
+        let model = &expansion.model;
+        let coordinates = |unit: &dyn Fn(&Coordinate) -> String| -> Vec<Entry> {
+            let entry = |c: &Coordinate| Entry {
+                name: c.name.clone(),
+                unit: unit(c),
+            };
+            model.coordinates.iter().map(entry).collect()
+        };
+        let holonomic_rates = |extra: i32| -> Vec<Entry> {
+            let entries = model.constraints.iter().map(|c| {
+                let order = match c.kind {
+                    ConstraintKind::Holonomic => extra,
+                    ConstraintKind::Nonholonomic => extra.saturating_sub(1),
+                };
+                Entry {
+                    name: c.name.clone(),
+                    unit: text(c.dimension.map(|d| over_time(d, order))),
+                }
+            });
+            entries.collect()
+        };
+        let outputs = |order: i32| -> Vec<Entry> {
+            let entries = model.outputs.iter().map(|o| Entry {
+                name: o.name.clone(),
+                unit: text(o.dimension.map(|d| over_time(d, order))),
+            });
+            entries.collect()
+        };
+        let states = |order: i32| -> Vec<Entry> {
+            let entries = model.states.iter().map(|z| Entry {
+                name: z.name.clone(),
+                unit: text(z.dimension.map(|d| over_time(d, order))),
+            });
+            entries.collect()
+        };
+        // Force is A's transpose times the multiplier: energy over the constraint's unit.
+        let multipliers = model.constraints.iter().map(|c| {
+            let order = match c.kind {
+                ConstraintKind::Holonomic => 0,
+                ConstraintKind::Nonholonomic => -1,
+            };
+            let unit = c.dimension.map(|d| Dimension::ENERGY / over_time(d, order));
+            Entry {
+                name: c.name.clone(),
+                unit: text(unit),
+            }
+        });
+        let parameters = model.parameters.iter().map(|p| Entry {
+            name: p.name.clone(),
+            unit: p.unit.clone(),
+        });
+        Self {
+            force: coordinates(&|c| text(c.dimension.map(|d| Dimension::ENERGY / d))),
+            acceleration: coordinates(&|c| coordinate_unit(c, 2)),
+            input: inputs(model),
+            state: states(0),
+            state_rate: states(1),
+            constraint: holonomic_rates(0),
+            constraint_rate: holonomic_rates(1),
+            constraint_acceleration: holonomic_rates(2),
+            output: outputs(0),
+            output_rate: outputs(1),
+            positional_output_acceleration: (expansion.system().positional_outputs.iter())
+                .map(|&index| outputs(2)[index].clone())
+                .collect(),
+            multiplier: multipliers.collect(),
+            position: coordinates(&|c| coordinate_unit(c, 0)),
+            velocity: coordinates(&|c| coordinate_unit(c, 1)),
+            parameter: parameters.collect(),
+        }
+    }
+
+    /// The axes of a term.
+    pub fn of(&self, term: Term) -> Vec<Vec<Entry>> {
+        let axes: &[&Vec<Entry>] = match term {
+            Term::MassMatrix => &[&self.force, &self.acceleration],
+            Term::BiasForce
+            | Term::AppliedForce
+            | Term::Force
+            | Term::InverseDynamics
+            | Term::ForceResidual => &[&self.force],
+            Term::InputMatrix => &[&self.force, &self.input],
+            Term::ConstraintJacobian => &[&self.constraint_acceleration, &self.acceleration],
+            Term::ConstraintBias | Term::AccelerationResidual => &[&self.constraint_acceleration],
+            Term::ConstraintResidual => &[&self.constraint],
+            Term::ConstraintRate => &[&self.constraint_rate],
+            Term::StateRate => &[&self.state_rate],
+            Term::InitialState => &[&self.state],
+            Term::Outputs => &[&self.output],
+            Term::OutputRates => &[&self.output_rate],
+            Term::OutputJacobian => &[&self.positional_output_acceleration, &self.acceleration],
+            Term::OutputBias => &[&self.positional_output_acceleration],
+            Term::ForwardDynamics | Term::ConstrainedAcceleration => &[&self.acceleration],
+            Term::ConstrainedMultipliers => &[&self.multiplier],
+        };
+        axes.iter().map(|axis| axis.to_vec()).collect()
+    }
+
+    /// The axis that differentiation adds; time adds none.
+    pub fn of_group(&self, group: Group) -> Option<Vec<Entry>> {
+        match group {
+            Group::Position => Some(self.position.clone()),
+            Group::Velocity => Some(self.velocity.clone()),
+            Group::Input => Some(self.input.clone()),
+            Group::Parameters => Some(self.parameter.clone()),
+            Group::Time => None,
+        }
+    }
+}
+
+/// The inputs as generated code has them: those of the model, then the delayed ones.
+pub(super) fn inputs(model: &Model) -> Vec<Entry> {
+    let commanded = model.inputs.iter().map(|u| Entry {
+        name: u.name.clone(),
+        unit: u.unit.clone(),
+    });
+    let delayed = model.delays.iter().map(|d| Entry {
+        name: d.name.clone(),
+        unit: model.inputs[d.input].unit.clone(),
+    });
+    commanded.chain(delayed).collect()
+}
+
+/// The unit of a coordinate's `order`-th derivative, in the words of the model.
+pub(super) fn coordinate_unit(coordinate: &Coordinate, order: i32) -> String {
+    let simple = !coordinate.unit.is_empty() && !coordinate.unit.contains(['/', '^', '*']);
+    match order {
+        0 => coordinate.unit.clone(),
+        1 if simple => format!("{}/s", coordinate.unit),
+        n if simple => format!("{}/s^{n}", coordinate.unit),
+        n => text(coordinate.dimension.map(|d| over_time(d, n))),
+    }
+}
+
+fn over_time(dimension: Dimension, order: i32) -> Dimension {
+    dimension / Dimension::TIME.powi(order)
+}
+
+fn text(dimension: Option<Dimension>) -> String {
+    dimension.map_or_else(String::new, |d| d.to_string())
+}

@@ -1,0 +1,572 @@
+//! `urdf "robot.urdf";`: a robot description as the base of a model.
+//!
+//! Each joint that moves becomes a coordinate of its name, in the order of
+//! [`Robot::bodies`]: depth first, children as the file lists them. A revolute,
+//! continuous or prismatic joint gets an input of the same name, its torque or
+//! force. A planar joint `j` has coordinates `j_x`, `j_y`, `j_angle`, a floating
+//! one `j_x`, `j_y`, `j_z` and the unit quaternion `j_qx`, `j_qy`, `j_qz`, `j_qw`,
+//! with its unit constraint `j_unit`. A joint that mimics another has neither.
+//! Links become bodies and frames of their name.
+
+use super::builder::Builder;
+use super::names::Binding;
+use super::{Constraint, ConstraintKind, Coordinate, Input, Library, Parameter};
+use crate::diagnostic::{Diagnostic, Severity, nearest};
+use crate::dimension::Dimension;
+use crate::emit::identifier;
+use crate::graph::{ExprId, Unary};
+use crate::source::{Sources, Span};
+use crate::syntax::{Name, RobotOption};
+use crate::tree;
+use crate::urdf::{self, Body, JointKind, Losses, Robot, Snapped};
+
+/// Standard gravity along −z, unless the model states its own, m/s².
+const GRAVITY: f64 = 9.81;
+/// Speed at which Coulomb friction of a URDF has reached 76 %, rad/s or m/s.
+const FRICTION_SPEED: f64 = 0.01;
+/// What a rotation's entries are rounded by unless `snap: off`.
+const SNAP: f64 = 1e-9;
+
+/// What the model says about its robot description.
+#[derive(Debug, Clone)]
+pub struct RobotBase {
+    /// The name in `<robot name="…">`.
+    pub name: String,
+    /// The path as the model writes it.
+    pub file: String,
+    /// What was rounded to 0 and ±1.
+    pub snapped: Snapped,
+}
+
+/// The braces of `urdf "…" { … }`, read.
+struct Options {
+    floating: bool,
+    inputs: Option<Vec<Name>>,
+    losses: bool,
+    snap: bool,
+    parameters: Vec<Name>,
+    all_parameters: bool,
+}
+
+const OPTIONS: [&str; 5] = ["base", "inputs", "losses", "parameters", "snap"];
+
+impl Builder<'_> {
+    /// Reads the description and declares what it holds.
+    pub(super) fn declare_robot(
+        &mut self,
+        file: &Name,
+        options: &[RobotOption],
+        sources: &mut Sources,
+        library: &Library,
+    ) {
+        if self.read_robot(file, options, sources, library).is_none() {
+            self.unreadable_base = true;
+        }
+    }
+
+    fn read_robot(
+        &mut self,
+        file: &Name,
+        options: &[RobotOption],
+        sources: &mut Sources,
+        library: &Library,
+    ) -> Option<()> {
+        if self.model.robot.is_some() {
+            let message = "a model has one robot description";
+            return self.report(Diagnostic::error(file.span, message));
+        }
+        let options = self.robot_options(options)?;
+        let (shown, text) = match library.read(&file.text) {
+            Ok(found) => found,
+            Err(reason) => {
+                let message = format!("cannot read `{}`: {reason}", file.text);
+                return self.report(
+                    Diagnostic::error(file.span, message)
+                        .help("the path starts from the folder of the model file"),
+                );
+            }
+        };
+        let id = sources.add(shown, text);
+        let mut findings = Vec::new();
+        let snap = options.snap.then_some(SNAP);
+        let robot = urdf::read_with(sources, id, urdf::Options { snap }, &mut findings);
+        for finding in findings {
+            self.report::<()>(finding);
+        }
+        let robot = robot?;
+        self.model.robot = Some(RobotBase {
+            name: robot.name.clone(),
+            file: file.text.clone(),
+            snapped: robot.snapped,
+        });
+        self.has_kinetic = true;
+        if !self.states_gravity {
+            self.model.tree.gravity[2] = self.model.graph.constant(-GRAVITY);
+        }
+        Assembly {
+            builder: self,
+            robot: &robot,
+            options: &options,
+            at: file.span,
+            coordinates: vec![Vec::new(); robot.bodies.len()],
+            frames: Vec::new(),
+        }
+        .assemble()
+    }
+
+    fn robot_options(&mut self, given: &[RobotOption]) -> Option<Options> {
+        let mut options = Options {
+            floating: false,
+            inputs: None,
+            losses: true,
+            snap: true,
+            parameters: Vec::new(),
+            all_parameters: false,
+        };
+        let mut clean = true;
+        for RobotOption { name, values } in given {
+            let only = |word: &str| values.len() == 1 && values[0].text == word;
+            let understood = match name.text.as_str() {
+                "base" => {
+                    options.floating = only("floating");
+                    only("fixed") || only("floating")
+                }
+                "losses" => {
+                    options.losses = only("act");
+                    only("act") || only("ignore")
+                }
+                "snap" => {
+                    options.snap = only("on");
+                    only("on") || only("off")
+                }
+                "inputs" => {
+                    options.inputs = match (only("none"), only("all")) {
+                        (true, _) => Some(Vec::new()),
+                        (_, true) => None,
+                        _ => Some(values.clone()),
+                    };
+                    true
+                }
+                "parameters" => {
+                    options.all_parameters = only("all");
+                    if !only("all") && !only("none") {
+                        options.parameters.clone_from(values);
+                    }
+                    true
+                }
+                _ => false,
+            };
+            if !understood {
+                clean = false;
+                self.report_option(name, values);
+            }
+        }
+        clean.then_some(options)
+    }
+
+    fn report_option(&mut self, name: &Name, values: &[Name]) {
+        let words = match name.text.as_str() {
+            "base" => "`base` is `fixed` or `floating`",
+            "losses" => "`losses` are `act` or `ignore`",
+            "snap" => "`snap` is `on` or `off`",
+            other => {
+                let message = format!("a robot description has no option `{other}`");
+                let error = Diagnostic::error(name.span, message);
+                let error = match nearest(other, OPTIONS) {
+                    Some(near) => error.help(format!("did you mean `{near}`?")),
+                    None => error.help(format!("the options are: {}", OPTIONS.join(", "))),
+                };
+                self.report::<()>(error);
+                return;
+            }
+        };
+        let at = values.first().map_or(name.span, |value| value.span);
+        self.report::<()>(Diagnostic::error(at, words));
+    }
+}
+
+/// A robot on its way into a model.
+struct Assembly<'a, 'b> {
+    builder: &'a mut Builder<'b>,
+    robot: &'a Robot,
+    options: &'a Options,
+    /// The statement.
+    at: Span,
+    /// Per body: indices of the coordinates of its joint.
+    coordinates: Vec<Vec<usize>>,
+    /// Per body: its frame among the tree's bodies.
+    frames: Vec<usize>,
+}
+
+impl Assembly<'_, '_> {
+    fn assemble(mut self) -> Option<()> {
+        let limit = super::builder::MAX_SIZE;
+        let moving = self.robot.degrees_of_freedom();
+        if moving > limit {
+            let message = format!("the robot has {moving} moving joints; a model may have {limit}");
+            self.builder.too_large = true;
+            return self
+                .builder
+                .report(Diagnostic::error(self.robot.span, message).also(self.at, "needed here"));
+        }
+        self.check_names()?;
+        for index in 0..self.robot.bodies.len() {
+            let joint = self.joint(index);
+            self.body(index, joint);
+        }
+        Some(())
+    }
+
+    /// Joints that `inputs` names and links that `parameters` names.
+    fn check_names(&mut self) -> Option<()> {
+        let joints: Vec<&str> = (self.robot.bodies.iter())
+            .filter_map(|body| body.joint.as_ref().map(|joint| joint.name.as_str()))
+            .collect();
+        let links: Vec<&str> = self.robot.bodies.iter().map(|b| b.link.as_str()).collect();
+        let inputs = self.options.inputs.iter().flatten();
+        let wanted = inputs.map(|name| (name, &joints, "joint"));
+        let parameters = self.options.parameters.iter();
+        let wanted = wanted.chain(parameters.map(|name| (name, &links, "link")));
+        let mut clean = true;
+        for (name, known, what) in wanted {
+            if known.contains(&name.text.as_str()) {
+                continue;
+            }
+            clean = false;
+            let message = format!("the robot has no {what} named `{}`", name.text);
+            let error = Diagnostic::error(name.span, message);
+            let near = nearest(&name.text, known.iter().copied());
+            self.builder.report::<()>(match near {
+                Some(near) => error.help(format!("did you mean `{near}`?")),
+                None if known.len() > 20 => error,
+                None => error.help(format!("it has: {}", known.join(", "))),
+            });
+        }
+        clean.then_some(())
+    }
+
+    fn joint(&mut self, index: usize) -> tree::Joint {
+        let Some(joint) = &self.robot.bodies[index].joint else {
+            return if self.options.floating {
+                let name = self.robot.bodies[index].link.clone();
+                self.floating(index, &name, self.robot.bodies[index].span)
+            } else {
+                tree::Joint::Fixed
+            };
+        };
+        let (name, span) = (joint.name.as_str(), joint.span);
+        match joint.kind {
+            JointKind::Fixed => tree::Joint::Fixed,
+            JointKind::Revolute { axis } => tree::Joint::Revolute {
+                axis,
+                coordinate: self.single(index),
+            },
+            JointKind::Prismatic { axis } => tree::Joint::Prismatic {
+                axis,
+                coordinate: self.single(index),
+            },
+            JointKind::Planar { axis } => {
+                let coordinates =
+                    [("x", "m"), ("y", "m"), ("angle", "rad")].map(|(suffix, unit)| {
+                        self.coordinate(index, &format!("{name}_{suffix}"), unit, span)
+                    });
+                for coordinate in &coordinates {
+                    self.losses(joint.losses, coordinate.index);
+                }
+                tree::Joint::Planar {
+                    normal: axis,
+                    coordinates,
+                }
+            }
+            JointKind::Floating => {
+                let name = name.to_string();
+                self.floating(index, &name, span)
+            }
+        }
+    }
+
+    /// A joint with one freedom: its own coordinate, or that of the joint it follows.
+    fn single(&mut self, index: usize) -> tree::Coordinate {
+        let Some(joint) = &self.robot.bodies[index].joint else {
+            unreachable!("only joints have freedoms")
+        };
+        if let Some(mimic) = joint.mimic {
+            let source = self.coordinates[mimic.source].first().copied();
+            // The source stands before the follower unless the file says otherwise.
+            let source = source.unwrap_or_else(|| self.own(mimic.source));
+            let coordinate = &self.builder.model.coordinates[source];
+            let (position, velocity) = (coordinate.position, coordinate.velocity);
+            let graph = &mut self.builder.model.graph;
+            let (q, v) = (graph.var(position), graph.var(velocity));
+            let scaled = graph.scale(mimic.multiplier, q);
+            let offset = graph.constant(mimic.offset);
+            let follower = tree::Coordinate {
+                q: graph.add(scaled, offset),
+                v: graph.scale(mimic.multiplier, v),
+                index: source,
+                ratio: mimic.multiplier,
+            };
+            self.follower_losses(joint.losses, source, mimic.multiplier);
+            return follower;
+        }
+        let own = match self.coordinates[index].first() {
+            Some(&own) => own,
+            None => self.own(index),
+        };
+        let coordinate = &self.builder.model.coordinates[own];
+        tree::Coordinate {
+            q: self.builder.model.graph.var(coordinate.position),
+            v: self.builder.model.graph.var(coordinate.velocity),
+            index: own,
+            ratio: 1.0,
+        }
+    }
+
+    /// The coordinate and the input of a joint with one freedom.
+    fn own(&mut self, index: usize) -> usize {
+        let Some(joint) = &self.robot.bodies[index].joint else {
+            unreachable!("only joints have freedoms")
+        };
+        let turns = matches!(joint.kind, JointKind::Revolute { .. });
+        let (unit, effort) = if turns { ("rad", "N*m") } else { ("m", "N") };
+        let coordinate = self.coordinate(index, &joint.name, unit, joint.span);
+        let driven = match &self.options.inputs {
+            None => true,
+            Some(names) => names.iter().any(|name| name.text == joint.name),
+        };
+        if driven {
+            self.input(&joint.name, effort, joint.span, coordinate.index);
+        }
+        self.losses(joint.losses, coordinate.index);
+        coordinate.index
+    }
+
+    fn coordinate(&mut self, body: usize, name: &str, unit: &str, span: Span) -> tree::Coordinate {
+        let model = &mut self.builder.model;
+        let dimension = match unit {
+            "1" => Some(Dimension::ONE),
+            unit => Dimension::of_unit(unit),
+        };
+        let position = model.graph.symbol(format!("q_{name}"));
+        let velocity = model.graph.symbol(format!("dq_{name}"));
+        let zero = model.graph.zero();
+        let index = model.coordinates.len();
+        model.coordinates.push(Coordinate {
+            name: name.to_string(),
+            dimension,
+            unit: unit.to_string(),
+            position,
+            velocity,
+            doc: String::new(),
+        });
+        model.forces.push(zero);
+        let (q, v) = (model.graph.var(position), model.graph.var(velocity));
+        let name = Name {
+            text: name.to_string(),
+            span,
+        };
+        self.builder.bind(&name, Binding::Coordinate(index));
+        self.coordinates[body].push(index);
+        tree::Coordinate {
+            q,
+            v,
+            index,
+            ratio: 1.0,
+        }
+    }
+
+    fn input(&mut self, name: &str, unit: &str, span: Span, on: usize) {
+        let model = &mut self.builder.model;
+        let symbol = model.graph.symbol(format!("u_{name}"));
+        let arrives = model.graph.var(symbol);
+        model.forces[on] = model.graph.add(model.forces[on], arrives);
+        let input = Input {
+            name: name.to_string(),
+            dimension: Some(match unit {
+                "N" => Dimension::ENERGY / Dimension::LENGTH,
+                _ => Dimension::ENERGY,
+            }),
+            unit: unit.to_string(),
+            symbol,
+            arrives,
+            doc: String::new(),
+            assumed: true,
+        };
+        self.builder.push_input(input, span);
+    }
+
+    /// `<dynamics damping friction>`: viscous and Coulomb friction.
+    fn losses(&mut self, losses: Option<Losses>, on: usize) {
+        self.follower_losses(losses, on, 1.0);
+    }
+
+    /// Losses at a joint that turns `ratio` times as far as its coordinate.
+    fn follower_losses(&mut self, losses: Option<Losses>, on: usize, ratio: f64) {
+        let Some(losses) = losses.filter(|_| self.options.losses) else {
+            return;
+        };
+        let model = &mut self.builder.model;
+        let graph = &mut model.graph;
+        let rate = graph.var(model.coordinates[on].velocity);
+        let rate = graph.scale(ratio, rate);
+        let square = graph.mul(rate, rate);
+        let power = graph.scale(0.5 * losses.damping, square);
+        model.dissipation = graph.add(model.dissipation, power);
+        let steep = graph.scale(1.0 / FRICTION_SPEED, rate);
+        let direction = graph.unary(Unary::Tanh, steep);
+        let friction = graph.scale(-ratio * losses.friction, direction);
+        model.forces[on] = graph.add(model.forces[on], friction);
+    }
+
+    fn floating(&mut self, index: usize, name: &str, span: Span) -> tree::Joint {
+        let position =
+            ["x", "y", "z"].map(|c| self.coordinate(index, &format!("{name}_{c}"), "m", span));
+        let quaternion = ["qx", "qy", "qz", "qw"]
+            .map(|c| self.coordinate(index, &format!("{name}_{c}"), "1", span));
+        let graph = &mut self.builder.model.graph;
+        let squares = quaternion.map(|c| graph.mul(c.q, c.q));
+        let length = graph.sum(squares);
+        let one = graph.one();
+        let residual = graph.sub(length, one);
+        // ½ (ηᵀη − 1): its row is ηᵀ.
+        let residual = graph.scale(0.5, residual);
+        self.builder.model.constraints.push(Constraint {
+            name: format!("{name}_unit"),
+            kind: ConstraintKind::Holonomic,
+            time_dependent: false,
+            residual,
+            dimension: Some(Dimension::ONE),
+            doc: "The orientation's quaternion has unit length.".to_string(),
+        });
+        tree::Joint::Floating(tree::Floating {
+            position,
+            quaternion,
+        })
+    }
+
+    fn body(&mut self, index: usize, joint: tree::Joint) {
+        let body = &self.robot.bodies[index];
+        let parent = body
+            .joint
+            .as_ref()
+            .map_or(0, |joint| self.frames[joint.parent]);
+        let inertia = self.inertia(index);
+        let model = &mut self.builder.model;
+        let placement = body
+            .joint
+            .as_ref()
+            .map_or(urdf::Placement::IDENTITY, |joint| joint.placement);
+        model.tree.bodies.push(tree::Body {
+            name: body.link.clone(),
+            parent: Some(parent),
+            placement: tree::Placement {
+                rotation: placement.rotation,
+                translation: placement.translation.map(|x| model.graph.constant(x)),
+            },
+            joint,
+            inertia,
+        });
+        let frame = model.tree.bodies.len() - 1;
+        model.bodies.push(super::NamedBody {
+            name: body.link.clone(),
+            frame,
+            massive: frame,
+            doc: String::new(),
+        });
+        self.builder.name_frame(&body.link, body.span, frame);
+        self.frames.push(frame);
+    }
+
+    fn inertia(&mut self, index: usize) -> tree::Inertia {
+        let body = &self.robot.bodies[index];
+        let given = &body.inertia;
+        let named = self
+            .options
+            .parameters
+            .iter()
+            .any(|name| name.text == body.link);
+        let free = named || (self.options.all_parameters && !given.is_zero());
+        let mut entry = |what: &str, unit: &str, lower: f64, value: f64| {
+            if free {
+                self.builder
+                    .inertial_parameter(body, what, unit, lower, value)
+            } else {
+                self.builder.model.graph.constant(value)
+            }
+        };
+        let mass = entry("mass", "kg", 0.0, given.mass);
+        let any = f64::NEG_INFINITY;
+        let center = [("cx", 0), ("cy", 1), ("cz", 2)]
+            .map(|(what, i)| entry(what, "m", any, given.center[i]));
+        let mut tensor = [[mass; 3]; 3];
+        for (what, i, j) in [
+            ("ixx", 0, 0),
+            ("iyy", 1, 1),
+            ("izz", 2, 2),
+            ("ixy", 0, 1),
+            ("ixz", 0, 2),
+            ("iyz", 1, 2),
+        ] {
+            let lower = if i == j { 0.0 } else { any };
+            let value = entry(what, "kg*m^2", lower, given.tensor[i][j]);
+            tensor[i][j] = value;
+            tensor[j][i] = value;
+        }
+        tree::Inertia {
+            mass,
+            center,
+            tensor,
+        }
+    }
+}
+
+impl Builder<'_> {
+    /// `<link>_mass`, `<link>_cx`, …, `<link>_iyz`.
+    fn inertial_parameter(
+        &mut self,
+        body: &Body,
+        what: &str,
+        unit: &str,
+        lower: f64,
+        value: f64,
+    ) -> ExprId {
+        let full_name = format!("{}_{what}", identifier(&body.link));
+        let name = Name {
+            text: full_name.clone(),
+            span: body.span,
+        };
+        let index = self.model.parameters.len();
+        if !self.bind(&name, Binding::Parameter(index)) {
+            return self.model.graph.constant(value);
+        }
+        let symbol = self.model.graph.symbol(full_name.clone());
+        let kilogram = Dimension::of_unit("kg").unwrap_or_default();
+        let dimension = match unit {
+            "kg" => kilogram,
+            "m" => Dimension::LENGTH,
+            _ => kilogram * Dimension::LENGTH.powi(2),
+        };
+        self.model.parameters.push(Parameter {
+            name: full_name,
+            dimension: Some(dimension),
+            unit: unit.to_string(),
+            nominal: value,
+            lower,
+            upper: f64::INFINITY,
+            prior: None,
+            symbol,
+            effect: None,
+            doc: String::new(),
+        });
+        // The description's values are final, and bodies are built at once.
+        self.fold_parameter(index);
+        self.model.graph.var(symbol)
+    }
+
+    /// Whether an error was found so far.
+    pub(super) fn failed(&self) -> bool {
+        self.findings()
+            .iter()
+            .any(|finding| finding.severity == Severity::Error)
+    }
+}

@@ -1,0 +1,236 @@
+//! What a user reads when frames, bodies or a robot description are wrong.
+
+use dynamics_codegen::{Library, compile};
+use std::fmt::Write;
+
+const HEAD: &str = "\
+model arm;
+coordinate phi: rad;
+input motor: N*m;
+parameter m: kg = 1;
+parameter l: m = 0.5;
+body link { frame: rotate_z(phi); mass: m; center: (l, 0, 0); }
+force phi = motor;
+";
+
+const ROBOT: &str = r#"<robot name="lever">
+  <link name="base"/>
+  <link name="lever">
+    <inertial>
+      <origin xyz="0.1 0 0"/>
+      <mass value="2"/>
+      <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/>
+    </inertial>
+  </link>
+  <joint name="hinge" type="revolute">
+    <parent link="base"/>
+    <child link="lever"/>
+    <axis xyz="0 1 0"/>
+    <limit lower="-1" upper="1" effort="10" velocity="1"/>
+    <dynamics damping="0.3" friction="0.1"/>
+  </joint>
+</robot>
+"#;
+
+fn library() -> Library {
+    let mut library = Library::builtin();
+    library.add_file("lever.urdf", "robots/lever.urdf", ROBOT);
+    library
+}
+
+fn read_aloud(head: &str, cases: &[(&str, &str)]) -> String {
+    let mut page = String::new();
+    for (title, addition) in cases {
+        let text = format!("{head}{addition}\n");
+        match compile("arm.model", &text, &library()) {
+            Ok(_) => panic!("this compiles:\n{text}"),
+            Err(report) => write!(page, "── {title}\n{report}\n\n").unwrap(),
+        }
+    }
+    page
+}
+
+#[test]
+fn frames() {
+    insta::assert_snapshot!(read_aloud(
+        HEAD,
+        &[
+            ("unknown transform", "frame a = rotate_w(phi);"),
+            ("too few arguments", "frame a = translate(1, 2);"),
+            ("an angle in metres", "frame a = rotate_x(l);"),
+            ("a quotient", "frame a = link / rotate_x(1);"),
+            (
+                "a frame behind a transform",
+                "frame a = rotate_x(1) * link;"
+            ),
+            ("a number", "frame a = 2;"),
+            ("unknown frame", "frame a = lnk * rotate_x(1);"),
+            (
+                "a circle",
+                "frame a = b * rotate_x(1); frame b = a * rotate_y(1);"
+            ),
+            ("the world", "frame world = link;"),
+            ("defined twice", "frame link = rotate_x(1);"),
+            ("a velocity", "frame a = translate(l*dot(phi), 0, 0);"),
+            (
+                "another frame's place",
+                "frame a = translate(position(link).x, 0, 0);"
+            ),
+            ("unknown component", "let a = position(link).w;"),
+            ("a vector as a number", "let a = position(link)*2;"),
+            ("components of a number", "let a = l.x;"),
+            (
+                "two frames too many",
+                "let a = velocity(link, world, world).x;"
+            ),
+            ("not a frame", "let a = position(l + 1).x;"),
+            ("an acceleration", "let a = dot(velocity(link).x);"),
+            (
+                "energy of a moving frame",
+                "potential m*velocity(link).x*9.81*1;"
+            ),
+        ]
+    ));
+}
+
+#[test]
+fn bodies() {
+    insta::assert_snapshot!(read_aloud(
+        HEAD,
+        &[
+            ("no frame", "body a { mass: 1; }"),
+            ("no brace", "body a;"),
+            ("unknown entry", "body a { frame: link; weight: 2; }"),
+            ("given twice", "body a { frame: link; mass: 1; mass: 2; }"),
+            ("a negative mass", "body a { frame: link; mass: -1; }"),
+            ("a mass that moves", "body a { frame: link; mass: m*phi; }"),
+            ("mass in metres", "body a { frame: link; mass: l; }"),
+            ("no tensor", "body a { frame: link; inertia: 3; }"),
+            (
+                "entries of a tensor",
+                "body a { frame: link; inertia: diag(1, 2); }"
+            ),
+            (
+                "a negative moment",
+                "body a { frame: link; inertia: diag(1, 2, -3); }"
+            ),
+            (
+                "centre of two numbers",
+                "body a { frame: link; center: (1, 2); }"
+            ),
+            ("gravity that moves", "gravity (0, 0, 9.81*phi);"),
+            (
+                "gravity in newtons",
+                "parameter w: N = 1; gravity (0, 0, w);"
+            ),
+            ("force at nothing", "force at(tip) = (1, 0, 0);"),
+            ("force along nothing", "force at(link) in tip = (1, 0, 0);"),
+            ("torque without a place", "torque phi = 1;"),
+            ("force in kilograms", "force at(link) = (m, 0, 0);"),
+            ("mass of nothing", "let a = mass(tip);"),
+            ("a body without effect", "effect viscous(link);"),
+        ]
+    ));
+}
+
+#[test]
+fn robot_descriptions() {
+    insta::assert_snapshot!(read_aloud(
+        "model arm;\n",
+        &[
+            ("no file", "urdf \"missing.urdf\";"),
+            ("no text", "urdf lever;"),
+            ("two of them", "urdf \"lever.urdf\"; urdf \"lever.urdf\";"),
+            ("unknown option", "urdf \"lever.urdf\" { bases: floating; }"),
+            ("unknown base", "urdf \"lever.urdf\" { base: flying; }"),
+            ("unknown link", "urdf \"lever.urdf\" { parameters: levr; }"),
+            (
+                "a taken name",
+                "urdf \"lever.urdf\"; coordinate hinge: rad;"
+            ),
+            (
+                "unknown joint",
+                "urdf \"lever.urdf\"; effect viscous(hing);"
+            ),
+        ]
+    ));
+}
+
+/// A robot description says more than the model asks for; what it says counts.
+#[test]
+fn losses_act_unless_they_are_ignored() {
+    let force = |text: &str| {
+        let compiled = compile("arm.model", text, &library()).unwrap();
+        let applied = compiled.system.applied_force[0];
+        let graph = &compiled.model.graph;
+        // t, q, v, u
+        let velocity = compiled.model.coordinates[0].velocity;
+        let mut values = vec![0.0; graph.symbol_count()];
+        values[velocity.index()] = 2.0;
+        graph.evaluate(&[applied], &values)[0]
+    };
+    let acting = force("model arm; urdf \"lever.urdf\";");
+    assert!((acting + 0.3 * 2.0 + 0.1).abs() < 1e-12, "{acting}");
+    let ignored = force("model arm; urdf \"lever.urdf\" { losses: ignore }");
+    assert_eq!(ignored, 0.0);
+}
+
+/// `parameters: …` frees the inertia of a link, at the values of the file.
+#[test]
+fn inertia_becomes_parameters() {
+    let text = "model arm; urdf \"lever.urdf\" { parameters: all }";
+    let compiled = compile("arm.model", text, &library()).unwrap();
+    let names: Vec<(&str, f64)> = (compiled.model.parameters.iter())
+        .map(|p| (p.name.as_str(), p.nominal))
+        .collect();
+    assert_eq!(names.len(), 10);
+    assert_eq!(names[..2], [("lever_mass", 2.0), ("lever_cx", 0.1)]);
+}
+
+/// A chain of ten thousand links is refused in good order.
+#[test]
+fn a_very_long_chain_is_refused() {
+    let mut text = String::from("<robot name=\"chain\"><link name=\"l0\"/>");
+    for i in 1..=10_000 {
+        write!(
+            text,
+            "<link name=\"l{i}\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" \
+             iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link><joint name=\"j{i}\" type=\"continuous\">\
+             <parent link=\"l{}\"/><child link=\"l{i}\"/><axis xyz=\"0 0 1\"/></joint>",
+            i - 1
+        )
+        .unwrap();
+    }
+    text.push_str("</robot>");
+    let report = compile("chain.urdf", &text, &Library::empty()).expect_err("too long");
+    let said = report.to_string();
+    assert!(
+        said.contains("10000 moving joints; a model may have 256"),
+        "{said}"
+    );
+}
+
+/// Frames may lean on each other in any order, but not without end.
+#[test]
+fn a_very_long_chain_of_frames_is_refused() {
+    let mut text = String::from(HEAD);
+    for i in 0..5_000 {
+        writeln!(text, "frame f{i} = f{} * rotate_x(0.1);", i + 1).unwrap();
+    }
+    text.push_str("frame f5000 = link;");
+    let report = compile("arm.model", &text, &library()).expect_err("too deep");
+    assert!(report.to_string().contains("deep"));
+}
+
+/// Valid, but `M` is singular: it compiles, and says so where it is evaluated.
+#[test]
+fn a_robot_without_mass_compiles() {
+    let text = "model m; coordinate a: rad; body b { frame: rotate_z(a); }";
+    let compiled = compile("m.model", text, &Library::empty()).unwrap();
+    assert!(
+        compiled
+            .model
+            .graph
+            .is_zero(compiled.system.mass_matrix[0][0])
+    );
+}

@@ -1,0 +1,124 @@
+//! From a model file to a predicted constraint force: the code of `docs/gp.md`.
+//!
+//! `cargo run -p gp --example guide`. Between the marks stands what the page shows.
+
+// page
+use dynamics::Point;
+use generated::surface_particle::{Parameters, equation_of_motion};
+use gp::*;
+
+/// `M`, `A`, `b` and the known force of the model file, at a state.
+pub fn known(x: &Point<f64, 3, 3, 0>) -> Result<GaussPoint> {
+    let e = equation_of_motion(&Parameters::nominal(), x);
+    let (mass, a) = (
+        e.mass_matrix.as_flattened(),
+        e.constraint_jacobian.as_flattened(),
+    );
+    GaussPoint::new(mass, a, &e.constraint_bias, &e.force)
+}
+
+/// The posterior of the unknown force, given states and accelerations of a log.
+pub fn learn(log: &[(Point<f64, 3, 3, 0>, [f64; 3])]) -> Result<Posterior> {
+    let mut data = Functionals::new(3, 3); // the unknown force depends on the velocity
+    for (x, _) in log {
+        let rows = known(x)?.rows(Quantity::Acceleration, Layout::Force)?;
+        data.push(&x.v, &rows.h, &rows.mean)?;
+    }
+    let y: Vec<f64> = log.iter().flat_map(|(_, a)| *a).collect();
+    // One kernel, shared by three unknown forces; the noise has a standard deviation of 0.01.
+    let prior = LatentPrior::shared(3, Kernel::squared_exponential(&[1.0; 3], 1.0));
+    let problem = Problem::new(Model::new(prior, &[1e-4; 3])?, &data, &y);
+    let training = Training::new(&problem)
+        .bounds("*log_length*", 0.3f64.ln(), 20f64.ln())?
+        .start_in("*log_length*", 0.5f64.ln(), 5f64.ln())?
+        .fix("log_noise*")?;
+    let fitted = training.restarts(3).run(&problem)?;
+    Posterior::new(&fitted.model, &data, &y)
+}
+
+/// Any quantity at any state, with its uncertainty.
+pub fn ask(model: &Posterior, x: &Point<f64, 3, 3, 0>, quantity: Quantity) -> Result<Prediction> {
+    let rows = known(x)?.rows(quantity, Layout::Force)?;
+    let mut at = Functionals::new(3, 3);
+    at.push(&x.v, &rows.h, &rows.mean)?;
+    model.predict(&at)
+}
+// end
+use dynamics::System;
+use dynamics::nalgebra::SVector;
+use generated::surface_particle::{self, SurfaceParticle};
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// What brakes the particle, unknown to the model: `−0.6 ‖v‖ v`, N.
+pub fn brake(x: &Point<f64, 3, 3, 0>) -> [f64; 3] {
+    let speed = x.v.iter().map(|v| v * v).sum::<f64>().sqrt();
+    x.v.map(|v| -0.6 * speed * v)
+}
+
+/// True acceleration and multiplier, by the solver of the crate `dynamics`.
+pub fn truth(x: &Point<f64, 3, 3, 0>) -> Result<([f64; 3], f64)> {
+    use dynamics::constrained::{Tolerance, solve};
+    let e = SurfaceParticle::nominal().equation(x);
+    let force = e.force + SVector::from(brake(x));
+    let constraint = e.constraint;
+    let s = solve(
+        &e.mass_matrix,
+        &force,
+        &constraint.a,
+        &constraint.b,
+        &Tolerance::default(),
+    )
+    .map_err(|e| GpError::Structure {
+        theta: Vec::new(),
+        message: e.to_string(),
+    })?;
+    Ok((s.a.into(), s.lambda[0]))
+}
+
+/// A state on the surface, drawn from a seeded generator.
+pub fn state(rng: &mut impl Rng) -> Point<f64, 3, 3, 0> {
+    let mut draw = |w: f64| rng.random_range(-w..w);
+    let mut x = Point {
+        q: [draw(2.0), draw(2.0), 0.0],
+        v: [draw(2.0), draw(2.0), 0.0],
+        u: [draw(5.0), draw(5.0), draw(5.0)],
+        ..Point::zero()
+    };
+    let parameters = Parameters::nominal();
+    x.q[2] = surface_particle::constraint_residual(&parameters, &x)[0];
+    x.v[2] = surface_particle::constraint_rate(&parameters, &x)[0];
+    x
+}
+
+/// Sixty states with accelerations measured with noise of standard deviation 0.01 m/s².
+pub fn log(rng: &mut impl Rng) -> Result<Vec<(Point<f64, 3, 3, 0>, [f64; 3])>> {
+    let noise = |rng: &mut _| -> f64 { StandardNormal.sample(rng) };
+    (0..60)
+        .map(|_| {
+            let x = state(rng);
+            let a = truth(&x)?.0.map(|a| a + 0.01 * noise(rng));
+            Ok((x, a))
+        })
+        .collect()
+}
+
+fn main() -> Result<()> {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let log = log(&mut rng)?;
+    let x = state(&mut rng);
+    // use
+    let model = learn(&log)?;
+    let a = ask(&model, &x, Quantity::Acceleration)?; // m/s²
+    let lambda = ask(&model, &x, Quantity::Multiplier)?; // Q_I = A^T λ, N
+    let (low, high) = lambda.band95();
+    // end
+    let (a_true, lambda_true) = truth(&x)?;
+    println!("acceleration {:7.3?} m/s², true {a_true:7.3?}", a.mean);
+    println!(
+        "λ {:.2} N, 95 % in [{:.2}, {:.2}], true {lambda_true:.2}",
+        lambda.mean[0], low[0], high[0]
+    );
+    Ok(())
+}

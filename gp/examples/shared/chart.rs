@@ -1,0 +1,268 @@
+//! Panels of lines, bands and points as one SVG file.
+#![allow(dead_code)]
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use std::path::{Path, PathBuf};
+
+/// A curve or scatter with its place in the legend.
+pub struct Layer {
+    pub name: String,
+    pub color: RGBColor,
+    pub mark: Mark,
+}
+
+/// How the points of a layer are shown.
+pub enum Mark {
+    Line(Vec<(f64, f64)>),
+    Thin(Vec<(f64, f64)>),
+    Dashed(Vec<(f64, f64)>),
+    /// A line through its own marks.
+    Knots(Vec<(f64, f64)>),
+    Dots(Vec<(f64, f64)>),
+    /// `(x, lower, upper)`.
+    Band(Vec<(f64, f64, f64)>),
+}
+
+pub const BLACK_INK: RGBColor = RGBColor(30, 30, 30);
+pub const BLUE_INK: RGBColor = RGBColor(31, 110, 180);
+pub const ORANGE: RGBColor = RGBColor(230, 120, 20);
+pub const GREEN_INK: RGBColor = RGBColor(40, 140, 70);
+pub const PURPLE: RGBColor = RGBColor(130, 80, 170);
+pub const RED_INK: RGBColor = RGBColor(200, 45, 50);
+pub const GREY: RGBColor = RGBColor(140, 140, 140);
+
+/// A layer; an empty name keeps it out of the legend.
+pub fn layer(name: &str, color: RGBColor, mark: Mark) -> Layer {
+    Layer {
+        name: name.into(),
+        color,
+        mark,
+    }
+}
+
+/// One pair of axes.
+pub struct Panel {
+    pub title: String,
+    pub x: Axis,
+    pub y: Axis,
+    pub layers: Vec<Layer>,
+    pub legend: Corner,
+}
+
+/// Where the legend stands.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Corner {
+    UpperRight,
+    UpperLeft,
+    LowerRight,
+    LowerLeft,
+    Right,
+}
+
+impl From<Corner> for SeriesLabelPosition {
+    fn from(corner: Corner) -> Self {
+        match corner {
+            Corner::UpperRight => Self::UpperRight,
+            Corner::UpperLeft => Self::UpperLeft,
+            Corner::LowerRight => Self::LowerRight,
+            Corner::LowerLeft => Self::LowerLeft,
+            Corner::Right => Self::MiddleRight,
+        }
+    }
+}
+
+/// Label with unit, range (that of the data when none is given), scale.
+#[derive(Clone, Default)]
+pub struct Axis {
+    pub label: String,
+    pub range: Option<(f64, f64)>,
+    pub logarithmic: bool,
+}
+
+impl Axis {
+    pub fn new(label: &str) -> Self {
+        Self {
+            label: label.into(),
+            ..Self::default()
+        }
+    }
+
+    pub fn within(mut self, low: f64, high: f64) -> Self {
+        self.range = Some((low, high));
+        self
+    }
+
+    pub fn logarithmic(mut self) -> Self {
+        self.logarithmic = true;
+        self
+    }
+
+    fn place(&self, v: f64) -> f64 {
+        if self.logarithmic {
+            v.max(1e-300).log10()
+        } else {
+            v
+        }
+    }
+
+    /// Range in drawn coordinates, a little wider than the values.
+    fn span(&self, values: impl Iterator<Item = f64>) -> (f64, f64) {
+        if let Some((low, high)) = self.range {
+            return (self.place(low), self.place(high));
+        }
+        let (low, high) = values
+            .map(|v| self.place(v))
+            .filter(|v| v.is_finite())
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| {
+                (l.min(v), h.max(v))
+            });
+        if low > high {
+            return (0.0, 1.0);
+        }
+        let margin = 0.05 * (high - low).max(1e-9 * (1.0 + high.abs()));
+        (low - margin, high + margin)
+    }
+
+    fn tick(&self, v: f64) -> String {
+        if self.logarithmic {
+            let value = 10f64.powf(v);
+            if (0.01..10_000.0).contains(&value) {
+                let digits = if value < 1.0 { 2 } else { 0 };
+                return format!("{value:.digits$}");
+            }
+            return format!("1e{}", v.round());
+        }
+        let text = format!("{:.3}", if v.abs() < 5e-4 { 0.0 } else { v });
+        text.trim_end_matches('0').trim_end_matches('.').into()
+    }
+}
+
+impl Layer {
+    fn points(&self) -> Vec<(f64, f64)> {
+        match &self.mark {
+            Mark::Line(p) | Mark::Thin(p) | Mark::Dashed(p) | Mark::Knots(p) | Mark::Dots(p) => {
+                p.clone()
+            }
+            Mark::Band(b) => b.iter().flat_map(|&(x, l, h)| [(x, l), (x, h)]).collect(),
+        }
+    }
+}
+
+type Failure = Box<dyn std::error::Error + Send + Sync>;
+
+/// Draw panels row by row into `path`, `columns` beside one another.
+pub fn draw(path: &Path, columns: usize, panels: &[Panel]) -> Result<(), Failure> {
+    let rows = panels.len().div_ceil(columns);
+    let size = (460 * columns as u32, 340 * rows as u32);
+    let root = SVGBackend::new(path, size).into_drawing_area();
+    root.fill(&WHITE)?;
+    for (area, panel) in root.split_evenly((rows, columns)).iter().zip(panels) {
+        one(area, panel)?;
+    }
+    root.present()?;
+    Ok(())
+}
+
+fn one(area: &DrawingArea<SVGBackend<'_>, Shift>, panel: &Panel) -> Result<(), Failure> {
+    let all: Vec<(f64, f64)> = panel.layers.iter().flat_map(Layer::points).collect();
+    let (x0, x1) = panel.x.span(all.iter().map(|p| p.0));
+    let (y0, y1) = panel.y.span(all.iter().map(|p| p.1));
+    let mut chart = ChartBuilder::on(area)
+        .caption(&panel.title, ("sans-serif", 16))
+        .margin(10)
+        .margin_right(18)
+        .x_label_area_size(40)
+        .y_label_area_size(62)
+        .build_cartesian_2d(x0..x1, y0..y1)?;
+    chart
+        .configure_mesh()
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(BLACK.mix(0.12))
+        .x_labels(7)
+        .y_labels(7)
+        .x_label_formatter(&|v| panel.x.tick(*v))
+        .y_label_formatter(&|v| panel.y.tick(*v))
+        .x_desc(&panel.x.label)
+        .y_desc(&panel.y.label)
+        .label_style(("sans-serif", 12))
+        .axis_desc_style(("sans-serif", 14))
+        .draw()?;
+    let mut named = false;
+    for layer in &panel.layers {
+        let at = |p: &[(f64, f64)]| -> Vec<(f64, f64)> {
+            let placed = |&(x, y): &(f64, f64)| (panel.x.place(x), panel.y.place(y));
+            let mut out: Vec<(f64, f64)> = p.iter().map(placed).collect();
+            // A curve that leaves for good ends at the edge.
+            let inside = |c: &(f64, f64)| (y0..=y1).contains(&c.1);
+            out.truncate(out.iter().rposition(inside).map_or(0, |last| last + 2));
+            out.iter_mut().for_each(|c| c.1 = c.1.clamp(y0, y1));
+            out
+        };
+        let solid = layer.color.stroke_width(2);
+        let drawn = match &layer.mark {
+            Mark::Line(p) => chart.draw_series(LineSeries::new(at(p), solid))?,
+            Mark::Thin(p) => chart.draw_series(LineSeries::new(
+                at(p),
+                layer.color.mix(0.55).stroke_width(1),
+            ))?,
+            Mark::Dashed(p) => chart.draw_series(DashedLineSeries::new(at(p), 6, 4, solid))?,
+            Mark::Knots(p) => {
+                let dots = at(p)
+                    .into_iter()
+                    .map(|c| Circle::new(c, 3, layer.color.filled()));
+                chart.draw_series(dots)?;
+                chart.draw_series(LineSeries::new(at(p), solid))?
+            }
+            Mark::Dots(p) => {
+                let dots = at(p)
+                    .into_iter()
+                    .map(|c| Circle::new(c, 2, layer.color.filled()));
+                chart.draw_series(dots)?
+            }
+            Mark::Band(b) => {
+                let low: Vec<(f64, f64)> = b.iter().map(|&(x, l, _)| (x, l)).collect();
+                let high: Vec<(f64, f64)> = b.iter().rev().map(|&(x, _, h)| (x, h)).collect();
+                let edge: Vec<(f64, f64)> = [low, high]
+                    .concat()
+                    .iter()
+                    .map(|&(x, y)| (panel.x.place(x), panel.y.place(y).clamp(y0, y1)))
+                    .collect();
+                let fill = layer.color.mix(0.18).filled();
+                chart.draw_series(std::iter::once(Polygon::new(edge, fill)))?
+            }
+        };
+        if layer.name.is_empty() {
+            continue;
+        }
+        named = true;
+        let (color, thick) = (layer.color, matches!(layer.mark, Mark::Band(_)));
+        drawn.label(layer.name.clone()).legend(move |(x, y)| {
+            let (half, style) = if thick {
+                (4, color.mix(0.3).filled())
+            } else {
+                (1, color.filled())
+            };
+            Rectangle::new([(x, y - half), (x + 16, y + half)], style)
+        });
+    }
+    if named {
+        chart
+            .configure_series_labels()
+            .position(panel.legend.into())
+            .background_style(WHITE.mix(0.85))
+            .border_style(BLACK.mix(0.2))
+            .label_font(("sans-serif", 12))
+            .margin(6)
+            .draw()?;
+    }
+    Ok(())
+}
+
+/// The folder for figures: the first argument that is no option, or `target/figures`.
+pub fn folder() -> Result<PathBuf, Failure> {
+    let named = std::env::args().skip(1).find(|a| !a.starts_with('-'));
+    let folder = named.map_or_else(|| PathBuf::from("target/figures"), PathBuf::from);
+    std::fs::create_dir_all(&folder)?;
+    Ok(folder)
+}
