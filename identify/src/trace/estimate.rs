@@ -61,6 +61,16 @@ impl Observed {
         })
     }
 
+    /// Believes every sensor less.
+    pub fn scale_noise(&mut self, factor: f64) {
+        let sensors = [
+            &mut self.position_sd,
+            &mut self.velocity_sd,
+            &mut self.acceleration_sd,
+        ];
+        sensors.into_iter().flatten().for_each(|sd| *sd *= factor);
+    }
+
     /// What the sensors read beside the curve.
     pub fn readings(&self) -> Readings {
         let beside = |y: &Vec<f64>, x: &Vec<f64>| y.iter().zip(x).map(|(y, x)| y - x).collect();

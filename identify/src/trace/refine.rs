@@ -189,7 +189,24 @@ pub fn refine(
                 Adapt::Not
             };
             let settled = settle(&dynamics, &readings, &all, noise, adapt);
-            Step::new(dictionary, parameters, explanation, &dynamics, &settled)
+            let (cost, fit) = (settled.cost(), settled.fit);
+            let finite = cost.is_finite() && fit.coefficients.iter().all(|x| x.is_finite());
+            let gram = settled.gram;
+            let estimate = Estimate {
+                parameters: parameters.to_vec(),
+                covariance: fit.covariance,
+                cost,
+                rows: gram.rows(),
+                unexplained: unexplained(&dynamics, &explanation.noise),
+            };
+            // Without a finite solution there is no step from here.
+            finite.then(|| Step {
+                from: explanation.clone(),
+                estimate,
+                dynamics,
+                readings,
+                gram,
+            })
         });
         let known = best
             .as_ref()
@@ -206,10 +223,15 @@ pub fn refine(
             _ => uphill += 1,
         }
         let Some(best) = &best else { break };
-        let Some(proposal) = best.proposals.get(uphill) else {
+        let choices = if parameters.is_empty() {
+            1
+        } else {
+            DAMPING.len()
+        };
+        let Some(&damping) = DAMPING[..choices].get(uphill) else {
             break;
         };
-        *explanation = best.taken(dictionary, parameters, proposal);
+        *explanation = best.next(dictionary, parameters, damping);
     }
     // The best state seen, not the last one: a linearisation may mislead.
     match best {
@@ -224,64 +246,29 @@ pub fn refine(
 /// Damping of the steps that are tried one after the other where one leads uphill.
 const DAMPING: [f64; 4] = [0.0, 1e-3, 3e-2, 1.0];
 
-/// A place, and the steps that the linear equation proposes there.
+/// A place, and the linear equation there.
 struct Step {
     from: Explanation,
     estimate: Estimate,
-    /// From the boldest to the most careful.
-    proposals: Vec<Proposal>,
-}
-
-/// New minus old values, and where the curve goes with them.
-struct Proposal {
-    change: DVector<f64>,
-    departure: Vec<DVector<f64>>,
+    dynamics: ErrorDynamics,
+    readings: Readings,
+    gram: Gram,
 }
 
 impl Step {
-    /// `None` if the linear equation has no finite solution.
-    fn new(
-        dictionary: &Dictionary,
-        parameters: &[usize],
-        from: &Explanation,
-        dynamics: &ErrorDynamics,
-        settled: &Settled<'_>,
-    ) -> Option<Self> {
-        let fit = &settled.fit;
-        let cost = settled.cost();
-        if !cost.is_finite() || fit.coefficients.iter().any(|x| !x.is_finite()) {
-            return None;
-        }
+    /// The place that the linear equation leads to, with some damping.
+    fn next(&self, dictionary: &Dictionary, parameters: &[usize], damping: f64) -> Explanation {
         let all: Vec<usize> = (0..parameters.len()).collect();
-        let choices = if all.is_empty() { 1 } else { DAMPING.len() };
-        let proposals = DAMPING[..choices].iter().map(|&damping| {
-            let fit = settled.gram.damped_fit(&all, damping);
-            let change = limited(dictionary, parameters, &from.values, &fit.coefficients);
-            let departure = settled.whitener.smooth(&change);
-            Proposal { change, departure }
-        });
-        Some(Self {
-            proposals: proposals.collect(),
-            from: from.clone(),
-            estimate: Estimate {
-                parameters: parameters.to_vec(),
-                covariance: fit.covariance.clone(),
-                cost,
-                rows: settled.gram.rows(),
-                unexplained: unexplained(dynamics, &from.noise),
-            },
-        })
-    }
-
-    /// The place that a proposal leads to.
-    fn taken(&self, dictionary: &Dictionary, parameters: &[usize], to: &Proposal) -> Explanation {
         let mut there = self.from.clone();
-        there.observed.move_by(&to.departure);
+        let fit = self.gram.damped_fit(&all, damping);
+        let change = limited(dictionary, parameters, &there.values, &fit.coefficients);
+        let whitener = Whitener::new(&self.dynamics, &self.readings, &self.from.noise);
+        there.observed.move_by(&whitener.smooth(&change));
         let model = &dictionary.machine.compiled.model;
         for (i, &index) in parameters.iter().enumerate() {
             let parameter = &model.parameters[index];
             there.values[index] =
-                (there.values[index] + to.change[i]).clamp(parameter.lower, parameter.upper);
+                (there.values[index] + change[i]).clamp(parameter.lower, parameter.upper);
         }
         there
     }

@@ -182,7 +182,8 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     if request.hold.is_none() {
         observed.hold = likelier_hold(&dictionary, &observed).map_err(located)?;
     }
-    let selection = select(&dictionary, observed, request.hold.is_none()).map_err(located)?;
+    let selection =
+        select_with_slow_errors(&dictionary, observed, request.hold.is_none()).map_err(located)?;
     let observed = &selection.observed;
     let hold = observed.hold;
     let found = findings(&dictionary, &selection);
@@ -225,6 +226,58 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         warnings: warnings.collect(),
     })
 }
+
+/// Selects under the noise that the sensors show from sample to sample; where what
+/// remains is faint but real, also under larger noise. A real sensor's slow errors (an
+/// encoder that is not quite round) look like faint forces to a filter that believes the
+/// sensor. Which noise is right shows in open-loop predictions along the training log.
+fn select_with_slow_errors(
+    dictionary: &Dictionary,
+    observed: Observed,
+    free_hold: bool,
+) -> Result<Selection, SolveError> {
+    let start = observed.clone();
+    let mut best = select(dictionary, observed, free_hold)?;
+    let faint = best.remaining.share_after < FAINT_SHARE;
+    if best.terms.is_empty() || !faint || verdict(dictionary, &best) != Verdict::Unknown {
+        return Ok(best);
+    }
+    let prediction_error = |selection: &Selection| {
+        let scoring = Scoring {
+            machine: &dictionary.machine,
+            values: &selection.values,
+            hold: selection.observed.hold,
+            horizon: JUDGED_HORIZON,
+        };
+        let score = scoring.score(&start.record).ok()?;
+        Some(score.rollout.errors.total).filter(|error| error.is_finite())
+    };
+    let mut lowest = prediction_error(&best).unwrap_or(f64::INFINITY);
+    for factor in LARGER_NOISE {
+        let mut noisier = start.clone();
+        noisier.scale_noise(factor);
+        // Noise under which nothing can be fitted is none.
+        let Ok(selection) = select(dictionary, noisier, free_hold) else {
+            continue;
+        };
+        let Some(error) = prediction_error(&selection) else {
+            continue;
+        };
+        if error < WORTH_IT * lowest {
+            (lowest, best) = (error, selection);
+        }
+    }
+    Ok(best)
+}
+
+/// Share of the accelerations below which what remains may be a sensor's slow error.
+const FAINT_SHARE: f64 = 0.01;
+/// Multiples of the sensors' noise to try.
+const LARGER_NOISE: [f64; 2] = [3.0, 10.0];
+/// Larger noise must bring predictions at least this much nearer to the log.
+const WORTH_IT: f64 = 0.9;
+/// How long the predictions run that judge between noises, s.
+const JUDGED_HORIZON: f64 = 1.0;
 
 /// Without inputs nothing happens between samples that the model does not predict, and
 /// sensor errors of neighbouring samples resemble each other more than white noise does:
