@@ -52,12 +52,12 @@ pub fn summary(outcome: &Outcome, model: &Model) -> String {
     line(String::new());
     line(format!(
         "Learnt from {} samples of {}; mean squared prediction error in units of sensor noise {} -> {}; \
-         unexplained: {} % of the forces. Seed {}.",
+         unexplained: {} % of the accelerations. Seed {}.",
         split.train_samples,
         split.train_log,
         short(outcome.misfit_before),
         short(outcome.misfit_after),
-        short(100.0 * outcome.unexplained_force_share),
+        short(100.0 * outcome.remaining.share_after),
         outcome.seed
     ));
     page

@@ -18,21 +18,27 @@ pub struct Columns<'a> {
 }
 
 /// `δ_{k+1} = Φ_k δ_k + d_k + Γ_k c + w_k`, per interval; readings of acceleration
-/// are `y = a + F δ + G c`, per sample. `δ = (δq, δv)` has `2n` entries.
+/// are `y = a + F δ + G c`, per sample. `δ = (δq, δv, f)` has `3n` entries: the
+/// departure, and a generalised force that nothing explains, an Ornstein–Uhlenbeck
+/// process `ḟ = −f/τ + w` with `τ =` [`CORRELATION`].
 #[derive(Debug, Clone)]
 pub struct ErrorDynamics {
     /// Sampling instants.
     pub t: Vec<f64>,
-    /// `Φ_k`, `2n×2n`, one fewer than samples.
+    /// `Φ_k`, `3n×3n`, one fewer than samples.
     pub transition: Vec<DMatrix<f64>>,
-    /// `d_k | Γ_k`, `2n×(1+p)`: what the model misses, and what each column adds.
+    /// `d_k | Γ_k`, `2n×(1+p)`: what the model misses, and what each column adds to
+    /// position and velocity.
     pub forcing: Vec<DMatrix<f64>>,
-    /// `F = [∂a/∂q, ∂a/∂v]`, `n×2n`, per sample.
+    /// `F = [∂a/∂q, ∂a/∂v, P]`, `n×3n`, per sample.
     pub slope: Vec<DMatrix<f64>>,
     /// `a | G`, `n×(1+p)`, per sample.
     pub acceleration: Vec<DMatrix<f64>>,
-    /// `P`, `n×n`, per interval: what a force does to the acceleration.
-    pub mobility: Vec<DMatrix<f64>>,
+    /// `I − P M`, `n×n`, per interval: the accelerations that constraints forbid. Empty
+    /// without constraints.
+    pub forbidden: Vec<DMatrix<f64>>,
+    /// Root mean square of each acceleration along the curve: a scale.
+    pub acceleration_scale: DVector<f64>,
     /// Root mean square of each generalised force along the curve: a scale.
     pub force_scale: DVector<f64>,
     /// Number of columns `p`.
@@ -45,9 +51,14 @@ struct Local {
     acceleration: DMatrix<f64>,
     slope: DMatrix<f64>,
     mobility: DMatrix<f64>,
+    /// `I − P M`, where there are constraints.
+    forbidden: Option<DMatrix<f64>>,
     /// Sum of squares of the forces that balance here.
     force: DVector<f64>,
 }
+
+/// How long a force that nothing explains is thought to last, s.
+pub const CORRELATION: f64 = 0.1;
 
 /// Samples handled at once.
 const CHUNK: usize = 256;
@@ -90,7 +101,7 @@ impl ErrorDynamics {
         let mut all = Self::join(curve, pieces);
         let end = curve.len() - 1;
         let last = local(&mut curve.slice(end..end + 1), 2, end - 1..end)?.remove(0);
-        all.slope.push(last.slope);
+        all.slope.push(with_mobility(&last));
         all.acceleration.push(last.acceleration);
         Ok(all)
     }
@@ -104,7 +115,8 @@ impl ErrorDynamics {
             forcing: Vec::with_capacity(samples),
             slope: Vec::with_capacity(samples),
             acceleration: Vec::with_capacity(samples),
-            mobility: Vec::with_capacity(samples),
+            forbidden: Vec::new(),
+            acceleration_scale: DVector::zeros(curve.q.len()),
             force_scale: DVector::zeros(curve.q.len()),
             columns,
         };
@@ -113,9 +125,14 @@ impl ErrorDynamics {
             all.forcing.extend(piece.forcing);
             all.slope.extend(piece.slope);
             all.acceleration.extend(piece.acceleration);
-            all.mobility.extend(piece.mobility);
+            all.forbidden.extend(piece.forbidden);
             all.force_scale += piece.force;
         }
+        for acceleration in &all.acceleration {
+            all.acceleration_scale += acceleration.column(0).map(|a| a * a);
+        }
+        all.acceleration_scale
+            .apply(|x| *x = (*x / samples as f64).sqrt());
         all.force_scale.apply(|x| *x = (*x / samples as f64).sqrt());
         all
     }
@@ -177,7 +194,7 @@ struct Piece {
     forcing: Vec<DMatrix<f64>>,
     slope: Vec<DMatrix<f64>>,
     acceleration: Vec<DMatrix<f64>>,
-    mobility: Vec<DMatrix<f64>>,
+    forbidden: Vec<DMatrix<f64>>,
     force: DVector<f64>,
 }
 
@@ -191,6 +208,11 @@ fn locals(
 ) -> Result<Vec<Local>, SolveError> {
     let motions = machine.motion(states, parameters)?;
     let slopes = slopes.evaluate(states, parameters, &motions);
+    let unbounded =
+        |(slope, _): &(DMatrix<f64>, DMatrix<f64>)| slope.iter().any(|x| !x.is_finite());
+    if let Some(sample) = slopes.iter().position(unbounded) {
+        return Err(SolveError::NotFinite { sample });
+    }
     let blocks: Vec<_> = columns
         .iter()
         .enumerate()
@@ -221,10 +243,14 @@ fn locals(
                 acceleration.columns_mut(next, part.ncols()).copy_from(part);
                 next += part.ncols();
             }
+            let mobility = motion.factorisation.mobility();
+            let forbidden = (motion.multiplier.len() > 0)
+                .then(|| DMatrix::identity(n, n) - &mobility * &motion.terms.mass_matrix);
             Local {
                 acceleration,
                 slope,
-                mobility: motion.factorisation.mobility(),
+                mobility,
+                forbidden,
                 force: force_size(&motion),
             }
         })
@@ -253,35 +279,58 @@ fn piece(
         forcing: Vec::new(),
         slope: Vec::new(),
         acceleration: Vec::new(),
-        mobility: Vec::new(),
+        forbidden: Vec::new(),
         force: DVector::zeros(n),
     };
     for (i, k) in range.enumerate() {
         let h = curve.t[k + 1] - curve.t[k];
         let (start, middle, end) = (&starts[i], &middles[i], &ends[i]);
-        piece.transition.push(transition(&middle.slope, h));
+        piece.transition.push(transition(middle, h));
         piece.forcing.push(forcing(curve, k, start, middle, end));
-        piece.mobility.push(middle.mobility.clone());
-        piece.slope.push(start.slope.clone());
+        piece.slope.push(with_mobility(start));
         piece.acceleration.push(start.acceleration.clone());
+        piece.forbidden.extend(middle.forbidden.clone());
         piece.force += &start.force;
     }
     piece
 }
 
-/// `Φ = exp(hJ)` with `J = [[0, I], F]` at the middle; by its series where that has
-/// converged after three terms, in full where friction is stiff.
-fn transition(slope: &DMatrix<f64>, h: f64) -> DMatrix<f64> {
-    let n = slope.nrows();
+fn with_mobility(local: &Local) -> DMatrix<f64> {
+    let n = local.slope.nrows();
+    let mut slope = local.slope.clone().resize_horizontally(3 * n, 0.0);
+    slope.columns_mut(2 * n, n).copy_from(&local.mobility);
+    slope
+}
+
+/// `Φ = exp(hJ)` with `J = [[0, I, 0], [F, P], [0, 0, −1/τ]]` at the middle; by its
+/// series where that has converged after three terms, in full where friction is stiff.
+fn transition(middle: &Local, h: f64) -> DMatrix<f64> {
+    let n = middle.slope.nrows();
     let mut step = DMatrix::zeros(2 * n, 2 * n);
     step.view_mut((0, n), (n, n)).fill_diagonal(h);
-    step.view_mut((n, 0), (n, 2 * n)).copy_from(&(slope * h));
-    if step.amax() > STIFF {
-        return step.exp();
-    }
-    let square = &step * &step;
-    let cube = &square * &step;
-    DMatrix::identity(2 * n, 2 * n) + step + square * 0.5 + cube * (1.0 / 6.0)
+    step.view_mut((n, 0), (n, 2 * n))
+        .copy_from(&(&middle.slope * h));
+    let motion = if step.amax() > STIFF {
+        step.exp()
+    } else {
+        let square = &step * &step;
+        let cube = &square * &step;
+        DMatrix::identity(2 * n, 2 * n) + step + square * 0.5 + cube * (1.0 / 6.0)
+    };
+    // The force, falling off, through half of the way on average.
+    let decay = (-h / CORRELATION).exp();
+    let mean = CORRELATION * (1.0 - decay);
+    let mut whole = DMatrix::identity(3 * n, 3 * n);
+    let pushed = (motion.view((n, n), (n, n)) + DMatrix::identity(n, n)) * &middle.mobility;
+    whole
+        .view_mut((0, 2 * n), (n, n))
+        .copy_from(&(&middle.mobility * (0.5 * h * mean)));
+    whole
+        .view_mut((n, 2 * n), (n, n))
+        .copy_from(&(pushed * (0.5 * mean)));
+    whole.view_mut((0, 0), (2 * n, 2 * n)).copy_from(&motion);
+    whole.view_mut((2 * n, 2 * n), (n, n)).fill_diagonal(decay);
+    whole
 }
 
 /// The largest entry of `hJ` for which three terms of the series will do.

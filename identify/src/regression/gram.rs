@@ -51,6 +51,43 @@ impl Gram {
         }
     }
 
+    /// With further columns: `known` are the rows this was made of, `own` those of the
+    /// new columns.
+    #[must_use]
+    pub fn extended(
+        &self,
+        known: &DMatrix<f64>,
+        own: &DMatrix<f64>,
+        blocks: &[std::ops::Range<usize>],
+    ) -> Self {
+        let (old, more) = (known.ncols(), own.ncols());
+        let blocks: Vec<DMatrix<f64>> = blocks
+            .iter()
+            .zip(&self.blocks)
+            .map(|(range, block)| {
+                let part = own.rows(range.start, range.len());
+                let cross = known.rows(range.start, range.len()).tr_mul(&part);
+                let mut wider = block.clone().resize(old + more, old + more, 0.0);
+                wider.view_mut((0, old), (old, more)).copy_from(&cross);
+                wider
+                    .view_mut((old, 0), (more, old))
+                    .copy_from(&cross.transpose());
+                wider
+                    .view_mut((old, old), (more, more))
+                    .copy_from(&part.tr_mul(&part));
+                wider
+            })
+            .collect();
+        let width = old + more;
+        Self {
+            total: blocks
+                .iter()
+                .fold(DMatrix::zeros(width, width), |sum, block| sum + block),
+            blocks,
+            rows: self.rows,
+        }
+    }
+
     /// How many rows there were.
     pub fn rows(&self) -> usize {
         self.rows
@@ -84,7 +121,13 @@ impl Gram {
 
     /// Least squares on `columns` (without the data).
     pub fn fit(&self, columns: &[usize]) -> Fit {
-        fit(&self.total, columns)
+        fit(&self.total, columns, RIDGE)
+    }
+
+    /// The same held back from directions in which little is known, by `damping` times
+    /// each column's own size (Levenberg, Marquardt).
+    pub fn damped_fit(&self, columns: &[usize], damping: f64) -> Fit {
+        fit(&self.total, columns, damping.max(RIDGE))
     }
 
     /// Held-out sums of squares per block: each block predicted by a fit to the
@@ -96,7 +139,7 @@ impl Gram {
                 for near in held.saturating_sub(1)..=(held + 1).min(self.blocks.len() - 1) {
                     rest -= &self.blocks[near];
                 }
-                let coefficients = fit(&rest, columns).coefficients;
+                let coefficients = fit(&rest, columns, RIDGE).coefficients;
                 misfit(&self.blocks[held], columns, &coefficients)
             })
             .collect()
@@ -108,7 +151,7 @@ impl Gram {
         order.extend(others.iter().map(|o| o + 1));
         let part = self.total.select_rows(&order).select_columns(&order);
         let indices: Vec<usize> = (0..others.len()).collect();
-        1.0 - fit(&part, &indices).misfit / self.size(j).max(f64::MIN_POSITIVE)
+        1.0 - fit(&part, &indices, RIDGE).misfit / self.size(j).max(f64::MIN_POSITIVE)
     }
 }
 
@@ -119,7 +162,7 @@ fn product(rows: &DMatrix<f64>) -> DMatrix<f64> {
     DMatrix::from_fn(rows.ncols(), rows.ncols(), |i, j| gram[(i, j)])
 }
 
-fn fit(gram: &DMatrix<f64>, columns: &[usize]) -> Fit {
+fn fit(gram: &DMatrix<f64>, columns: &[usize], damping: f64) -> Fit {
     let p = columns.len();
     let at = |i: usize| columns[i] + 1;
     if p == 0 {
@@ -141,9 +184,17 @@ fn fit(gram: &DMatrix<f64>, columns: &[usize]) -> Fit {
     });
     let mut normal = DMatrix::from_fn(p, p, |i, j| gram[(at(i), at(j))] * scale[i] * scale[j]);
     for i in 0..p {
-        normal[(i, i)] += RIDGE;
+        normal[(i, i)] += damping;
     }
     let target = DVector::from_fn(p, |i, _| gram[(at(i), 0)] * scale[i]);
+    // The singular values of such a matrix would be searched for ever.
+    if normal.iter().chain(target.iter()).any(|x| !x.is_finite()) {
+        return Fit {
+            coefficients: DVector::from_element(p, f64::NAN),
+            misfit: f64::INFINITY,
+            covariance: DMatrix::from_element(p, p, f64::NAN),
+        };
+    }
     let inverse = match Cholesky::new(normal.clone()) {
         Some(cholesky) => cholesky.inverse(),
         None => normal
@@ -169,5 +220,10 @@ fn misfit(gram: &DMatrix<f64>, columns: &[usize], coefficients: &DVector<f64>) -
             total += coefficients[i] * coefficients[j] * gram[(a + 1, b + 1)];
         }
     }
-    total.max(0.0)
+    // Not a number stays infinite: it explains nothing.
+    if total.is_nan() {
+        f64::INFINITY
+    } else {
+        total.max(0.0)
+    }
 }

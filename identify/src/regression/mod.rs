@@ -4,16 +4,19 @@
 //! The log's states `x̂` are a curve; the model predicts how the true state
 //! departs from it. To first order the departure `δ` obeys a linear equation,
 //! driven by what the model gets wrong along the curve and by every candidate
-//! term ([`ErrorDynamics`]). A Kalman filter on it turns sensor readings into
+//! term ([`ErrorDynamics`]). What no term explains is a force of its own, a process
+//! whose size the log decides: the more of it there is, the less may be concluded. A Kalman filter on it turns sensor readings into
 //! innovations that are white if the model is right, for the data and, with the
 //! same gains, for each candidate ([`Whitener`]). What remains is ordinary least
 //! squares ([`Gram`]) with the sensors' own noise: no differentiated signals, no
 //! acceleration needed, constraint forces never enter.
 
+mod adjoint;
 mod error_dynamics;
 mod gram;
 mod whitener;
 
-pub use error_dynamics::{Columns, ErrorDynamics, Hold};
+pub use adjoint::NoiseEvidence;
+pub use error_dynamics::{CORRELATION, Columns, ErrorDynamics, Hold};
 pub use gram::{BLOCKS, Fit, Gram, INVISIBLE};
 pub use whitener::{ProcessNoise, Readings, Whitener};

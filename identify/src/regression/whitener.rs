@@ -1,6 +1,6 @@
 //! A Kalman filter on the departure: white innovations for data and columns.
 
-use super::error_dynamics::ErrorDynamics;
+use super::error_dynamics::{CORRELATION, ErrorDynamics};
 use super::gram::{BLOCKS, Gram};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -22,32 +22,25 @@ pub struct Readings {
     pub acceleration_sd: Vec<f64>,
 }
 
-/// White forces that stand for whatever no column explains.
+/// The size of forces that nothing explains: `f` of [`ErrorDynamics`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct ProcessNoise {
-    /// Per coordinate: the standard deviation of a force that lasts
-    /// [`CORRELATION`](Self::CORRELATION), in the coordinate's force unit.
+    /// Standard deviation per coordinate, in the coordinate's force unit.
     pub force_sd: DVector<f64>,
-}
-
-impl ProcessNoise {
-    /// How long a force error is thought to last, s; it only sets the unit in
-    /// which the intensity of white noise is expressed.
-    pub const CORRELATION: f64 = 0.05;
 }
 
 /// One scalar reading: `z = h·δ + noise`, and the gain that the filter gives it.
 #[derive(Debug, Clone)]
-struct Update {
-    sample: u32,
-    sensor: Sensor,
-    gain: DVector<f64>,
+pub(super) struct Update {
+    pub(super) sample: u32,
+    pub(super) sensor: Sensor,
+    pub(super) gain: DVector<f64>,
     /// Standard deviation of the innovation.
-    sd: f64,
+    pub(super) sd: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Sensor {
+pub(super) enum Sensor {
     Position(usize),
     Velocity(usize),
     Acceleration(usize),
@@ -55,21 +48,20 @@ enum Sensor {
 
 /// The filter's gains along the log; the same for the data and every column.
 pub struct Whitener<'a> {
-    dynamics: &'a ErrorDynamics,
+    pub(super) dynamics: &'a ErrorDynamics,
     readings: &'a Readings,
-    updates: Vec<Update>,
+    pub(super) updates: Vec<Update>,
     /// Predicted covariance per sample, kept for smoothing.
-    covariance: Vec<DMatrix<f64>>,
+    pub(super) covariance: Vec<DMatrix<f64>>,
     /// `Σ ln sd`
     log_sd: f64,
     /// Intervals across which nothing is predicted.
-    gaps: Vec<bool>,
+    pub(super) gaps: Vec<bool>,
 }
 
 impl<'a> Whitener<'a> {
     /// Runs the filter's covariance along the log.
     pub fn new(dynamics: &'a ErrorDynamics, readings: &'a Readings, noise: &ProcessNoise) -> Self {
-        let n = dynamics.coordinate_count();
         let mut whitener = Self {
             dynamics,
             readings,
@@ -78,8 +70,7 @@ impl<'a> Whitener<'a> {
             log_sd: 0.0,
             gaps: gaps(&dynamics.t),
         };
-        let initial = whitener.initial_covariance();
-        let intensity = noise.force_sd.map(|sd| sd * sd * ProcessNoise::CORRELATION);
+        let initial = whitener.initial_covariance(noise);
         let mut covariance = initial.clone();
         for sample in 0..dynamics.t.len() {
             whitener.covariance.push(covariance.clone());
@@ -93,16 +84,10 @@ impl<'a> Whitener<'a> {
                 let h = dynamics.t[sample + 1] - dynamics.t[sample];
                 let phi = &dynamics.transition[sample];
                 let mut next = phi * covariance * phi.transpose();
-                let mobility = &dynamics.mobility[sample];
-                let jolt = mobility * DMatrix::from_diagonal(&intensity) * mobility.transpose();
-                let mut add = |row: usize, column: usize, factor: f64| {
-                    let mut view = next.view_mut((row, column), (n, n));
-                    view += &jolt * factor;
-                };
-                add(0, 0, h * h * h / 3.0);
-                add(0, n, h * h / 2.0);
-                add(n, 0, h * h / 2.0);
-                add(n, n, h);
+                add_fresh_force(&mut next, phi, &noise.force_sd, h);
+                if let Some(forbidden) = dynamics.forbidden.get(sample) {
+                    add_forbidden(&mut next, forbidden, &dynamics.acceleration_scale, h);
+                }
                 (&next + next.transpose()) * 0.5
             };
         }
@@ -111,10 +96,10 @@ impl<'a> Whitener<'a> {
 
     /// Wide enough to leave the start to the data: the curve is within a few
     /// tens of sensor noises of the truth.
-    fn initial_covariance(&self) -> DMatrix<f64> {
+    fn initial_covariance(&self, noise: &ProcessNoise) -> DMatrix<f64> {
         let n = self.dynamics.coordinate_count();
         let h = self.dynamics.t[1] - self.dynamics.t[0];
-        let mut covariance = DMatrix::zeros(2 * n, 2 * n);
+        let mut covariance = DMatrix::zeros(3 * n, 3 * n);
         for i in 0..n {
             let position = 30.0 * self.readings.position_sd[i];
             let rate = match &self.readings.velocity[i] {
@@ -123,6 +108,7 @@ impl<'a> Whitener<'a> {
             };
             covariance[(i, i)] = position * position;
             covariance[(n + i, n + i)] = rate * rate;
+            covariance[(2 * n + i, 2 * n + i)] = noise.force_sd[i].powi(2);
         }
         covariance
     }
@@ -197,24 +183,40 @@ impl<'a> Whitener<'a> {
         self.updates.len()
     }
 
-    /// Products of all whitened columns, the data first, by blocks of the log.
-    pub fn gram(&self) -> Gram {
-        let width = self.dynamics.columns + 1;
-        let threads = rayon::current_num_threads().max(1);
-        let per = width.div_ceil(threads).max(8);
-        let parts: Vec<DMatrix<f64>> = (0..width)
-            .step_by(per)
-            .collect::<Vec<_>>()
-            .into_par_iter()
-            .map(|first| self.whiten(first, per.min(width - first), None))
+    /// Products of the data and some whitened columns (counted from zero), by blocks
+    /// of the log.
+    pub fn gram(&self, columns: &[usize]) -> Gram {
+        let all: Vec<usize> = std::iter::once(0)
+            .chain(columns.iter().map(|c| c + 1))
             .collect();
-        let mut rows = DMatrix::zeros(self.updates.len(), width);
-        let mut next = 0;
-        for part in parts {
-            rows.columns_mut(next, part.ncols()).copy_from(&part);
-            next += part.ncols();
-        }
-        Gram::new(&rows, &self.blocks())
+        Gram::new(&self.whiten(&Mix::Columns(&all)), &self.blocks())
+    }
+
+    /// For each group of columns the products of data, `base` and the group.
+    pub fn grams(&self, base: &[usize], groups: &[&[usize]]) -> Vec<Gram> {
+        let first: Vec<usize> = std::iter::once(0)
+            .chain(base.iter().map(|c| c + 1))
+            .collect();
+        let known = self.whiten(&Mix::Columns(&first));
+        let blocks = self.blocks();
+        let start = Gram::new(&known, &blocks);
+        groups
+            .par_chunks(GROUPS)
+            .flat_map_iter(|chunk| {
+                let columns: Vec<usize> =
+                    chunk.iter().flat_map(|g| g.iter().map(|c| c + 1)).collect();
+                let rows = self.whiten(&Mix::Columns(&columns));
+                let mut next = 0;
+                chunk
+                    .iter()
+                    .map(|group| {
+                        let own = rows.columns(next, group.len()).into_owned();
+                        next += group.len();
+                        start.extended(&known, &own, &blocks)
+                    })
+                    .collect::<Vec<Gram>>()
+            })
+            .collect()
     }
 
     /// Boundaries of the blocks in rows.
@@ -229,24 +231,22 @@ impl<'a> Whitener<'a> {
             .collect()
     }
 
-    /// Whitened innovations of `count` columns from `first` on. With `mixture`,
-    /// of the single column `data − Σ cⱼ columnⱼ` instead.
-    fn whiten(&self, first: usize, count: usize, mixture: Option<&DVector<f64>>) -> DMatrix<f64> {
+    /// Whitened innovations of some columns of `forcing`, the data among them counted
+    /// as the first; or of the one column `data − Σ cⱼ columnⱼ`.
+    pub(super) fn whiten(&self, mix: &Mix<'_>) -> DMatrix<f64> {
         let n = self.dynamics.coordinate_count();
-        let pick = |all: &DMatrix<f64>| match mixture {
-            None => all.columns(first, count).into_owned(),
-            Some(weights) => DMatrix::from_column_slice(all.nrows(), 1, (all * weights).as_slice()),
-        };
-        let mut state = DMatrix::zeros(2 * n, count);
+        let count = mix.count();
+        let data = mix.position_of_data();
+        let mut state = DMatrix::zeros(3 * n, count);
         let mut rows = DMatrix::zeros(self.updates.len(), count);
         let mut next = 0;
         for sample in 0..self.dynamics.t.len() {
-            let direct = pick(&self.dynamics.acceleration[sample]);
+            let direct = mix.of(&self.dynamics.acceleration[sample]);
             while next < self.updates.len() && self.updates[next].sample as usize == sample {
                 let update = &self.updates[next];
                 let mut innovation = self.predicted(sample, update.sensor, &state, &direct) * -1.0;
-                if let (Some(data), true) = (self.reading(sample, update.sensor), first == 0) {
-                    innovation[0] += data;
+                if let (Some(reading), Some(data)) = (self.reading(sample, update.sensor), data) {
+                    innovation[data] += reading;
                 }
                 for column in 0..count {
                     state
@@ -258,16 +258,19 @@ impl<'a> Whitener<'a> {
             }
             if sample + 1 < self.dynamics.t.len() {
                 state = if self.gaps[sample] {
-                    DMatrix::zeros(2 * n, count)
+                    DMatrix::zeros(3 * n, count)
                 } else {
-                    &self.dynamics.transition[sample] * state + pick(&self.dynamics.forcing[sample])
+                    let mut next = &self.dynamics.transition[sample] * state;
+                    let mut pushed = next.rows_mut(0, 2 * n);
+                    pushed += mix.of(&self.dynamics.forcing[sample]);
+                    next
                 };
             }
         }
         // Columns are what a unit coefficient adds to the prediction, so their
         // innovations carry the opposite sign of the data's.
         for column in 0..count {
-            if mixture.is_none() && first + column > 0 {
+            if data != Some(column) {
                 rows.column_mut(column).neg_mut();
             }
         }
@@ -300,66 +303,106 @@ impl<'a> Whitener<'a> {
             Sensor::Acceleration(i) => self.readings.acceleration[i].as_ref().map(|a| a[sample]),
         }
     }
+}
 
-    /// The departure `δ̂` given all readings, with the columns' coefficients
-    /// `coefficients`: `2n` per sample (modified Bryson–Frazier smoother).
-    pub fn smooth(&self, coefficients: &DVector<f64>) -> Vec<DVector<f64>> {
-        let n = self.dynamics.coordinate_count();
-        let weights = coefficients.clone().insert_row(0, 1.0);
-        let rows = self.whiten(0, 1, Some(&weights));
-        let predicted = self.predict(&weights, &rows);
-        let mut adjoint = DVector::zeros(2 * n);
-        let mut smoothed = vec![DVector::zeros(2 * n); self.dynamics.t.len()];
-        let mut next = self.updates.len();
-        for sample in (0..self.dynamics.t.len()).rev() {
-            if sample + 1 < self.dynamics.t.len() {
-                adjoint = if self.gaps[sample] {
-                    DVector::zeros(2 * n)
-                } else {
-                    self.dynamics.transition[sample].tr_mul(&adjoint)
-                };
-            }
-            while next > 0 && self.updates[next - 1].sample as usize == sample {
-                next -= 1;
-                let update = &self.updates[next];
-                let pull = update.gain.dot(&adjoint) + rows[(next, 0)] / update.sd;
-                match update.sensor {
-                    Sensor::Position(i) => adjoint[i] -= pull,
-                    Sensor::Velocity(i) => adjoint[n + i] -= pull,
-                    Sensor::Acceleration(i) => {
-                        adjoint -= self.dynamics.slope[sample].row(i).transpose() * pull;
-                    }
-                }
-            }
-            smoothed[sample] = &predicted[sample] - &self.covariance[sample] * &adjoint;
+/// Columns whitened at once.
+const GROUPS: usize = 24;
+
+/// Which columns to whiten.
+pub(super) enum Mix<'a> {
+    /// Each of these, the data being number zero.
+    Columns(&'a [usize]),
+    /// One weighted sum of all, the data first.
+    Sum(&'a DVector<f64>),
+}
+
+impl Mix<'_> {
+    fn count(&self) -> usize {
+        match self {
+            Self::Columns(columns) => columns.len(),
+            Self::Sum(_) => 1,
         }
-        smoothed
     }
 
-    /// One-step predictions of the departure, from known innovations.
-    fn predict(&self, weights: &DVector<f64>, rows: &DMatrix<f64>) -> Vec<DVector<f64>> {
-        let n = self.dynamics.coordinate_count();
-        let mut state = DVector::zeros(2 * n);
-        let mut predicted = Vec::with_capacity(self.dynamics.t.len());
-        let mut next = 0;
-        for sample in 0..self.dynamics.t.len() {
-            predicted.push(state.clone());
-            while next < self.updates.len() && self.updates[next].sample as usize == sample {
-                let update = &self.updates[next];
-                state.axpy(rows[(next, 0)] * update.sd, &update.gain, 1.0);
-                next += 1;
-            }
-            if sample + 1 < self.dynamics.t.len() {
-                state = if self.gaps[sample] {
-                    DVector::zeros(2 * n)
-                } else {
-                    &self.dynamics.transition[sample] * state
-                        + &self.dynamics.forcing[sample] * weights
-                };
+    fn position_of_data(&self) -> Option<usize> {
+        match self {
+            Self::Columns(columns) => columns.iter().position(|&c| c == 0),
+            Self::Sum(_) => Some(0),
+        }
+    }
+
+    fn of(&self, all: &DMatrix<f64>) -> DMatrix<f64> {
+        match self {
+            Self::Columns(columns) => all.select_columns(columns.iter()),
+            Self::Sum(weights) => {
+                DMatrix::from_column_slice(all.nrows(), 1, (all * *weights).as_slice())
             }
         }
-        predicted
     }
+}
+
+/// White noise on the accelerations that constraints forbid, for what integration and
+/// linearisation leave there: nothing else would ever correct it.
+fn add_forbidden(
+    covariance: &mut DMatrix<f64>,
+    forbidden: &DMatrix<f64>,
+    scale: &DVector<f64>,
+    h: f64,
+) {
+    let n = scale.len();
+    let intensity = scale.map(|a| 2.0 * CORRELATION * (FORBIDDEN_SHARE * a).powi(2));
+    let jolt = forbidden * DMatrix::from_diagonal(&intensity) * forbidden.transpose();
+    let mut add = |row: usize, column: usize, factor: f64| {
+        let mut view = covariance.view_mut((row, column), (n, n));
+        view += &jolt * factor;
+    };
+    add(0, 0, h * h * h / 3.0);
+    add(0, n, h * h / 2.0);
+    add(n, 0, h * h / 2.0);
+    add(n, n, h);
+}
+
+/// Its size, as a share of the machine's accelerations.
+const FORBIDDEN_SHARE: f64 = 1e-3;
+
+/// What `h` seconds of white noise on `ḟ` do to `(f, v, q)`, in units of `f`'s fresh
+/// variance, `v/(P h)` and `q/(P h²)`: the covariance of a Wiener process and its first
+/// two integrals.
+pub(super) const INTEGRALS: [[f64; 3]; 3] = [
+    [1.0, 1.0 / 2.0, 1.0 / 6.0],
+    [1.0 / 2.0, 1.0 / 3.0, 1.0 / 8.0],
+    [1.0 / 6.0, 1.0 / 8.0, 1.0 / 20.0],
+];
+
+/// The unexplained forces' fresh part, and how it has moved the machine by the end of the
+/// interval.
+fn add_fresh_force(covariance: &mut DMatrix<f64>, phi: &DMatrix<f64>, sd: &DVector<f64>, h: f64) {
+    let n = sd.len();
+    let fresh = fresh_share(h);
+    let mut directions = DMatrix::zeros(3 * n, 3);
+    for i in 0..n {
+        write_directions(&mut directions, phi, i, h);
+        let spread = nalgebra::Matrix3::from_fn(|a, b| INTEGRALS[a][b] * sd[i] * sd[i] * fresh);
+        *covariance += &directions * spread * directions.transpose();
+    }
+}
+
+/// Columns `f_i`, `P_i h` on velocities and `P_i h²` on positions of state space.
+pub(super) fn write_directions(columns: &mut DMatrix<f64>, phi: &DMatrix<f64>, i: usize, h: f64) {
+    let n = phi.nrows() / 3;
+    columns.fill(0.0);
+    columns[(2 * n + i, 0)] = 1.0;
+    for row in 0..n {
+        // To the first order in h the transition holds P h.
+        let pushed = phi[(n + row, 2 * n + i)];
+        columns[(n + row, 1)] = pushed;
+        columns[(row, 2)] = pushed * h;
+    }
+}
+
+/// Share of the unexplained force's variance that is new after `h` seconds.
+pub(super) fn fresh_share(h: f64) -> f64 {
+    1.0 - (-2.0 * h / CORRELATION).exp()
 }
 
 /// Intervals more than five times as long as usual.

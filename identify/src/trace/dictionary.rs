@@ -85,14 +85,28 @@ pub struct Dictionary {
     pub defaults: Vec<f64>,
 }
 
+/// Where a log goes.
+#[derive(Debug, Clone)]
+pub struct Ranges {
+    /// Per coordinate its positions, ascending.
+    pub positions: Vec<Vec<f64>>,
+    /// Per coordinate the root mean square of its velocity.
+    pub speeds: Vec<f64>,
+    /// Per input its sizes, ascending.
+    pub inputs: Vec<Vec<f64>>,
+}
+
+/// Characteristic speeds of effects, as shares of the usual speed: the slowest and the
+/// fastest to try.
+const SPEEDS: (f64, f64) = (0.01, 1.5);
+
 /// A lone shape parameter is tried at this many values, each of several at fewer.
 const SHAPE_VALUES: [usize; 2] = [5, 3];
 
 impl Dictionary {
     /// Writes every effect of `library` at every place into `text` and compiles it.
     /// `overrides` replaces nominal values of the model's own parameters; `ranges`
-    /// holds, per coordinate, some positions of the log, ascending; then, per input,
-    /// sizes of it.
+    /// says where the log goes.
     ///
     /// # Errors
     /// What the compiler says; the text itself is known to compile.
@@ -101,7 +115,7 @@ impl Dictionary {
         text: &str,
         library: &Library,
         overrides: &BTreeMap<String, f64>,
-        ranges: &[Vec<f64>],
+        ranges: &Ranges,
     ) -> Result<Self, Report> {
         let plain = compile(name, text, library)?;
         let places = places(&plain.model, library);
@@ -160,9 +174,15 @@ impl Dictionary {
         Ok(dictionary)
     }
 
+    /// All parameters of some candidates, in their order.
+    pub fn parameters_of(&self, candidates: &[usize]) -> Vec<usize> {
+        let each = candidates.iter().map(|&c| &self.candidates[c].parameters);
+        each.flatten().copied().collect()
+    }
+
     /// Tells strengths from shapes: at its defaults an effect does nothing, so the
     /// derivative by a shape parameter is identically zero there.
-    fn find_shapes(&mut self, ranges: &[Vec<f64>]) {
+    fn find_shapes(&mut self, ranges: &Ranges) {
         let active = self.active_at_defaults();
         let mut candidates = std::mem::take(&mut self.candidates);
         for candidate in &mut candidates {
@@ -254,7 +274,7 @@ impl Dictionary {
     }
 
     /// Where to look for the value of a shape parameter.
-    fn shape_values(&self, index: usize, count: usize, ranges: &[Vec<f64>]) -> Vec<f64> {
+    fn shape_values(&self, index: usize, count: usize, ranges: &Ranges) -> Vec<f64> {
         let model = &self.machine.compiled.model;
         let parameter = &model.parameters[index];
         let (lower, upper) = (parameter.lower, parameter.upper);
@@ -267,6 +287,20 @@ impl Dictionary {
                 .map(|i| f((i as f64 + 0.5) / count as f64))
                 .collect()
         };
+        // A speed of the coordinate it acts on: shares of its usual speed.
+        let moves = parameter.effect.and_then(|effect| {
+            let (_, name) = model.effects[effect].on.first()?;
+            model.coordinates.iter().position(|c| {
+                c.name == *name
+                    && c.dimension.is_some()
+                    && c.dimension.map(|d| d.rate()) == parameter.dimension
+            })
+        });
+        if let (Some(coordinate), true) = (moves, lower > 0.0) {
+            let usual = ranges.speeds[coordinate];
+            let (slow, fast) = SPEEDS;
+            return steps(&|share| (usual * slow * (fast / slow).powf(share)).clamp(lower, upper));
+        }
         if lower > 0.0 && upper.is_finite() {
             return steps(&|share| lower * (upper / lower).powf(share));
         }
@@ -288,7 +322,11 @@ impl Dictionary {
         });
         match place {
             Some(place) => {
-                let sorted = &ranges[place];
+                let positions = ranges.positions.len();
+                let sorted = match place.checked_sub(positions) {
+                    None => &ranges.positions[place],
+                    Some(input) => &ranges.inputs[input],
+                };
                 steps(&|share| sorted[((sorted.len() - 1) as f64 * share) as usize])
             }
             None => vec![parameter.nominal],

@@ -1,6 +1,7 @@
 //! What the log says about the states: a curve through it, and what the sensors
 //! read beside the curve.
 
+use super::dictionary::Ranges;
 use crate::log::{Record, Warning};
 use crate::machine::States;
 use crate::regression::{Hold, Readings};
@@ -103,24 +104,27 @@ impl Observed {
         }
     }
 
-    /// Sizes of each input, ascending.
-    pub fn input_sizes(&self) -> Vec<Vec<f64>> {
-        let sorted = |column: &Vec<f64>| {
-            let mut values: Vec<f64> = column.iter().map(|u| u.abs()).collect();
-            values.sort_by(f64::total_cmp);
-            values
-        };
-        self.record.u.iter().map(sorted).collect()
-    }
-
-    /// Some positions of each coordinate, ascending.
-    pub fn ranges(&self) -> Vec<Vec<f64>> {
+    /// Where the log goes.
+    pub fn ranges(&self) -> Ranges {
         let sorted = |column: &Vec<f64>| {
             let mut values = column.clone();
             values.sort_by(f64::total_cmp);
             values
         };
-        self.record.q.iter().map(sorted).collect()
+        let sizes = |column: &Vec<f64>| {
+            let mut values: Vec<f64> = column.iter().map(|u| u.abs()).collect();
+            values.sort_by(f64::total_cmp);
+            values
+        };
+        let usual = |column: &Vec<f64>| {
+            let squares: f64 = column.iter().map(|v| v * v).sum();
+            (squares / column.len().max(1) as f64).sqrt()
+        };
+        Ranges {
+            positions: self.record.q.iter().map(sorted).collect(),
+            speeds: self.curve.v.iter().map(usual).collect(),
+            inputs: self.record.u.iter().map(sizes).collect(),
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! What was found, in words and numbers.
 
 use super::dictionary::Dictionary;
-use super::select::{SMALLEST_SHARE, Selection, Term};
+use super::select::{Remaining, Selection, Term};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -58,33 +58,36 @@ pub struct Finding {
     pub confounded_with: Vec<Rival>,
 }
 
-/// Shares of the forces beyond which what remains unexplained is a finding.
-const REMARKABLE_SHARE: f64 = 10.0 * SMALLEST_SHARE;
-/// Findings that leave more than this share of the unexplained force name too little.
-const MOSTLY_UNEXPLAINED: f64 = 0.5;
-/// Mean squared innovations beyond which the sensors' noise is no excuse.
-const REMARKABLE_MISFIT: f64 = 1.5;
+/// What remains is a finding if the log is this many nats more likely with it,
+const REMARKABLE_EVIDENCE: f64 = 10.0;
+/// and if it moves the machine by at least this share of its accelerations.
+const REMARKABLE_SHARE: f64 = 3e-3;
+/// Findings that leave more than this share of the unexplained accelerations name too
+/// little.
+const MOSTLY_UNEXPLAINED: f64 = 0.1;
+
+/// Whether something remains that the findings do not explain.
+pub(super) fn something_remains(remaining: &Remaining) -> bool {
+    remaining.evidence > REMARKABLE_EVIDENCE && remaining.share_after > REMARKABLE_SHARE
+}
 
 /// Judges the outcome of a selection.
 pub(super) fn verdict(dictionary: &Dictionary, selection: &Selection) -> Verdict {
-    let unexplained = selection.unexplained_share >= REMARKABLE_SHARE
-        || selection.reduced_misfit > REMARKABLE_MISFIT;
+    let remaining = &selection.remaining;
+    let unexplained = something_remains(remaining);
     let about = |test: fn(&super::Candidate) -> bool| {
         selection
             .terms
             .iter()
             .any(|term| test(&dictionary.candidates[term.candidate]))
     };
-    // What is named must account for most of what is there: force errors add up
-    // in squares.
-    let share = selection.unexplained_share / selection.nominal_unexplained_share;
     if selection.terms.is_empty() {
         if unexplained {
             Verdict::Unknown
         } else {
             Verdict::None
         }
-    } else if unexplained && share > MOSTLY_UNEXPLAINED {
+    } else if unexplained && remaining.share_after > MOSTLY_UNEXPLAINED * remaining.share_before {
         Verdict::Unknown
     } else if about(|c| !c.channel && c.subject.name() != "parameter") {
         Verdict::Effect
@@ -107,7 +110,6 @@ pub(super) fn findings(dictionary: &Dictionary, selection: &Selection) -> Vec<Fi
 fn finding(dictionary: &Dictionary, selection: &Selection, term: &Term) -> Finding {
     let candidate = &dictionary.candidates[term.candidate];
     let model = &dictionary.machine.compiled.model;
-    let inflation = selection.reduced_misfit.max(1.0).sqrt();
     let prefix = match candidate.subject.name() {
         "parameter" => String::new(),
         name => format!("{name}_{}_", candidate.subject.on().join("_")),
@@ -119,9 +121,7 @@ fn finding(dictionary: &Dictionary, selection: &Selection, term: &Term) -> Findi
             .parameters
             .iter()
             .position(|&p| p == index);
-        let std = position.map_or(f64::NAN, |i| {
-            selection.estimate.covariance[(i, i)].sqrt() * inflation
-        });
+        let std = position.map_or(f64::NAN, |i| selection.estimate.covariance[(i, i)].sqrt());
         let name = parameter
             .name
             .strip_prefix(&prefix)

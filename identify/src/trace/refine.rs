@@ -1,10 +1,23 @@
-//! Gauss–Newton on the accepted terms: parameters and curve together.
+//! Gauss–Newton on the accepted terms: parameters, curve and the size of the forces
+//! that nothing explains, together.
 
 use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use crate::machine::{SensitivityTape, SolveError};
-use crate::regression::{Columns, ErrorDynamics, ProcessNoise, Whitener};
+use crate::regression::{Columns, ErrorDynamics, Fit, Gram, ProcessNoise, Readings, Whitener};
 use nalgebra::{DMatrix, DVector};
+
+/// An explanation of the log: parameters, the motion that goes with them, and the
+/// forces that they leave unexplained.
+#[derive(Debug, Clone)]
+pub struct Explanation {
+    /// The log and the curve through it.
+    pub observed: Observed,
+    /// Values of all parameters of the extended model.
+    pub values: Vec<f64>,
+    /// The size of what is unexplained.
+    pub noise: ProcessNoise,
+}
 
 /// Estimates of some parameters.
 #[derive(Debug, Clone)]
@@ -13,20 +26,128 @@ pub struct Estimate {
     pub parameters: Vec<usize>,
     /// Their covariance for sensors as noisy as thought.
     pub covariance: DMatrix<f64>,
-    /// Sum of squared whitened innovations.
-    pub misfit: f64,
+    /// Negative log likelihood up to a constant of the log, nats.
+    pub cost: f64,
     /// Number of readings.
     pub rows: usize,
+    /// Mean square of the accelerations that the unexplained forces make, as a share of
+    /// the machine's own.
+    pub unexplained: f64,
 }
 
+/// A force error below this share of a coordinate's forces is not worth a name: what no
+/// rigid-body model of a machine is claimed to reach.
+pub const SMALLEST_SHARE: f64 = 1e-3;
 /// Steps at most.
 const STEPS: usize = 12;
 /// Nats; a smaller improvement ends the iteration.
-const SMALL_IMPROVEMENT: f64 = 0.05;
+const SMALL_IMPROVEMENT: f64 = 0.5;
+/// How often the noise is adapted per linearisation.
+const NOISE_ROUNDS: usize = 3;
+/// The most that one adaptation changes a variance by.
+const NOISE_FACTOR: f64 = 30.0;
+
+/// The smallest unexplained forces.
+pub fn floor(dynamics: &ErrorDynamics) -> ProcessNoise {
+    ProcessNoise {
+        force_sd: &dynamics.force_scale * SMALLEST_SHARE,
+    }
+}
+
+/// A whitener whose noise suits the log, and the fit under it.
+pub struct Settled<'a> {
+    /// The filter.
+    pub whitener: Whitener<'a>,
+    /// Products of data and columns.
+    pub gram: Gram,
+    /// The columns' fit.
+    pub fit: Fit,
+}
+
+impl Settled<'_> {
+    /// Negative log likelihood of the data as they stand, nats.
+    pub fn cost(&self) -> f64 {
+        self.whitener.log_sd() + 0.5 * self.gram.data_misfit()
+    }
+
+    /// The same after the fit.
+    pub fn cost_of_fit(&self) -> f64 {
+        self.whitener.log_sd() + 0.5 * self.fit.misfit
+    }
+}
+
+/// What noise is adapted to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Adapt {
+    /// To nothing: it stays as it is.
+    Not,
+    /// To the data as they stand.
+    ToData,
+    /// To what the columns leave of the data.
+    ToFit,
+}
+
+/// Fits `columns` and adapts `noise` in turn: `σ² ← σ² · Σλ²/ΣΛ`, which is stationary
+/// where the likelihood is.
+pub fn settle<'a>(
+    dynamics: &'a ErrorDynamics,
+    readings: &'a Readings,
+    columns: &[usize],
+    noise: &mut ProcessNoise,
+    adapt: Adapt,
+) -> Settled<'a> {
+    let smallest = floor(dynamics).force_sd;
+    for round in 0.. {
+        let whitener = Whitener::new(dynamics, readings, noise);
+        let gram = whitener.gram(columns);
+        let own: Vec<usize> = (0..columns.len()).collect();
+        let fit = gram.fit(&own);
+        if adapt != Adapt::Not && round < NOISE_ROUNDS {
+            let mut coefficients = DVector::zeros(dynamics.columns);
+            if adapt == Adapt::ToFit {
+                for (&column, &value) in columns.iter().zip(fit.coefficients.iter()) {
+                    coefficients[column] = value;
+                }
+            }
+            let evidence = whitener.noise_evidence(&coefficients);
+            let mut change: f64 = 0.0;
+            for i in 0..smallest.len() {
+                let old = noise.force_sd[i];
+                let ratio = if evidence.information[i] * old * old > INVISIBLE_FORCE {
+                    evidence.score[i] / evidence.information[i]
+                } else {
+                    0.0
+                };
+                let factor = ratio.clamp(1.0 / NOISE_FACTOR, NOISE_FACTOR).sqrt();
+                let new = (old * factor)
+                    .clamp(smallest[i], (smallest[i] * LARGEST).max(f64::MIN_POSITIVE));
+                change = change.max((new / old.max(f64::MIN_POSITIVE)).ln().abs());
+                noise.force_sd[i] = new;
+            }
+            if change > SETTLED {
+                continue;
+            }
+        }
+        return Settled {
+            whitener,
+            gram,
+            fit,
+        };
+    }
+    unreachable!("the loop ends by returning")
+}
+
+/// `σ²Λ` below which a force is hidden by constraints.
+const INVISIBLE_FORCE: f64 = 1e-9;
+/// Largest unexplained force, in units of the smallest: three times the scale.
+const LARGEST: f64 = 3.0 / SMALLEST_SHARE;
+/// Change of `ln σ` below which nothing is adapted further.
+const SETTLED: f64 = 0.03;
 
 /// Fits `parameters` (indices, with their derivatives on `tape`), starting at and
-/// writing to `values`, and moves the curve to where the model and the sensors
-/// agree best.
+/// writing to `explanation`, and moves the curve to where the model and the sensors
+/// agree best. The noise is adapted on the way,
+/// but for the first `held` steps.
 ///
 /// # Errors
 /// If the equation of motion cannot be solved along the curve.
@@ -34,99 +155,168 @@ pub fn refine(
     dictionary: &Dictionary,
     tape: &SensitivityTape,
     parameters: &[usize],
-    observed: &mut Observed,
-    values: &mut [f64],
-    noise: &ProcessNoise,
+    explanation: &mut Explanation,
+    held: usize,
 ) -> Result<Estimate, SolveError> {
     let all: Vec<usize> = (0..parameters.len()).collect();
-    let mut best: Option<Best> = None;
-    for step in 1.. {
+    let mut best: Option<Step> = None;
+    let mut uphill = 0;
+    for step in 1..=STEPS {
         let columns = [Columns {
             tape,
-            parameters: &*values,
+            parameters: &explanation.values,
         }];
         let dynamics = ErrorDynamics::new(
             &dictionary.machine,
             &dictionary.slopes,
             &columns,
-            &observed.curve,
-            observed.hold,
-            values,
-        )?;
-        let readings = observed.readings();
-        let whitener = Whitener::new(&dynamics, &readings, noise);
-        let gram = whitener.gram();
-        let fit = gram.fit(&all);
-        if fit.coefficients.iter().any(|x| !x.is_finite()) {
-            return Err(SolveError::NotFinite { sample: 0 });
-        }
-        let cost = 0.5 * gram.data_misfit() + whitener.log_sd();
-        let improved = best.as_ref().is_none_or(|best| cost < best.cost);
-        let improvement = best.as_ref().map_or(f64::INFINITY, |best| best.cost - cost);
-        let (moved, taken) = limited(dictionary, parameters, values, &fit.coefficients);
-        let departure = whitener.smooth(&taken);
-        if improved {
-            best = Some(Best {
+            &explanation.observed.curve,
+            explanation.observed.hold,
+            &explanation.values,
+        );
+        // Where a step leads to a place that cannot be, a shorter one may do.
+        let dynamics = match (dynamics, &best) {
+            (Ok(dynamics), _) => Some(dynamics),
+            (Err(_), Some(_)) => None,
+            (Err(error), None) => return Err(error),
+        };
+        let next = dynamics.and_then(|dynamics| {
+            let readings = explanation.observed.readings();
+            let noise = &mut explanation.noise;
+            let adapt = if step > held {
+                Adapt::ToData
+            } else {
+                Adapt::Not
+            };
+            let settled = settle(&dynamics, &readings, &all, noise, adapt);
+            let (cost, fit) = (settled.cost(), settled.fit);
+            let finite = cost.is_finite() && fit.coefficients.iter().all(|x| x.is_finite());
+            let gram = settled.gram;
+            let estimate = Estimate {
+                parameters: parameters.to_vec(),
+                covariance: fit.covariance,
                 cost,
-                values: values.to_vec(),
-                curve: observed.curve.clone(),
-                estimate: Estimate {
-                    parameters: parameters.to_vec(),
-                    covariance: fit.covariance,
-                    misfit: gram.data_misfit(),
-                    rows: gram.rows(),
-                },
-            });
+                rows: gram.rows(),
+                unexplained: unexplained(&dynamics, &explanation.noise),
+            };
+            // Without a finite solution there is no step from here.
+            finite.then(|| Step {
+                from: explanation.clone(),
+                estimate,
+                dynamics,
+                readings,
+                gram,
+            })
+        });
+        let known = best
+            .as_ref()
+            .map_or(f64::INFINITY, |best| best.estimate.cost);
+        match next {
+            Some(next) if next.estimate.cost < known => {
+                let improvement = known - next.estimate.cost;
+                best = Some(next);
+                if step > 1 + held && uphill == 0 && improvement < SMALL_IMPROVEMENT {
+                    break;
+                }
+                uphill = 0;
+            }
+            _ => uphill += 1,
         }
-        if step == STEPS || (step > 2 && improvement < SMALL_IMPROVEMENT) {
+        let Some(best) = &best else { break };
+        let choices = if parameters.is_empty() {
+            1
+        } else {
+            DAMPING.len()
+        };
+        let Some(&damping) = DAMPING[..choices].get(uphill) else {
             break;
-        }
-        observed.move_by(&departure);
-        for (i, &index) in parameters.iter().enumerate() {
-            values[index] = moved[i];
-        }
+        };
+        *explanation = best.next(dictionary, parameters, damping);
     }
     // The best state seen, not the last one: a linearisation may mislead.
     match best {
         Some(best) => {
-            values.copy_from_slice(&best.values);
-            observed.curve = best.curve;
+            *explanation = best.from;
             Ok(best.estimate)
         }
         None => Err(SolveError::NotFinite { sample: 0 }),
     }
 }
 
-/// The best state seen so far.
-struct Best {
-    cost: f64,
-    values: Vec<f64>,
-    curve: crate::machine::States,
+/// Damping of the steps that are tried one after the other where one leads uphill.
+const DAMPING: [f64; 4] = [0.0, 1e-3, 3e-2, 1.0];
+
+/// A place, and the linear equation there.
+struct Step {
+    from: Explanation,
     estimate: Estimate,
+    dynamics: ErrorDynamics,
+    readings: Readings,
+    gram: Gram,
 }
 
-/// The new values, inside their bounds and not too far from the old ones, and the
-/// steps that were really taken.
+impl Step {
+    /// The place that the linear equation leads to, with some damping.
+    fn next(&self, dictionary: &Dictionary, parameters: &[usize], damping: f64) -> Explanation {
+        let all: Vec<usize> = (0..parameters.len()).collect();
+        let mut there = self.from.clone();
+        let fit = self.gram.damped_fit(&all, damping);
+        let change = limited(dictionary, parameters, &there.values, &fit.coefficients);
+        let whitener = Whitener::new(&self.dynamics, &self.readings, &self.from.noise);
+        there.observed.move_by(&whitener.smooth(&change));
+        let model = &dictionary.machine.compiled.model;
+        for (i, &index) in parameters.iter().enumerate() {
+            let parameter = &model.parameters[index];
+            there.values[index] =
+                (there.values[index] + change[i]).clamp(parameter.lower, parameter.upper);
+        }
+        there
+    }
+}
+
+/// Mean square of the accelerations `P f`, each as a share of the coordinate's own,
+/// beyond that of the smallest forces.
+pub fn unexplained(dynamics: &ErrorDynamics, noise: &ProcessNoise) -> f64 {
+    let n = dynamics.coordinate_count();
+    let smallest = floor(dynamics);
+    let excess = DVector::from_fn(n, |j, _| {
+        noise.force_sd[j].powi(2) - smallest.force_sd[j].powi(2)
+    });
+    let mut forced = DVector::<f64>::zeros(n);
+    let mut own = DVector::<f64>::zeros(n);
+    for (slope, acceleration) in dynamics.slope.iter().zip(&dynamics.acceleration) {
+        for i in 0..n {
+            own[i] += acceleration[(i, 0)].powi(2);
+            for j in 0..n {
+                forced[i] += slope[(i, 2 * n + j)].powi(2) * excess[j];
+            }
+        }
+    }
+    let shares = (0..n).map(|i| {
+        if own[i] > 0.0 {
+            forced[i] / own[i]
+        } else {
+            0.0
+        }
+    });
+    shares.sum::<f64>() / n as f64
+}
+
+/// A step that keeps the values inside their bounds and not too far from the old ones.
 fn limited(
     dictionary: &Dictionary,
     parameters: &[usize],
     values: &[f64],
     step: &DVector<f64>,
-) -> (Vec<f64>, DVector<f64>) {
+) -> DVector<f64> {
     let model = &dictionary.machine.compiled.model;
-    let moved: Vec<f64> = parameters
-        .iter()
-        .enumerate()
-        .map(|(i, &index)| {
-            let (old, parameter) = (values[index], &model.parameters[index]);
-            let mut new = old + step[i];
-            // Quantities that are positive by nature change by a factor at most.
-            if parameter.lower > 0.0 {
-                new = new.clamp(old / 2.0, old * 2.0);
-            }
-            new.clamp(parameter.lower, parameter.upper)
-        })
-        .collect();
-    let taken = DVector::from_fn(parameters.len(), |i, _| moved[i] - values[parameters[i]]);
-    (moved, taken)
+    DVector::from_fn(parameters.len(), |i, _| {
+        let (old, parameter) = (values[parameters[i]], &model.parameters[parameters[i]]);
+        let mut new = old + step[i];
+        // Quantities that are positive by nature change by a factor at most.
+        if parameter.lower > 0.0 {
+            new = new.clamp(old / 2.0, old * 2.0);
+        }
+        new.clamp(parameter.lower, parameter.upper) - old
+    })
 }

@@ -4,9 +4,8 @@ use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use super::finding::{Finding, Verdict, findings, verdict};
 use super::patch::patch;
-use super::refine::refine;
 use super::score::{Score, ScoreError, Scoring};
-use super::select::{SMALLEST_SHARE, Selection, likelier_hold, select};
+use super::select::{Remaining, Selection, likelier_hold, select, smooth};
 use crate::log::{Log, LogError, Record};
 use crate::machine::SolveError;
 use crate::regression::Hold;
@@ -67,8 +66,8 @@ pub struct Outcome {
     pub after: Score,
     /// The same if the patched model were exactly right.
     pub noise_floor: Score,
-    /// Share of the forces that remains unexplained.
-    pub unexplained_force_share: f64,
+    /// What the findings leave unexplained.
+    pub remaining: Remaining,
     /// Mean squared whitened prediction error on the training data, of the model as given.
     pub misfit_before: f64,
     /// The same of the patched model; one if sensor noise explains it.
@@ -168,8 +167,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     let (train, test, split) = split(request, &plain)?;
     let train = thinned(train);
     let mut observed = Observed::new(train, request.hold.unwrap_or(Hold::Linear))?;
-    let mut ranges = observed.ranges();
-    ranges.extend(observed.input_sizes());
+    let ranges = observed.ranges();
     let dictionary = Dictionary::new(
         model_name,
         model_text,
@@ -184,10 +182,13 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     if request.hold.is_none() {
         observed.hold = likelier_hold(&dictionary, &observed).map_err(located)?;
     }
-    let selection = select_under_any_noise(&dictionary, &mut observed).map_err(located)?;
+    let selection =
+        select_with_slow_errors(&dictionary, observed, request.hold.is_none()).map_err(located)?;
+    let observed = &selection.observed;
+    let hold = observed.hold;
     let found = findings(&dictionary, &selection);
     let verdict = verdict(&dictionary, &selection);
-    let scores = judge(&dictionary, &selection, &test, request, observed.hold)?;
+    let scores = judge(&dictionary, &selection, &test, request, hold)?;
     let [before, after, noise_floor] = scores;
     let provenance = format!(
         "dynamics trace, {}: held-out acceleration error {:.3} -> {:.3}, rollout {:.3} -> {:.3} (seed {})",
@@ -215,37 +216,37 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         before,
         after,
         noise_floor,
-        unexplained_force_share: selection.unexplained_share,
+        remaining: selection.remaining,
         misfit_before: selection.nominal_misfit,
         misfit_after: selection.reduced_misfit,
-        sensor_noise: sensor_noise(&observed),
-        input_hold: observed.hold,
+        sensor_noise: sensor_noise(observed),
+        input_hold: hold,
         split,
         seed: request.seed,
         warnings: warnings.collect(),
     })
 }
 
-/// Selects under the noise that the sensors show from sample to sample; where forces
-/// remain that nothing explains, also under larger noise. A real sensor's slow errors (an
-/// encoder that is not quite round) look like forces to a filter that believes the sensor,
-/// and hide what acts over seconds. Which noise is right shows in open-loop predictions
-/// along the training log, which believe neither.
-fn select_under_any_noise(
+/// Selects under the noise that the sensors show from sample to sample; where what
+/// remains is faint but real, also under larger noise. A real sensor's slow errors (an
+/// encoder that is not quite round) look like faint forces to a filter that believes the
+/// sensor. Which noise is right shows in open-loop predictions along the training log.
+fn select_with_slow_errors(
     dictionary: &Dictionary,
-    observed: &mut Observed,
+    observed: Observed,
+    free_hold: bool,
 ) -> Result<Selection, SolveError> {
     let start = observed.clone();
-    let mut best = select(dictionary, observed)?;
-    let explained = !matches!(verdict(dictionary, &best), Verdict::None | Verdict::Unknown);
-    if !explained || best.unexplained_share <= SMALLEST_SHARE {
+    let mut best = select(dictionary, observed, free_hold)?;
+    let faint = best.remaining.share_after < FAINT_SHARE;
+    if best.terms.is_empty() || !faint || verdict(dictionary, &best) != Verdict::Unknown {
         return Ok(best);
     }
     let prediction_error = |selection: &Selection| {
         let scoring = Scoring {
             machine: &dictionary.machine,
             values: &selection.values,
-            hold: start.hold,
+            hold: selection.observed.hold,
             horizon: JUDGED_HORIZON,
         };
         let score = scoring.score(&start.record).ok()?;
@@ -255,7 +256,8 @@ fn select_under_any_noise(
     for factor in LARGER_NOISE {
         let mut noisier = start.clone();
         noisier.scale_noise(factor);
-        let Ok(selection) = select(dictionary, &mut noisier) else {
+        // Noise under which nothing can be fitted is none.
+        let Ok(selection) = select(dictionary, noisier, free_hold) else {
             continue;
         };
         let Some(error) = prediction_error(&selection) else {
@@ -263,12 +265,13 @@ fn select_under_any_noise(
         };
         if error < WORTH_IT * lowest {
             (lowest, best) = (error, selection);
-            *observed = noisier;
         }
     }
     Ok(best)
 }
 
+/// Share of the accelerations below which what remains may be a sensor's slow error.
+const FAINT_SHARE: f64 = 0.01;
 /// Multiples of the sensors' noise to try.
 const LARGER_NOISE: [f64; 2] = [3.0, 10.0];
 /// Larger noise must bring predictions at least this much nearer to the log.
@@ -380,6 +383,7 @@ fn check_constraints(dictionary: &Dictionary, observed: &Observed) -> Result<(),
     let terms = machine.terms(&measured, &dictionary.defaults);
     let travel: Vec<f64> = observed
         .ranges()
+        .positions
         .iter()
         .map(|sorted| sorted[sorted.len() - 1] - sorted[0])
         .collect();
@@ -442,18 +446,9 @@ fn judge(
     let before = scoring(&dictionary.defaults).score(test).map_err(failed)?;
     let after = scoring(&selection.values).score(test).map_err(failed)?;
     // The states of the test log as the patched model sees them.
-    let mut observed = Observed::new(test.clone(), hold)?;
-    let nothing = dictionary.machine.clone().sensitivity(&[]);
-    let mut values = selection.values.clone();
-    refine(
-        dictionary,
-        &nothing,
-        &[],
-        &mut observed,
-        &mut values,
-        &selection.noise,
-    )
-    .map_err(|error| locate(error, &test.t))?;
+    let observed = Observed::new(test.clone(), hold)?;
+    let observed =
+        smooth(dictionary, observed, &selection.values).map_err(|error| locate(error, &test.t))?;
     let floor = scoring(&selection.values)
         .noise_floor(&observed, request.seed)
         .map_err(failed)?;

@@ -1,14 +1,19 @@
 //! Forward selection with re-judgement: which candidates earn their place?
+//!
+//! Every hypothesis carries forces that nothing explains, as large as the log demands
+//! under it. A term is worth what it adds to the likelihood when that size is chosen
+//! anew: the right name leaves sensor noise alone, a wrong one leaves forces.
 
 use super::dictionary::{Candidate, Dictionary, Subject};
 use super::estimate::Observed;
-use super::refine::{Estimate, refine};
+use super::refine::{Adapt, Estimate, Explanation, SMALLEST_SHARE, floor, refine, settle};
+use super::rivals::rivals;
+use super::screen::{Considered, Screen};
 use crate::machine::{SensitivityTape, SolveError};
-use crate::regression::{
-    Columns, ErrorDynamics, Gram, Hold, INVISIBLE, ProcessNoise, Readings, Whitener,
-};
+use crate::regression::{Columns, ErrorDynamics, Hold, ProcessNoise};
 use dynamics_codegen::derive::Variable;
 use nalgebra::DVector;
+use rayon::prelude::*;
 
 /// A term that was accepted.
 #[derive(Debug, Clone)]
@@ -23,22 +28,17 @@ pub struct Term {
     pub rivals: Vec<(Subject, f64)>,
 }
 
-/// Values of parameters, as (parameter, value).
-type Assignment = Vec<(usize, f64)>;
-
-/// A candidate as it was seen at one step.
-#[derive(Debug, Clone)]
-pub struct Considered {
-    /// Which candidate.
-    pub candidate: usize,
-    /// Nats by which it would improve the fit.
-    pub gain: f64,
-    /// Its gain less the price of its parameters and of the search.
-    pub score: f64,
-    /// Nats gained on blocks that the fit did not see.
-    pub held_out_gain: f64,
-    /// Shape and strengths.
-    values: Assignment,
+/// What the accepted terms leave.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Remaining {
+    /// Root mean square of the accelerations that unexplained forces make, as a share of
+    /// the machine's own, under the model as given.
+    pub share_before: f64,
+    /// The same with all terms.
+    pub share_after: f64,
+    /// Nats by which the log is more likely with unexplained forces beside the terms
+    /// than with sensor noise alone.
+    pub evidence: f64,
 }
 
 /// The outcome.
@@ -50,421 +50,307 @@ pub struct Selection {
     pub values: Vec<f64>,
     /// What is known of the accepted terms' parameters.
     pub estimate: Estimate,
-    /// Mean squared whitened innovation with the accepted terms; one if sensors
-    /// and process noise explain what remains.
+    /// Mean squared whitened innovation with the accepted terms; one if sensor noise
+    /// explains what remains.
     pub reduced_misfit: f64,
     /// The same with no term at all.
     pub nominal_misfit: f64,
     /// The forces that nothing explains.
     pub noise: ProcessNoise,
-    /// The same as a share of each coordinate's forces; [`SMALLEST_SHARE`] if
-    /// nothing is left to explain.
-    pub unexplained_share: f64,
-    /// The share that the model as given leaves unexplained.
-    pub nominal_unexplained_share: f64,
+    /// How much that is.
+    pub remaining: Remaining,
     /// The first round's candidates, best first.
     pub considered: Vec<Considered>,
+    /// The log with the curve through it.
+    pub observed: Observed,
 }
 
 /// Nats within which two explanations count as equal.
-const TIE: f64 = 6.0;
+pub(super) const TIE: f64 = 6.0;
 /// A term must bring this many nats beyond its price.
 const MARGIN: f64 = 3.0;
-/// Candidates with at least this share of the best one's gain are fitted before
-/// one is chosen, the best few of them.
-const LEADER_SHARE: f64 = 0.5;
+/// Candidates with at least this share of the best one's gain are looked at closely.
+const LEADER_SHARE: f64 = 0.2;
+/// How many of them have their noise adapted, and how many of these are fitted.
+const MAX_PROFILED: usize = 16;
 const MAX_LEADERS: usize = 5;
+/// Nats behind the best profile beyond which a leader is not fitted.
+const FAR_BEHIND: f64 = 200.0;
 /// Terms at most.
-const MAX_TERMS: usize = 24;
+const MAX_TERMS: usize = 12;
+/// A term must remove this share of the unexplained variance, where there is any:
+/// otherwise one big effect, slightly misfit, breeds small false ones.
+const LEAST_REMOVED: f64 = 0.3;
+/// Unexplained variance below this many times the smallest is none.
+const NO_EXCESS: f64 = 3.0;
 
-/// A candidate's columns in the regression, for one shape.
-struct ShapedCandidate {
-    candidate: usize,
-    shape: usize,
-    columns: Vec<usize>,
-}
+/// Share of the unexplained force, and steps, with which a fit is tried once more.
+const SHARPER: f64 = 0.1;
+const SHARP_STEPS: usize = 4;
+/// How often at most.
+const SHARPENINGS: usize = 3;
 
-/// A candidate after its fit.
+/// Candidates after their fit.
 struct Attempt {
-    candidate: usize,
+    /// All of them, the new ones last.
+    candidates: Vec<usize>,
+    /// Negative log likelihood and price, nats.
     cost: f64,
-    values: Vec<f64>,
-    observed: Observed,
+    estimate: Estimate,
+    explanation: Explanation,
 }
 
 struct Search<'a> {
     dictionary: &'a Dictionary,
-    observed: &'a mut Observed,
-    values: Vec<f64>,
-    terms: Vec<Term>,
-    /// Which share of the forces is noise, as last found.
-    noise_index: usize,
+    accepted: Vec<usize>,
+    current: Attempt,
+    /// What every candidate was worth beside the model as given.
+    first_round: Vec<Considered>,
 }
 
-/// Selects terms for `observed`, whose curve is improved on the way.
+/// Selects terms for `observed`. What inputs do between samples is asked again with
+/// every term if `free_hold`: while much is unexplained the log cannot tell.
 ///
 /// # Errors
 /// If the equation of motion cannot be solved along the curve.
-pub fn select(dictionary: &Dictionary, observed: &mut Observed) -> Result<Selection, SolveError> {
-    let values = dictionary.defaults.clone();
+pub fn select(
+    dictionary: &Dictionary,
+    observed: Observed,
+    free_hold: bool,
+) -> Result<Selection, SolveError> {
+    let start = Explanation {
+        noise: first_noise(dictionary, &observed)?,
+        values: dictionary.defaults.clone(),
+        observed,
+    };
     let mut search = Search {
         dictionary,
-        observed,
-        values,
-        terms: Vec::new(),
-        noise_index: 0,
+        accepted: Vec::new(),
+        first_round: Vec::new(),
+        current: fit(dictionary, &[], start)?,
     };
-    search.smooth_with_everything()?;
-    let nominal_unexplained_share = search.share_without_columns()?;
-    let mut first_round = Vec::new();
-    let mut nominal_misfit = None;
+    let nominal_misfit = search.at_floor()?.0;
+    let share_before = search.current.estimate.unexplained;
     loop {
-        let (gram, options, noise) = search.regress()?;
-        let considered = search.score(&gram, &options);
-        if nominal_misfit.is_none() {
-            nominal_misfit = Some(gram.data_misfit() / gram.rows() as f64);
-            first_round.clone_from(&considered);
+        let (considered, better) = search.step()?;
+        if search.first_round.is_empty() {
+            search.first_round = considered;
         }
-        if search.terms.len() < MAX_TERMS && search.accept(&considered, &noise)? {
-            continue;
+        let Some(better) = better else { break };
+        search.accepted.clone_from(&better.candidates);
+        search.current = better;
+        if free_hold {
+            search.ask_about_hold();
         }
-        search.drop_idle_terms(&gram);
-        let estimate = search.refine(&noise)?;
-        let rows = (estimate.rows - estimate.parameters.len()).max(1) as f64;
-        let mut terms = search.terms;
-        terms.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-        return Ok(Selection {
-            terms,
-            values: search.values,
-            reduced_misfit: estimate.misfit / rows,
-            estimate,
-            nominal_misfit: nominal_misfit.unwrap_or(f64::NAN),
-            noise,
-            unexplained_share: NOISE_SHARES[search.noise_index],
-            nominal_unexplained_share,
-            considered: first_round,
-        });
+        if search.accepted.len() >= MAX_TERMS {
+            break;
+        }
     }
+    let evidence = search.prune();
+    let (reduced_misfit, cost_at_floor) = search.at_floor()?;
+    let remaining = Remaining {
+        share_before: share_before.max(0.0).sqrt(),
+        share_after: search.current.estimate.unexplained.max(0.0).sqrt(),
+        evidence: cost_at_floor - search.current.estimate.cost,
+    };
+    let mut alike = rivals(dictionary, &search.current.explanation, &search.accepted)?;
+    let mut terms: Vec<Term> = search
+        .accepted
+        .iter()
+        .enumerate()
+        .map(|(i, &candidate)| Term {
+            candidate,
+            evidence: evidence[i],
+            rivals: std::mem::take(&mut alike[i]),
+        })
+        .collect();
+    terms.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    let Attempt {
+        explanation,
+        estimate,
+        ..
+    } = search.current;
+    Ok(Selection {
+        terms,
+        values: explanation.values,
+        reduced_misfit,
+        estimate,
+        nominal_misfit,
+        noise: explanation.noise,
+        remaining,
+        considered: search.first_round,
+        observed: explanation.observed,
+    })
+}
+
+/// Some unexplained force to begin with.
+fn first_noise(dictionary: &Dictionary, observed: &Observed) -> Result<ProcessNoise, SolveError> {
+    let dynamics = linearised(dictionary, observed, &dictionary.defaults)?;
+    Ok(ProcessNoise {
+        force_sd: dynamics.force_scale * FIRST_SHARE,
+    })
+}
+
+const FIRST_SHARE: f64 = 0.1;
+
+fn linearised(
+    dictionary: &Dictionary,
+    observed: &Observed,
+    values: &[f64],
+) -> Result<ErrorDynamics, SolveError> {
+    let none: [Columns<'_>; 0] = [];
+    ErrorDynamics::new(
+        &dictionary.machine,
+        &dictionary.slopes,
+        &none,
+        &observed.curve,
+        observed.hold,
+        values,
+    )
+}
+
+/// Fits the parameters of some candidates, noise and curve.
+fn fit(
+    dictionary: &Dictionary,
+    candidates: &[usize],
+    explanation: Explanation,
+) -> Result<Attempt, SolveError> {
+    fit_holding(dictionary, candidates, explanation, 0)
+}
+
+/// The same with the noise held for the first few steps.
+fn fit_holding(
+    dictionary: &Dictionary,
+    candidates: &[usize],
+    mut explanation: Explanation,
+    held: usize,
+) -> Result<Attempt, SolveError> {
+    let parameters = dictionary.parameters_of(candidates);
+    let tape = tape_for(dictionary, &parameters);
+    let estimate = refine(dictionary, &tape, &parameters, &mut explanation, held)?;
+    Ok(Attempt {
+        candidates: candidates.to_vec(),
+        cost: estimate.cost + 0.5 * parameters.len() as f64 * (estimate.rows as f64).ln(),
+        estimate,
+        explanation,
+    })
+}
+
+fn tape_for(dictionary: &Dictionary, parameters: &[usize]) -> SensitivityTape {
+    let variables: Vec<Variable> = parameters
+        .iter()
+        .copied()
+        .map(Variable::Parameter)
+        .collect();
+    dictionary.machine.clone().sensitivity(&variables)
 }
 
 impl Search<'_> {
-    /// Columns: every parameter at the current values, then the further shapes.
-    fn dynamics(&self) -> Result<(ErrorDynamics, Vec<ShapedCandidate>), SolveError> {
-        let dictionary = self.dictionary;
-        let shaped: Vec<Vec<f64>> = (1..=dictionary.by_shape.len())
-            .map(|shape| self.with_shape(shape))
-            .collect();
-        let mut columns = vec![Columns {
-            tape: &dictionary.by_parameter,
-            parameters: &self.values,
-        }];
-        for ((_, tape), parameters) in dictionary.by_shape.iter().zip(&shaped) {
-            columns.push(Columns { tape, parameters });
-        }
-        let dynamics = ErrorDynamics::new(
-            &dictionary.machine,
-            &dictionary.slopes,
-            &columns,
-            &self.observed.curve,
-            self.observed.hold,
-            &self.values,
-        )?;
-        Ok((dynamics, self.options()))
+    /// Mean squared innovation, and negative log likelihood, if sensor noise alone is to
+    /// blame for what remains.
+    fn at_floor(&self) -> Result<(f64, f64), SolveError> {
+        let Explanation {
+            observed, values, ..
+        } = &self.current.explanation;
+        let dynamics = linearised(self.dictionary, observed, values)?;
+        let readings = observed.readings();
+        let settled = settle(&dynamics, &readings, &[], &mut floor(&dynamics), Adapt::Not);
+        let rows = settled.gram.rows().max(1) as f64;
+        Ok((settled.gram.data_misfit() / rows, settled.cost()))
     }
 
-    /// The current values, with every candidate that is not accepted in one shape.
-    fn with_shape(&self, shape: usize) -> Vec<f64> {
-        let mut values = self.values.clone();
-        for (index, candidate) in self.dictionary.candidates.iter().enumerate() {
-            if let (Some(shape), false) = (candidate.shapes.get(shape), self.is_accepted(index)) {
-                for &(parameter, value) in shape {
-                    values[parameter] = value;
-                }
-            }
-        }
-        values
-    }
-
-    fn is_accepted(&self, candidate: usize) -> bool {
-        self.terms.iter().any(|term| term.candidate == candidate)
-    }
-
-    fn options(&self) -> Vec<ShapedCandidate> {
-        let mut options = Vec::new();
-        let mut first_column = self.values.len();
-        for (index, candidate) in self.dictionary.candidates.iter().enumerate() {
-            options.push(ShapedCandidate {
-                candidate: index,
-                shape: 0,
-                columns: candidate.strengths.clone(),
-            });
-        }
-        for (shape, (strengths, _)) in self.dictionary.by_shape.iter().enumerate() {
-            for (index, candidate) in self.dictionary.candidates.iter().enumerate() {
-                if candidate.shapes.len() <= shape + 1 {
-                    continue;
-                }
-                let column_of = |s: &usize| strengths.iter().position(|x| x == s);
-                let columns = candidate.strengths.iter().filter_map(column_of);
-                let columns = columns.map(|c| first_column + c).collect();
-                options.push(ShapedCandidate {
-                    candidate: index,
-                    shape: shape + 1,
-                    columns,
-                });
-            }
-            first_column += strengths.len();
-        }
-        options.retain(|option| !option.columns.is_empty() && !self.is_accepted(option.candidate));
-        options
-    }
-
-    /// Parameters of the accepted terms.
-    fn accepted_parameters(&self) -> Vec<usize> {
-        let terms = self.terms.iter();
-        terms
-            .flat_map(|t| self.dictionary.candidates[t.candidate].parameters.clone())
-            .collect()
-    }
-
-    /// Every column that may matter.
-    fn all_columns(&self, options: &[ShapedCandidate]) -> Vec<usize> {
-        let mut all = self.accepted_parameters();
-        all.extend(options.iter().flat_map(|o| o.columns.iter().copied()));
-        all.sort_unstable();
-        all.dedup();
-        all
-    }
-
-    /// The curve where sensors and model agree if every candidate may help: no
-    /// acceleration is believed that the model contradicts, no effect is denied.
-    fn smooth_with_everything(&mut self) -> Result<(), SolveError> {
-        let (departure, index) = {
-            let (dynamics, options) = self.dynamics()?;
-            let readings = self.observed.readings();
-            let columns = self.all_columns(&options);
-            let Chosen {
-                parts: (whitener, gram),
-                index,
-                ..
-            } = choose_noise(&dynamics, &readings, &columns, self.noise_index);
-            let fit = gram.fit(&columns);
-            let mut coefficients = DVector::zeros(dynamics.columns);
-            for (&column, &value) in columns.iter().zip(fit.coefficients.iter()) {
-                coefficients[column] = value;
-            }
-            (whitener.smooth(&coefficients), index)
+    /// All candidates' worth now, and the explanation with the best of them if it earns
+    /// its place.
+    fn step(&self) -> Result<(Vec<Considered>, Option<Attempt>), SolveError> {
+        let screen = Screen::new(self.dictionary, &self.current.explanation, &self.accepted)?;
+        let considered = screen.considered(&screen.grams());
+        let leaders = leaders(&screen, &considered, self.dictionary);
+        // A candidate under which the machine cannot move is no explanation.
+        let tried = leaders
+            .into_par_iter()
+            .map(|leader| self.attempt(&[leader]).ok());
+        let mut tried: Vec<Attempt> = tried.collect::<Vec<_>>().into_iter().flatten().collect();
+        tried.extend(self.swaps(&considered));
+        tried.retain(|attempt| self.is_possible(attempt) && self.earns(attempt));
+        let lowest = tried.iter().map(|a| a.cost).min_by(f64::total_cmp);
+        let Some(lowest) = lowest else {
+            return Ok((considered, None));
         };
-        self.noise_index = index;
-        self.observed.move_by(&departure);
-        Ok(())
-    }
-
-    /// What the terms accepted so far leave unexplained, as a share of the forces.
-    fn share_without_columns(&self) -> Result<f64, SolveError> {
-        let (dynamics, _) = self.dynamics()?;
-        let readings = self.observed.readings();
-        let columns = self.accepted_parameters();
-        Ok(NOISE_SHARES[choose_noise(&dynamics, &readings, &columns, self.noise_index).index])
-    }
-
-    fn regress(&mut self) -> Result<(Gram, Vec<ShapedCandidate>, ProcessNoise), SolveError> {
-        let (dynamics, options) = self.dynamics()?;
-        let readings = self.observed.readings();
-        let columns = self.all_columns(&options);
-        let chosen = choose_noise(&dynamics, &readings, &columns, self.noise_index);
-        self.noise_index = chosen.index;
-        Ok((chosen.parts.1, options, chosen.noise))
-    }
-
-    /// Every candidate's worth beside the accepted terms, best first.
-    fn score(&self, gram: &Gram, options: &[ShapedCandidate]) -> Vec<Considered> {
-        let base = self.accepted_parameters();
-        let base_misfit = gram.fit(&base).misfit;
-        let all = self.all_columns(options);
-        let floor = gram.fit(&all).misfit / (gram.rows() - all.len()).max(1) as f64;
-        let scale = floor.max(1.0);
-        let base_held_out: f64 = gram.held_out(&base).iter().sum();
-        let search_price = (self.dictionary.candidates.len() as f64).ln();
-        let mut best: Vec<Option<Considered>> = vec![None; self.dictionary.candidates.len()];
-        for option in options {
-            let candidate = &self.dictionary.candidates[option.candidate];
-            let Some((columns, values)) = self.possible(gram, &base, option) else {
-                continue;
-            };
-            let mut with = base.clone();
-            with.extend(&columns);
-            let gain = 0.5 * (base_misfit - gram.fit(&with).misfit) / scale;
-            let free = columns.len() + candidate.shapes[0].len();
-            let score = gain - 0.5 * free as f64 * (gram.rows() as f64).ln() - search_price;
-            let slot = &mut best[option.candidate];
-            if slot.as_ref().is_none_or(|c| score > c.score) {
-                let held_out: f64 = gram.held_out(&with).iter().sum();
-                let held_out_gain = 0.5 * (base_held_out - held_out) / scale;
-                *slot = Some(Considered {
-                    candidate: option.candidate,
-                    gain,
-                    score,
-                    held_out_gain,
-                    values,
-                });
-            }
-        }
-        let mut considered: Vec<Considered> = best.into_iter().flatten().collect();
-        considered.sort_by(|a, b| b.score.total_cmp(&a.score));
-        considered
-    }
-
-    /// The option's columns whose fitted strengths are physically possible, with
-    /// shape and strengths; `None` if nothing is left.
-    fn possible(
-        &self,
-        gram: &Gram,
-        base: &[usize],
-        option: &ShapedCandidate,
-    ) -> Option<(Vec<usize>, Assignment)> {
-        let candidate = &self.dictionary.candidates[option.candidate];
-        let model = &self.dictionary.machine.compiled.model;
-        let mut kept: Vec<usize> = (0..option.columns.len()).collect();
-        kept.retain(|&i| gram.size(option.columns[i]) > INVISIBLE);
-        while !kept.is_empty() {
-            let mut with = base.to_vec();
-            with.extend(kept.iter().map(|&i| option.columns[i]));
-            let fit = gram.fit(&with);
-            let new = |position: usize, i: usize| {
-                let parameter = candidate.strengths[i];
-                (
-                    parameter,
-                    self.values[parameter] + fit.coefficients[base.len() + position],
-                )
-            };
-            let impossible = kept.iter().enumerate().position(|(position, &i)| {
-                let (parameter, value) = new(position, i);
-                let parameter = &model.parameters[parameter];
-                !(parameter.lower..=parameter.upper).contains(&value)
-            });
-            match impossible {
-                Some(position) => {
-                    kept.remove(position);
-                }
-                None => {
-                    let mut values = candidate.shapes[option.shape].clone();
-                    values.extend(
-                        kept.iter()
-                            .enumerate()
-                            .map(|(position, &i)| new(position, i)),
-                    );
-                    return Some((kept.iter().map(|&i| option.columns[i]).collect(), values));
-                }
-            }
-        }
-        None
-    }
-
-    /// Accepts the best of the leading candidates, each judged after its shape has
-    /// been fitted: a coarse grid of shapes must not decide between relatives.
-    fn accept(
-        &mut self,
-        considered: &[Considered],
-        noise: &ProcessNoise,
-    ) -> Result<bool, SolveError> {
-        let earns = |c: &&Considered| c.score > MARGIN && c.held_out_gain > MARGIN;
-        let Some(best) = considered.iter().find(earns) else {
-            return Ok(false);
-        };
-        let mut tried = Vec::new();
-        for leader in considered
+        // The simplest of those that explain the log equally well.
+        let position = tried
             .iter()
-            .filter(earns)
-            .filter(|c| c.gain > LEADER_SHARE * best.gain)
-        {
-            if tried.len() < MAX_LEADERS {
-                // A candidate under which the machine cannot move is no explanation.
-                tried.extend(self.attempt(&[leader], noise).ok());
-            }
-        }
-        // The price of parameters decides among those that fit equally well.
-        let Some(lowest) = tried.iter().map(|a| a.cost).min_by(f64::total_cmp) else {
-            return Ok(false);
-        };
-        let chosen = tried
-            .iter()
-            .filter(|a| a.cost < lowest + TIE)
-            .min_by_key(|a| self.size(a.candidate))
-            .map(|a| (a.candidate, a.cost));
-        let Some((chosen, cost)) = chosen else {
-            return Ok(false);
-        };
-        let mut rivals: Vec<(Subject, f64)> = tried
-            .iter()
-            .filter(|a| a.candidate != chosen && (a.cost - cost).abs() < TIE)
-            .map(|a| {
-                (
-                    self.dictionary.candidates[a.candidate].subject.clone(),
-                    cost - a.cost,
-                )
+            .enumerate()
+            .filter(|(_, a)| a.cost < lowest + TIE)
+            .min_by(|(_, a), (_, b)| {
+                let size = |a: &Attempt| a.estimate.parameters.len();
+                size(a).cmp(&size(b)).then(a.cost.total_cmp(&b.cost))
             })
-            .collect();
-        rivals.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let whole = tried.into_iter().find(|a| a.candidate == chosen);
-        let Some(attempt) = whole else {
-            return Ok(false);
+            .map(|(position, _)| position);
+        let Some(whole) = position.map(|position| tried.swap_remove(position)) else {
+            return Ok((considered, None));
         };
-        let (attempt, chosen) = match self.in_two_parts(chosen, &attempt, considered, noise) {
-            Some((parts, pair)) => {
-                rivals.insert(
-                    0,
-                    (
-                        self.dictionary.candidates[chosen].subject.clone(),
-                        parts.cost - cost,
-                    ),
-                );
-                (parts, pair.to_vec())
-            }
-            None => (attempt, vec![chosen]),
+        let chosen = match self.in_two_parts(&whole, &considered) {
+            Some(parts) => parts,
+            None => whole,
         };
-        self.values = attempt.values;
-        *self.observed = attempt.observed;
-        for candidate in chosen {
-            let rivals = rivals.clone();
-            self.terms.push(Term {
-                candidate,
-                evidence: best.score,
-                rivals,
-            });
+        Ok((considered, Some(self.sharpened(chosen))))
+    }
+
+    /// Whether an attempt is worth its price.
+    fn earns(&self, attempt: &Attempt) -> bool {
+        let search_price = (self.dictionary.candidates.len() as f64).ln();
+        let (before, after) = (
+            self.current.estimate.unexplained,
+            attempt.estimate.unexplained,
+        );
+        let something = before > NO_EXCESS * SMALLEST_SHARE * SMALLEST_SHARE;
+        attempt.cost + search_price + MARGIN < self.current.cost
+            && (!something || after < (1.0 - LEAST_REMOVED) * before)
+    }
+
+    /// Whether every new strength has left its default, and no bound of nature was hit.
+    fn is_possible(&self, attempt: &Attempt) -> bool {
+        let model = &self.dictionary.machine.compiled.model;
+        let new = |c: &&usize| !self.accepted.contains(c);
+        if attempt.candidates == self.accepted {
+            return false;
         }
-        Ok(true)
+        attempt.candidates.iter().filter(new).all(|&candidate| {
+            let candidate = &self.dictionary.candidates[candidate];
+            let inside = |&p: &usize| {
+                let (value, parameter) = (attempt.explanation.values[p], &model.parameters[p]);
+                value != self.dictionary.defaults[p]
+                    && value > parameter.lower
+                    && value < parameter.upper
+            };
+            candidate.strengths.iter().any(inside)
+        })
     }
 
     /// Two simple effects at the place of a rich one that explain the log as well with
     /// fewer parameters: Coulomb and viscous friction, not Stribeck's.
-    fn in_two_parts(
-        &self,
-        rich: usize,
-        whole: &Attempt,
-        considered: &[Considered],
-        noise: &ProcessNoise,
-    ) -> Option<(Attempt, [usize; 2])> {
+    fn in_two_parts(&self, whole: &Attempt, considered: &[Considered]) -> Option<Attempt> {
+        let Some(&rich) = whole.candidates.last() else {
+            return None;
+        };
         let on = self.dictionary.candidates[rich].subject.on();
         let simple: Vec<&Considered> = considered
             .iter()
             .filter(|c| c.candidate != rich && c.gain > 0.0)
             .filter(|c| self.dictionary.candidates[c.candidate].subject.on() == on)
             .collect();
-        let mut best: Option<(Attempt, [usize; 2])> = None;
+        let mut best: Option<Attempt> = None;
         for (index, first) in simple.iter().enumerate() {
             for second in &simple[index + 1..] {
                 if self.size(first.candidate) + self.size(second.candidate) >= self.size(rich) {
                     continue;
                 }
-                let Ok(parts) = self.attempt(&[first, second], noise) else {
+                let Ok(parts) = self.attempt(&[first, second]) else {
                     continue;
                 };
-                let limit = best
-                    .as_ref()
-                    .map_or(whole.cost + TIE, |(best, _)| best.cost);
-                if parts.cost < limit {
-                    best = Some((parts, [first.candidate, second.candidate]));
+                let limit = best.as_ref().map_or(whole.cost + TIE, |best| best.cost);
+                if parts.cost < limit && self.is_possible(&parts) && self.earns(&parts) {
+                    best = Some(parts);
                 }
             }
         }
@@ -476,118 +362,196 @@ impl Search<'_> {
     }
 
     /// The accepted terms and some more, fitted together.
-    fn attempt(&self, more: &[&Considered], noise: &ProcessNoise) -> Result<Attempt, SolveError> {
-        let mut values = self.values.clone();
-        let mut parameters = self.accepted_parameters();
-        let mut free = 0;
+    fn attempt(&self, more: &[&Considered]) -> Result<Attempt, SolveError> {
+        let mut explanation = self.current.explanation.clone();
+        let mut candidates = self.accepted.clone();
         for leader in more {
             for &(parameter, value) in &leader.values {
-                values[parameter] = value;
+                explanation.values[parameter] = value;
             }
-            parameters.extend(&self.dictionary.candidates[leader.candidate].parameters);
-            free += self.size(leader.candidate);
+            candidates.push(leader.candidate);
         }
-        let mut observed = self.observed.clone();
-        let tape = self.tape_for(&parameters);
-        let estimate = refine(
-            self.dictionary,
-            &tape,
-            &parameters,
-            &mut observed,
-            &mut values,
-            noise,
-        )?;
-        let rows = estimate.rows as f64;
-        let scale = (estimate.misfit / rows).max(1.0);
-        // Nats under noise as large as this fit leaves, and the price.
-        let cost =
-            0.5 * estimate.misfit / scale + 0.5 * rows * scale.ln() + 0.5 * free as f64 * rows.ln();
-        Ok(Attempt {
-            candidate: more[0].candidate,
-            cost,
-            values,
-            observed,
-        })
+        fit(self.dictionary, &candidates, explanation)
     }
 
-    fn refine(&mut self, noise: &ProcessNoise) -> Result<Estimate, SolveError> {
-        let parameters = self.accepted_parameters();
-        let tape = self.tape_for(&parameters);
-        refine(
-            self.dictionary,
-            &tape,
-            &parameters,
-            self.observed,
-            &mut self.values,
-            noise,
-        )
-    }
-
-    fn tape_for(&self, parameters: &[usize]) -> SensitivityTape {
-        let variables: Vec<Variable> = parameters
-            .iter()
-            .copied()
-            .map(Variable::Parameter)
-            .collect();
-        self.dictionary.machine.clone().sensitivity(&variables)
-    }
-
-    /// Evidence of each accepted term given the others; those that no longer earn
-    /// their place go.
-    fn drop_idle_terms(&mut self, gram: &Gram) {
-        let all = self.accepted_parameters();
-        let fit = gram.fit(&all);
-        let scale = (fit.misfit / (gram.rows() - all.len()).max(1) as f64).max(1.0);
-        let mut dropped = Vec::new();
-        for index in 0..self.terms.len() {
-            let candidate = &self.dictionary.candidates[self.terms[index].candidate];
-            let own = &candidate.parameters;
-            let shift: Vec<(usize, f64)> = candidate
-                .strengths
+    /// Leading candidates in the stead of a term at the same place: a rich effect may be
+    /// what a simple one was taken for.
+    fn swaps(&self, considered: &[Considered]) -> Vec<Attempt> {
+        let on = |candidate: usize| self.dictionary.candidates[candidate].subject.on();
+        let earns = |c: &&Considered| c.score > MARGIN;
+        let mut pairs = Vec::new();
+        for leader in considered.iter().filter(earns).take(MAX_LEADERS) {
+            let afresh = self
+                .first_round
                 .iter()
-                .map(|&p| (p, self.values[p] - self.dictionary.defaults[p]))
-                .collect();
-            let rest: Vec<usize> = all.iter().copied().filter(|p| !own.contains(p)).collect();
-            let without = gram.with_data_shifted(&shift).fit(&rest).misfit;
-            let gain = 0.5 * (without - fit.misfit) / scale;
-            let price = 0.5 * own.len() as f64 * (gram.rows() as f64).ln();
-            self.terms[index].evidence = gain - price;
-            if gain < price {
-                dropped.push((index, candidate.clone()));
+                .find(|c| c.candidate == leader.candidate);
+            let term = self
+                .accepted
+                .iter()
+                .find(|&&term| on(term) == on(leader.candidate));
+            if let (Some(afresh), Some(&term)) = (afresh, term) {
+                pairs.push((afresh, term));
             }
         }
-        for (index, candidate) in dropped.into_iter().rev() {
-            self.reset(&candidate);
-            self.terms.remove(index);
+        let swapped = pairs.into_par_iter().map(|(leader, term)| {
+            let mut explanation = self.current.explanation.clone();
+            reset(self.dictionary, &mut explanation, term);
+            for &(parameter, value) in &leader.values {
+                explanation.values[parameter] = value;
+            }
+            let others = self.accepted.iter().copied().filter(|&t| t != term);
+            let candidates: Vec<usize> = others.chain([leader.candidate]).collect();
+            fit(self.dictionary, &candidates, explanation).ok()
+        });
+        swapped.collect::<Vec<_>>().into_iter().flatten().collect()
+    }
+
+    /// Takes the other assumption about inputs if the log is more likely under it.
+    fn ask_about_hold(&mut self) {
+        if self.current.explanation.observed.record.u.is_empty() {
+            return;
+        }
+        let mut explanation = self.current.explanation.clone();
+        explanation.observed.hold = match explanation.observed.hold {
+            Hold::Linear => Hold::Previous,
+            Hold::Previous => Hold::Linear,
+        };
+        // An assumption under which the machine cannot move is none.
+        let Ok(other) = fit(self.dictionary, &self.accepted, explanation) else {
+            return;
+        };
+        let other = self.sharpened(other);
+        if other.cost < self.current.cost - TIE {
+            self.current = other;
         }
     }
 
-    fn reset(&mut self, candidate: &Candidate) {
-        for &parameter in &candidate.parameters {
-            self.values[parameter] = self.dictionary.defaults[parameter];
+    /// The attempt fitted once more, also under less noise: as long as much counts as
+    /// unexplained, the fit may rest too early.
+    fn sharpened(&self, attempt: Attempt) -> Attempt {
+        if attempt.estimate.unexplained <= NO_EXCESS * SMALLEST_SHARE * SMALLEST_SHARE {
+            return attempt;
+        }
+        let mut attempt = attempt;
+        for _ in 0..SHARPENINGS {
+            let mut sharper = attempt.explanation.clone();
+            sharper.noise.force_sd *= SHARPER;
+            let starts = [(attempt.explanation.clone(), 0), (sharper, SHARP_STEPS)];
+            let again = starts.into_par_iter().map(|(explanation, held)| {
+                fit_holding(self.dictionary, &attempt.candidates, explanation, held).ok()
+            });
+            let again = again.collect::<Vec<_>>().into_iter().flatten();
+            match again.min_by(|a, b| a.cost.total_cmp(&b.cost)) {
+                Some(again) if again.cost < attempt.cost - 1.0 => attempt = again,
+                _ => break,
+            }
+        }
+        attempt
+    }
+
+    /// Evidence of each accepted term given the others; those that no longer earn their
+    /// place go, the weakest first.
+    fn prune(&mut self) -> Vec<f64> {
+        loop {
+            let without = |&term: &usize| {
+                let mut explanation = self.current.explanation.clone();
+                reset(self.dictionary, &mut explanation, term);
+                let rest: Vec<usize> = self
+                    .accepted
+                    .iter()
+                    .copied()
+                    .filter(|&t| t != term)
+                    .collect();
+                // Where the machine cannot move without a term, it is needed.
+                fit(self.dictionary, &rest, explanation).ok()
+            };
+            let mut without_each: Vec<Option<Attempt>> =
+                self.accepted.par_iter().map(without).collect();
+            let evidence: Vec<f64> = without_each
+                .iter()
+                .map(|w| w.as_ref().map_or(f64::INFINITY, |w| w.cost) - self.current.cost)
+                .collect();
+            let weakest = (0..evidence.len()).min_by(|&a, &b| evidence[a].total_cmp(&evidence[b]));
+            match weakest {
+                Some(weakest) if evidence[weakest] < MARGIN => {
+                    let Some(without) = without_each.swap_remove(weakest) else {
+                        return evidence;
+                    };
+                    self.accepted.remove(weakest);
+                    self.current = without;
+                }
+                _ => return evidence,
+            }
         }
     }
 }
 
-struct Chosen<'a> {
-    parts: (Whitener<'a>, Gram),
-    noise: ProcessNoise,
-    /// Which of the shares.
-    index: usize,
-    /// Negative log likelihood, up to a constant.
-    cost: f64,
+/// The leading candidates: by a linear fit, and then by one that adapts the noise.
+fn leaders<'a>(
+    screen: &Screen<'_>,
+    considered: &'a [Considered],
+    dictionary: &Dictionary,
+) -> Vec<&'a Considered> {
+    let earns = |c: &&Considered| c.score > MARGIN && c.held_out_gain > MARGIN;
+    let Some(best) = considered
+        .iter()
+        .filter(earns)
+        .map(|c| c.gain)
+        .max_by(f64::total_cmp)
+    else {
+        return Vec::new();
+    };
+    let rows = screen.dynamics.t.len() as f64;
+    let worth_it: Vec<&Considered> = considered
+        .iter()
+        .filter(earns)
+        .filter(|c| c.gain > LEADER_SHARE * best)
+        .take(MAX_PROFILED)
+        .collect();
+    let mut profiled: Vec<(f64, &Considered)> = worth_it
+        .into_par_iter()
+        .map(|c| {
+            let size = dictionary.candidates[c.candidate].parameters.len() as f64;
+            let shapes = std::iter::once(c).chain(&c.other_shapes);
+            let profiles = shapes.map(|shape| (screen.profile(shape), shape));
+            let mut profiles: Vec<(f64, &Considered)> = profiles
+                .map(|(cost, shape)| (cost + 0.5 * size * rows.ln(), shape))
+                .collect();
+            profiles.sort_by(|a, b| a.0.total_cmp(&b.0));
+            // Two shapes where shape has more than one dimension: valleys are narrow.
+            let shapes = dictionary.candidates[c.candidate].shapes[0].len();
+            profiles.truncate(shapes.clamp(1, 2));
+            profiles
+        })
+        .collect::<Vec<_>>()
+        .into_iter()
+        .flatten()
+        .collect();
+    profiled.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let Some(&(lowest, first)) = profiled.first() else {
+        return Vec::new();
+    };
+    // A relative at the same place may only lack the right shape.
+    let on = |c: &Considered| dictionary.candidates[c.candidate].subject.on();
+    profiled
+        .into_iter()
+        .enumerate()
+        .filter(|(rank, p)| {
+            *rank < MAX_LEADERS && p.0 < lowest + FAR_BEHIND || on(p.1) == on(first)
+        })
+        .map(|(_, p)| p.1)
+        .collect()
 }
 
-/// Shares of each coordinate's forces that nothing explains, to choose from. The
-/// smallest is what no rigid-body model of a machine is claimed to reach: a force
-/// error below a thousandth is not worth a name.
-const NOISE_SHARES: [f64; 6] = [1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 0.3];
-
-/// What counts as nothing.
-pub const SMALLEST_SHARE: f64 = NOISE_SHARES[0];
+fn reset(dictionary: &Dictionary, explanation: &mut Explanation, candidate: usize) {
+    let Candidate { parameters, .. } = &dictionary.candidates[candidate];
+    for &parameter in parameters {
+        explanation.values[parameter] = dictionary.defaults[parameter];
+    }
+}
 
 /// What inputs most likely do between samples: the assumption under which the log
-/// is more likely once every candidate may help. The curve is left as it is.
+/// is more likely, with as much force unexplained as each demands.
 ///
 /// # Errors
 /// If the equation of motion cannot be solved along the curve.
@@ -596,21 +560,16 @@ pub fn likelier_hold(dictionary: &Dictionary, observed: &Observed) -> Result<Hol
         return Ok(Hold::Linear);
     }
     let cost = |hold: Hold| -> Result<f64, SolveError> {
-        let mut observed = Observed {
+        let observed = Observed {
             hold,
             ..observed.clone()
         };
-        let values = dictionary.defaults.clone();
-        let search = Search {
-            dictionary,
-            observed: &mut observed,
-            values,
-            terms: Vec::new(),
-            noise_index: 0,
+        let explanation = Explanation {
+            noise: first_noise(dictionary, &observed)?,
+            values: dictionary.defaults.clone(),
+            observed,
         };
-        let (dynamics, options) = search.dynamics()?;
-        let readings = search.observed.readings();
-        Ok(choose_noise(&dynamics, &readings, &search.all_columns(&options), 0).cost)
+        Ok(fit(dictionary, &[], explanation)?.cost)
     };
     let (linear, previous) = (cost(Hold::Linear)?, cost(Hold::Previous)?);
     Ok(if previous < linear - TIE {
@@ -620,46 +579,22 @@ pub fn likelier_hold(dictionary: &Dictionary, observed: &Observed) -> Result<Hol
     })
 }
 
-/// The process noise under which the log is most likely once all columns have
-/// had their say.
-fn choose_noise<'a>(
-    dynamics: &'a ErrorDynamics,
-    readings: &'a Readings,
-    columns: &[usize],
-    start: usize,
-) -> Chosen<'a> {
-    let attempt = |index: usize| {
-        let noise = ProcessNoise {
-            force_sd: &dynamics.force_scale * NOISE_SHARES[index],
-        };
-        let whitener = Whitener::new(dynamics, readings, &noise);
-        let gram = whitener.gram();
-        let cost = whitener.log_sd() + 0.5 * gram.fit(columns).misfit;
-        Chosen {
-            parts: (whitener, gram),
-            noise,
-            index,
-            cost,
-        }
+/// Moves the curve of a log to where sensors and a model agree.
+///
+/// # Errors
+/// If the equation of motion cannot be solved along the curve.
+pub(super) fn smooth(
+    dictionary: &Dictionary,
+    observed: Observed,
+    values: &[f64],
+) -> Result<Observed, SolveError> {
+    let dynamics = linearised(dictionary, &observed, values)?;
+    let explanation = Explanation {
+        noise: ProcessNoise {
+            force_sd: DVector::from(dynamics.force_scale * FIRST_SHARE),
+        },
+        values: values.to_vec(),
+        observed,
     };
-    // Downhill from where the last round ended.
-    let mut best = attempt(start);
-    for downwards in [true, false] {
-        loop {
-            let next = if downwards {
-                best.index.checked_sub(1)
-            } else {
-                Some(best.index + 1)
-            };
-            let Some(next) = next.filter(|&next| next < NOISE_SHARES.len()) else {
-                break;
-            };
-            let other = attempt(next);
-            if other.cost >= best.cost {
-                break;
-            }
-            best = other;
-        }
-    }
-    best
+    Ok(fit(dictionary, &[], explanation)?.explanation.observed)
 }

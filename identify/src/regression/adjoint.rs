@@ -1,0 +1,176 @@
+//! The filter backwards: the smoothed departure, and how the likelihood depends on
+//! the size of the unexplained forces.
+
+use super::whitener::{INTEGRALS, Mix, Sensor, Update, Whitener, fresh_share, write_directions};
+use nalgebra::{DMatrix, DVector};
+
+/// What the readings say about the forces that nothing explains, per coordinate, with
+/// `σ²` their variance: `∂ ln L/∂σ² = (score − information)/2`.
+#[derive(Debug, Clone)]
+pub struct NoiseEvidence {
+    /// `Σ λᵀCλ`, with `C` the covariance that a unit of `σ²` adds per interval.
+    pub score: DVector<f64>,
+    /// `Σ tr CΛ`, its expectation.
+    pub information: DVector<f64>,
+}
+
+/// The adjoint state of the modified Bryson–Frazier smoother.
+struct Adjoint {
+    /// `λ`, `3n`.
+    vector: DVector<f64>,
+    /// `Λ`, `3n×3n`, its covariance; empty if not wanted.
+    matrix: Option<DMatrix<f64>>,
+}
+
+impl Whitener<'_> {
+    /// The departure and force `(δq, δv, f)` given all readings, with the columns'
+    /// coefficients `coefficients`: `3n` per sample (modified Bryson–Frazier smoother).
+    pub fn smooth(&self, coefficients: &DVector<f64>) -> Vec<DVector<f64>> {
+        let weights = coefficients.clone().insert_row(0, 1.0);
+        let rows = self.whiten(&Mix::Sum(&weights));
+        let predicted = self.predict(&weights, &rows);
+        let mut smoothed = vec![DVector::zeros(0); self.dynamics.t.len()];
+        self.backward(&rows, false, |sample, adjoint| {
+            smoothed[sample] = &predicted[sample] - &self.covariance[sample] * &adjoint.vector;
+        });
+        smoothed
+    }
+
+    /// The evidence about the unexplained forces' size, with the columns' coefficients
+    /// `coefficients`.
+    pub fn noise_evidence(&self, coefficients: &DVector<f64>) -> NoiseEvidence {
+        let weights = coefficients.clone().insert_row(0, 1.0);
+        let rows = self.whiten(&Mix::Sum(&weights));
+        let n = self.dynamics.coordinate_count();
+        let mut evidence = NoiseEvidence {
+            score: DVector::zeros(n),
+            information: DVector::zeros(n),
+        };
+        let mut directions = DMatrix::zeros(3 * n, 3);
+        self.backward(&rows, true, |sample, adjoint| {
+            let Some(matrix) = &adjoint.matrix else {
+                return;
+            };
+            let begins = sample == 0 || self.gaps[sample - 1];
+            for i in 0..n {
+                if begins {
+                    evidence.score[i] += adjoint.vector[2 * n + i].powi(2);
+                    evidence.information[i] += matrix[(2 * n + i, 2 * n + i)];
+                    continue;
+                }
+                let h = self.dynamics.t[sample] - self.dynamics.t[sample - 1];
+                let phi = &self.dynamics.transition[sample - 1];
+                write_directions(&mut directions, phi, i, h);
+                let pull = directions.tr_mul(&adjoint.vector);
+                let spread = directions.tr_mul(&(matrix * &directions));
+                let fresh = fresh_share(h);
+                for (a, row) in INTEGRALS.iter().enumerate() {
+                    for (b, weight) in row.iter().enumerate() {
+                        evidence.score[i] += fresh * weight * pull[a] * pull[b];
+                        evidence.information[i] += fresh * weight * spread[(a, b)];
+                    }
+                }
+            }
+        });
+        evidence
+    }
+
+    /// Runs the adjoint from the last sample to the first; `see` is shown its state
+    /// after the readings of each sample, where it belongs to the prediction.
+    fn backward(
+        &self,
+        rows: &DMatrix<f64>,
+        with_matrix: bool,
+        mut see: impl FnMut(usize, &Adjoint),
+    ) {
+        let size = 3 * self.dynamics.coordinate_count();
+        let nothing = || Adjoint {
+            vector: DVector::zeros(size),
+            matrix: with_matrix.then(|| DMatrix::zeros(size, size)),
+        };
+        let mut adjoint = nothing();
+        let mut next = self.updates.len();
+        for sample in (0..self.dynamics.t.len()).rev() {
+            if sample + 1 < self.dynamics.t.len() {
+                if self.gaps[sample] {
+                    adjoint = nothing();
+                } else {
+                    adjoint.pass(&self.dynamics.transition[sample]);
+                }
+            }
+            while next > 0 && self.updates[next - 1].sample as usize == sample {
+                next -= 1;
+                let update = &self.updates[next];
+                adjoint.undo(update, rows[(next, 0)], &self.sensor_row(update));
+            }
+            see(sample, &adjoint);
+        }
+    }
+
+    /// `h` of a reading `z = h·δ`.
+    fn sensor_row(&self, update: &Update) -> DVector<f64> {
+        let n = self.dynamics.coordinate_count();
+        let unit = |i: usize| {
+            let mut row = DVector::zeros(3 * n);
+            row[i] = 1.0;
+            row
+        };
+        match update.sensor {
+            Sensor::Position(i) => unit(i),
+            Sensor::Velocity(i) => unit(n + i),
+            Sensor::Acceleration(i) => self.dynamics.slope[update.sample as usize]
+                .row(i)
+                .transpose(),
+        }
+    }
+
+    /// One-step predictions of the departure, from known innovations.
+    fn predict(&self, weights: &DVector<f64>, rows: &DMatrix<f64>) -> Vec<DVector<f64>> {
+        let n = self.dynamics.coordinate_count();
+        let mut state = DVector::zeros(3 * n);
+        let mut predicted = Vec::with_capacity(self.dynamics.t.len());
+        let mut next = 0;
+        for sample in 0..self.dynamics.t.len() {
+            predicted.push(state.clone());
+            while next < self.updates.len() && self.updates[next].sample as usize == sample {
+                let update = &self.updates[next];
+                state.axpy(rows[(next, 0)] * update.sd, &update.gain, 1.0);
+                next += 1;
+            }
+            if sample + 1 < self.dynamics.t.len() {
+                state = if self.gaps[sample] {
+                    DVector::zeros(3 * n)
+                } else {
+                    let mut next = &self.dynamics.transition[sample] * state;
+                    let mut pushed = next.rows_mut(0, 2 * n);
+                    pushed += &self.dynamics.forcing[sample] * weights;
+                    next
+                };
+            }
+        }
+        predicted
+    }
+}
+
+impl Adjoint {
+    /// `λ ← Φᵀλ`, `Λ ← ΦᵀΛΦ`
+    fn pass(&mut self, transition: &DMatrix<f64>) {
+        self.vector = transition.tr_mul(&self.vector);
+        if let Some(matrix) = &mut self.matrix {
+            *matrix = transition.tr_mul(&(&*matrix * transition));
+        }
+    }
+
+    /// With `C = I − K hᵀ`: `λ ← Cᵀλ − h ν/S`, `Λ ← CᵀΛC + h hᵀ/S`.
+    fn undo(&mut self, update: &Update, innovation: f64, row: &DVector<f64>) {
+        let pull = update.gain.dot(&self.vector) + innovation / update.sd;
+        self.vector.axpy(-pull, row, 1.0);
+        if let Some(matrix) = &mut self.matrix {
+            let image = &*matrix * &update.gain;
+            let own = update.gain.dot(&image) + 1.0 / (update.sd * update.sd);
+            matrix.ger(-1.0, row, &image, 1.0);
+            matrix.ger(-1.0, &image, row, 1.0);
+            matrix.ger(own, row, row, 1.0);
+        }
+    }
+}

@@ -1,0 +1,267 @@
+//! Every candidate's worth beside the accepted terms, by one linear pass.
+
+use super::dictionary::Dictionary;
+use super::refine::{Adapt, Explanation, settle};
+use crate::machine::SolveError;
+use crate::regression::{Columns, ErrorDynamics, Gram, INVISIBLE, Readings, Whitener};
+
+/// Values of parameters, as (parameter, value).
+pub(super) type Assignment = Vec<(usize, f64)>;
+
+/// A candidate as it was seen at one step.
+#[derive(Debug, Clone)]
+pub struct Considered {
+    /// Which candidate.
+    pub candidate: usize,
+    /// Nats by which it would improve the fit.
+    pub gain: f64,
+    /// Its gain less the price of its parameters and of the search.
+    pub score: f64,
+    /// Nats gained on blocks that the fit did not see.
+    pub held_out_gain: f64,
+    /// Shape and strengths.
+    pub(super) values: Assignment,
+    /// Its columns in the regression.
+    pub(super) columns: Vec<usize>,
+    /// The same candidate in other shapes that are nearly as good.
+    pub(super) other_shapes: Vec<Considered>,
+}
+
+/// A candidate's columns in the regression, for one shape.
+#[derive(Debug, Clone)]
+pub(super) struct ShapedCandidate {
+    pub candidate: usize,
+    pub shape: usize,
+    pub columns: Vec<usize>,
+}
+
+/// The regression with all candidates, at one explanation.
+pub(super) struct Screen<'a> {
+    dictionary: &'a Dictionary,
+    explanation: &'a Explanation,
+    /// Parameters of the accepted terms.
+    pub base: Vec<usize>,
+    pub dynamics: ErrorDynamics,
+    pub readings: Readings,
+    pub options: Vec<ShapedCandidate>,
+}
+
+impl<'a> Screen<'a> {
+    /// Columns: every parameter at the current values, then the further shapes of the
+    /// candidates that are not `accepted`.
+    pub fn new(
+        dictionary: &'a Dictionary,
+        explanation: &'a Explanation,
+        accepted: &[usize],
+    ) -> Result<Self, SolveError> {
+        let shaped: Vec<Vec<f64>> = (1..=dictionary.by_shape.len())
+            .map(|shape| with_shape(dictionary, explanation, accepted, shape))
+            .collect();
+        let mut columns = vec![Columns {
+            tape: &dictionary.by_parameter,
+            parameters: &explanation.values,
+        }];
+        for ((_, tape), parameters) in dictionary.by_shape.iter().zip(&shaped) {
+            columns.push(Columns { tape, parameters });
+        }
+        let dynamics = ErrorDynamics::new(
+            &dictionary.machine,
+            &dictionary.slopes,
+            &columns,
+            &explanation.observed.curve,
+            explanation.observed.hold,
+            &explanation.values,
+        )?;
+        Ok(Self {
+            dictionary,
+            explanation,
+            base: dictionary.parameters_of(accepted),
+            dynamics,
+            readings: explanation.observed.readings(),
+            options: options(dictionary, accepted),
+        })
+    }
+
+    /// For every option the products of the data, the accepted parameters and the
+    /// option's columns, in this order, whitened under the explanation's noise.
+    pub fn grams(&self) -> Vec<Gram> {
+        let whitener = Whitener::new(&self.dynamics, &self.readings, &self.explanation.noise);
+        let groups: Vec<&[usize]> = self.options.iter().map(|o| o.columns.as_slice()).collect();
+        whitener.grams(&self.base, &groups)
+    }
+
+    /// Every candidate in its best shapes, the best candidate first, with its other
+    /// good shapes beside it.
+    pub fn considered(&self, grams: &[Gram]) -> Vec<Considered> {
+        let candidates = &self.dictionary.candidates;
+        let base: Vec<usize> = (0..self.base.len()).collect();
+        let search_price = (candidates.len() as f64).ln();
+        let mut best: Vec<Vec<Considered>> = vec![Vec::new(); candidates.len()];
+        for (option, gram) in self.options.iter().zip(grams) {
+            let base_misfit = gram.fit(&base).misfit;
+            let scale = (base_misfit / gram.rows() as f64).max(1.0);
+            let Some((kept, values)) = self.possible(gram, option) else {
+                continue;
+            };
+            let mut with = base.clone();
+            with.extend(kept.iter().map(|i| base.len() + i));
+            let gain = 0.5 * (base_misfit - gram.fit(&with).misfit) / scale;
+            if !gain.is_finite() {
+                continue;
+            }
+            let free = kept.len() + candidates[option.candidate].shapes[0].len();
+            let score = gain - 0.5 * free as f64 * (gram.rows() as f64).ln() - search_price;
+            let held_out: f64 = gram.held_out(&with).iter().sum();
+            let base_held_out: f64 = gram.held_out(&base).iter().sum();
+            best[option.candidate].push(Considered {
+                candidate: option.candidate,
+                gain,
+                score,
+                held_out_gain: 0.5 * (base_held_out - held_out) / scale,
+                values,
+                columns: kept.iter().map(|&i| option.columns[i]).collect(),
+                other_shapes: Vec::new(),
+            });
+        }
+        let mut considered: Vec<Considered> = best.into_iter().filter_map(in_best_shape).collect();
+        considered.sort_by(|a, b| b.score.total_cmp(&a.score));
+        considered
+    }
+
+    /// Negative log likelihood with a candidate's columns and the noise that suits them.
+    pub fn profile(&self, considered: &Considered) -> f64 {
+        let mut columns = self.base.clone();
+        columns.extend(&considered.columns);
+        let mut noise = self.explanation.noise.clone();
+        let settled = settle(
+            &self.dynamics,
+            &self.readings,
+            &columns,
+            &mut noise,
+            Adapt::ToFit,
+        );
+        settled.cost_of_fit()
+    }
+
+    /// Which of the option's columns have a fitted strength that is physically possible,
+    /// with shape and strengths; `None` if nothing is left.
+    pub fn possible(
+        &self,
+        gram: &Gram,
+        option: &ShapedCandidate,
+    ) -> Option<(Vec<usize>, Assignment)> {
+        let base: Vec<usize> = (0..self.base.len()).collect();
+        let (kept, strengths) = self.strengths(gram, &base, option)?;
+        let candidate = &self.dictionary.candidates[option.candidate];
+        let mut values = candidate.shapes[option.shape].clone();
+        values.extend(strengths);
+        Some((kept, values))
+    }
+
+    /// Which of the option's columns are possible in place of an accepted term, beside
+    /// the `others`.
+    pub fn instead(
+        &self,
+        gram: &Gram,
+        others: &[usize],
+        option: &ShapedCandidate,
+    ) -> Option<Vec<usize>> {
+        Some(self.strengths(gram, others, option)?.0)
+    }
+
+    /// The option's columns with possible strengths beside `base`, and these.
+    fn strengths(
+        &self,
+        gram: &Gram,
+        base: &[usize],
+        option: &ShapedCandidate,
+    ) -> Option<(Vec<usize>, Assignment)> {
+        let candidate = &self.dictionary.candidates[option.candidate];
+        let model = &self.dictionary.machine.compiled.model;
+        let own = self.base.len();
+        let mut kept: Vec<usize> = (0..option.columns.len()).collect();
+        kept.retain(|&i| gram.size(own + i) > INVISIBLE);
+        while !kept.is_empty() {
+            let mut with = base.to_vec();
+            with.extend(kept.iter().map(|&i| own + i));
+            let fit = gram.fit(&with);
+            let new = |position: usize, i: usize| {
+                let parameter = candidate.strengths[i];
+                let change = fit.coefficients[base.len() + position];
+                (parameter, self.explanation.values[parameter] + change)
+            };
+            let impossible = kept.iter().enumerate().position(|(position, &i)| {
+                let (parameter, value) = new(position, i);
+                let parameter = &model.parameters[parameter];
+                !(parameter.lower..=parameter.upper).contains(&value)
+            });
+            if let Some(position) = impossible {
+                kept.remove(position);
+                continue;
+            }
+            let strengths = kept
+                .iter()
+                .enumerate()
+                .map(|(position, &i)| new(position, i));
+            return Some((kept.clone(), strengths.collect()));
+        }
+        None
+    }
+}
+
+/// The best of a candidate's shapes, with the next few beside it.
+fn in_best_shape(mut shapes: Vec<Considered>) -> Option<Considered> {
+    shapes.sort_by(|a, b| b.score.total_cmp(&a.score));
+    shapes.truncate(1 + OTHER_SHAPES);
+    let mut shapes = shapes.into_iter();
+    let mut best = shapes.next()?;
+    best.other_shapes = shapes.collect();
+    Some(best)
+}
+
+/// Shapes of a leader that are looked at besides its best one.
+const OTHER_SHAPES: usize = 3;
+
+/// The current values, with every candidate that is not accepted in one shape.
+fn with_shape(
+    dictionary: &Dictionary,
+    explanation: &Explanation,
+    accepted: &[usize],
+    shape: usize,
+) -> Vec<f64> {
+    let mut values = explanation.values.clone();
+    for (index, candidate) in dictionary.candidates.iter().enumerate() {
+        if let (Some(shape), false) = (candidate.shapes.get(shape), accepted.contains(&index)) {
+            for &(parameter, value) in shape {
+                values[parameter] = value;
+            }
+        }
+    }
+    values
+}
+
+fn options(dictionary: &Dictionary, accepted: &[usize]) -> Vec<ShapedCandidate> {
+    let candidates = || dictionary.candidates.iter().enumerate();
+    let mut options: Vec<ShapedCandidate> = candidates()
+        .map(|(candidate, c)| ShapedCandidate {
+            candidate,
+            shape: 0,
+            columns: c.strengths.clone(),
+        })
+        .collect();
+    let mut first = dictionary.defaults.len();
+    for (shape, (strengths, _)) in dictionary.by_shape.iter().enumerate() {
+        for (candidate, c) in candidates().filter(|(_, c)| c.shapes.len() > shape + 1) {
+            let column_of = |s: &usize| strengths.iter().position(|x| x == s);
+            let columns = c.strengths.iter().filter_map(column_of);
+            options.push(ShapedCandidate {
+                candidate,
+                shape: shape + 1,
+                columns: columns.map(|c| first + c).collect(),
+            });
+        }
+        first += strengths.len();
+    }
+    options.retain(|option| !option.columns.is_empty() && !accepted.contains(&option.candidate));
+    options
+}
