@@ -44,7 +44,8 @@ fn models() -> Vec<(String, String)> {
 
 #[test]
 fn folding_changes_no_value_and_saves_operations() {
-    let library = Library::builtin();
+    let mut library = Library::builtin();
+    library.look_in(Path::new(env!("CARGO_MANIFEST_DIR")).join("../models"));
     for (name, text) in models() {
         let whole = compile(&name, &text, &library).unwrap();
         let nominal = whole.model.nominal_parameters();
