@@ -178,15 +178,17 @@ pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [T; 2]
     let l1_d_j1_sq = p.l1 * (dq_j1 * dq_j1);
     let g_cos_j1_plus_l1_d_j1_sq = p.g.mul_add(cos_j1, l1_d_j1_sq);
     let d_j1_plus_d_j2 = dq_j1 + dq_j2;
+    let sin_j2_g_sin_j1 = sin_j2 * g_sin_j1;
     let w1 = sin_j2 * g_cos_j1_plus_l1_d_j1_sq;
     let w2 = cos_j2.mul_add(g_sin_j1, w1);
-    let w3 = cos_j2.neg_mul_add(g_cos_j1_plus_l1_d_j1_sq, sin_j2 * g_sin_j1);
+    let w3 = sin_j2_g_sin_j1 - cos_j2 * g_cos_j1_plus_l1_d_j1_sq;
     let w4 = m2_lc2 * w2;
     let d_j1_plus_d_j2_sq = d_j1_plus_d_j2 * d_j1_plus_d_j2;
-    let w5 = m2_lc2.neg_mul_add(d_j1_plus_d_j2_sq, p.m2 * w3);
-    let w6 = sin_j2.mul_add(w5, cos_j2 * (p.m2 * w2));
-    let w7 = p.l1.mul_add(w6, w4);
-    let bias_j1 = -(p.m1 * p.lc1).mul_add(g_sin_j1, w7);
+    let w5 = p.m2 * w3;
+    let w6 = m2_lc2.neg_mul_add(d_j1_plus_d_j2_sq, w5);
+    let w7 = sin_j2.mul_add(w6, cos_j2 * (p.m2 * w2));
+    let w8 = p.l1.mul_add(w7, w4);
+    let bias_j1 = -(p.m1 * p.lc1).mul_add(g_sin_j1, w8);
     let bias_j2 = -w4;
     [bias_j1, bias_j2]
 }
@@ -225,15 +227,17 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [T; 2] {
     let l1_d_j1_sq = p.l1 * (dq_j1 * dq_j1);
     let g_cos_j1_plus_l1_d_j1_sq = p.g.mul_add(cos_j1, l1_d_j1_sq);
     let d_j1_plus_d_j2 = dq_j1 + dq_j2;
+    let sin_j2_g_sin_j1 = sin_j2 * g_sin_j1;
     let w1 = sin_j2 * g_cos_j1_plus_l1_d_j1_sq;
     let w2 = cos_j2.mul_add(g_sin_j1, w1);
-    let w3 = cos_j2.neg_mul_add(g_cos_j1_plus_l1_d_j1_sq, sin_j2 * g_sin_j1);
+    let w3 = sin_j2_g_sin_j1 - cos_j2 * g_cos_j1_plus_l1_d_j1_sq;
     let w4 = m2_lc2 * w2;
     let d_j1_plus_d_j2_sq = d_j1_plus_d_j2 * d_j1_plus_d_j2;
-    let w5 = m2_lc2.neg_mul_add(d_j1_plus_d_j2_sq, p.m2 * w3);
-    let w6 = sin_j2.mul_add(w5, cos_j2 * (p.m2 * w2));
-    let w7 = p.l1.mul_add(w6, w4);
-    let force_j1 = u_j1 - (p.m1 * p.lc1).mul_add(g_sin_j1, w7);
+    let w5 = p.m2 * w3;
+    let w6 = m2_lc2.neg_mul_add(d_j1_plus_d_j2_sq, w5);
+    let w7 = sin_j2.mul_add(w6, cos_j2 * (p.m2 * w2));
+    let w8 = p.l1.mul_add(w7, w4);
+    let force_j1 = u_j1 - (p.m1 * p.lc1).mul_add(g_sin_j1, w8);
     let force_j2 = u_j2 - w4;
     [force_j1, force_j2]
 }
@@ -296,15 +300,17 @@ pub fn equation_of_motion<T: Scalar>(
     let l1_d_j1_sq = p.l1 * (dq_j1 * dq_j1);
     let g_cos_j1_plus_l1_d_j1_sq = p.g.mul_add(cos_j1, l1_d_j1_sq);
     let d_j1_plus_d_j2 = dq_j1 + dq_j2;
+    let sin_j2_g_sin_j1 = sin_j2 * g_sin_j1;
     let w7 = sin_j2 * g_cos_j1_plus_l1_d_j1_sq;
     let w8 = cos_j2.mul_add(g_sin_j1, w7);
-    let w9 = cos_j2.neg_mul_add(g_cos_j1_plus_l1_d_j1_sq, sin_j2 * g_sin_j1);
+    let w9 = sin_j2_g_sin_j1 - cos_j2 * g_cos_j1_plus_l1_d_j1_sq;
     let w10 = m2_lc2 * w8;
     let d_j1_plus_d_j2_sq = d_j1_plus_d_j2 * d_j1_plus_d_j2;
-    let w11 = m2_lc2.neg_mul_add(d_j1_plus_d_j2_sq, p.m2 * w9);
-    let w12 = sin_j2.mul_add(w11, cos_j2 * (p.m2 * w8));
-    let w13 = p.l1.mul_add(w12, w10);
-    let force_j1 = u_j1 - m1_lc1.mul_add(g_sin_j1, w13);
+    let w11 = p.m2 * w9;
+    let w12 = m2_lc2.neg_mul_add(d_j1_plus_d_j2_sq, w11);
+    let w13 = sin_j2.mul_add(w12, cos_j2 * (p.m2 * w8));
+    let w14 = p.l1.mul_add(w13, w10);
+    let force_j1 = u_j1 - m1_lc1.mul_add(g_sin_j1, w14);
     let force_j2 = u_j2 - w10;
     EquationOfMotion {
         mass_matrix: [[m_j1_j1, m_j1_j2], [m_j1_j2, m_j2_j2]],

@@ -314,7 +314,7 @@ pub fn equation_of_motion<T: Scalar>(
     let cos_theta_m_r_d_theta_sq = cos_theta * m_r_d_theta_sq;
     let force_x = u_drive.mul_add(cos_theta, cos_theta_m_r_d_theta_sq);
     let sin_theta_m_r_d_theta_sq = a_no_side_slip_x * m_r_d_theta_sq;
-    let force_y = u_drive.mul_add(a_no_side_slip_x, sin_theta_m_r_d_theta_sq);
+    let force_y = u_drive * a_no_side_slip_x + sin_theta_m_r_d_theta_sq;
     let a_no_side_slip_y = -cos_theta;
     let d_y_d_theta_sin_theta = dq_y * (dq_theta * a_no_side_slip_x);
     let d_theta_cos_theta = dq_theta * cos_theta;

@@ -49,12 +49,15 @@ fn deviation(found: &[f64], expected: &[f64], floor: f64) -> f64 {
     gaps.fold(0.0, worst)
 }
 
+/// Calls a generated function by name: its quantities, each as a list.
+type Call<T> = fn(&str, &[T]) -> Vec<Vec<T>>;
+
 /// A model's generated functions beside its graph.
 struct Subject<'a> {
     emission: Emission<'a>,
     compiled: &'a Compiled,
-    call: fn(&str, &[f64]) -> Vec<Vec<f64>>,
-    dual: fn(&str, &[Dual<f64, 1>]) -> Vec<Vec<Dual<f64, 1>>>,
+    call: Call<f64>,
+    dual: Call<Dual<f64, 1>>,
     /// Where each item stands: a function, and the place in its result.
     places: BTreeMap<Item, (String, usize)>,
 }
@@ -63,8 +66,8 @@ impl<'a> Subject<'a> {
     fn new(
         compiled: &'a Compiled,
         functions: &str,
-        call: fn(&str, &[f64]) -> Vec<Vec<f64>>,
-        dual: fn(&str, &[Dual<f64, 1>]) -> Vec<Vec<Dual<f64, 1>>>,
+        call: Call<f64>,
+        dual: Call<Dual<f64, 1>>,
     ) -> Self {
         let functions = functions.parse().expect("the build script's own list");
         let emission = Emission::new(compiled, "m", &functions).expect("as the build script");

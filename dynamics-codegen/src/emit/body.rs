@@ -215,13 +215,10 @@ impl<'a> Builder<'a> {
             let term = build(self);
             let widest = children
                 .iter()
+                .filter(|child| !is_atom(&self.terms[child]))
                 .max_by_key(|&&child| self.width(&self.take(child)));
             match widest {
-                Some(&child)
-                    if self.width(&term) > limit(&term) && !is_atom(&self.terms[&child]) =>
-                {
-                    self.bind(child);
-                }
+                Some(&child) if self.width(&term) > limit(&term) => self.bind(child),
                 _ => return term,
             }
         }
@@ -250,7 +247,22 @@ impl<'a> Builder<'a> {
         };
         let children = [factors[0], factors[1], rest];
         let build = |this: &Self| Term::Fused(fused, Box::new(children.map(|c| this.take(c))));
-        self.fit(build, &children)
+        let term = self.fit(build, &children);
+        if self.width(&term) <= WIDTH {
+            return term;
+        }
+        // Three long names: the product gets a line of its own, of what its factors are now.
+        for product in [x, y] {
+            if self.product(product).is_some()
+                && let Node::Binary(_, a, b) = self.graph.node(product)
+            {
+                let (a, b) = (self.take(a), self.take(b));
+                let term = Term::Binary(Binary::Mul, Box::new(a), Box::new(b));
+                self.terms.insert(product, term);
+            }
+        }
+        let build = |this: &Self| Term::Binary(op, Box::new(this.take(x)), Box::new(this.take(y)));
+        self.fit(build, &[x, y])
     }
 
     /// A sine or cosine, together with its partner if that is needed too.
