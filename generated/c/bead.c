@@ -78,11 +78,12 @@ void bead_applied_force(
     const bead_real dq_y = x->v[1];
     const bead_real lambda_wire = x->u[2];
     const bead_real z_delivered = x->z[0];
-    const bead_real w1 = q_x * q_x * REAL(2.5600000000000005) + REAL(1.0);
-    const bead_real w2 = REAL(1e-18) + (dq_x * dq_x + dq_y * dq_y);
-    const bead_real w3 = SQRT(w2);
-    const bead_real w4 = p->mu * (SQRT(w1) * FABS(lambda_wire));
-    const bead_real w5 = w4 * TANH(w3 / p->v_s) / w3;
+    const bead_real x_sq = q_x * q_x;
+    const bead_real w1 = REAL(2.5600000000000005) * x_sq;
+    const bead_real w2 = SQRT(REAL(1.0) + w1) * FABS(lambda_wire);
+    const bead_real w3 = REAL(1e-18) + (dq_x * dq_x + dq_y * dq_y);
+    const bead_real w4 = SQRT(w3);
+    const bead_real w5 = p->mu * w2 * TANH(w4 / p->v_s) / w4;
     const bead_real applied_y = -(dq_y * w5);
     const bead_real applied_x = z_delivered - dq_x * w5;
     out[0] = applied_x;
@@ -112,11 +113,12 @@ void bead_force(
     const bead_real dq_y = x->v[1];
     const bead_real lambda_wire = x->u[2];
     const bead_real z_delivered = x->z[0];
-    const bead_real w1 = q_x * q_x * REAL(2.5600000000000005) + REAL(1.0);
-    const bead_real w2 = REAL(1e-18) + (dq_x * dq_x + dq_y * dq_y);
-    const bead_real w3 = SQRT(w2);
-    const bead_real w4 = p->mu * (SQRT(w1) * FABS(lambda_wire));
-    const bead_real w5 = w4 * TANH(w3 / p->v_s) / w3;
+    const bead_real x_sq = q_x * q_x;
+    const bead_real w1 = REAL(2.5600000000000005) * x_sq;
+    const bead_real w2 = SQRT(REAL(1.0) + w1) * FABS(lambda_wire);
+    const bead_real w3 = REAL(1e-18) + (dq_x * dq_x + dq_y * dq_y);
+    const bead_real w4 = SQRT(w3);
+    const bead_real w5 = p->mu * w2 * TANH(w4 / p->v_s) / w4;
     const bead_real force_x = z_delivered - dq_x * w5;
     const bead_real force_y = -(p->m * p->g + dq_y * w5);
     out[0] = force_x;
@@ -154,7 +156,8 @@ void bead_constraint_residual(
     (void)p;
     const bead_real q_x = x->q[0];
     const bead_real q_y = x->q[1];
-    const bead_real c_wire = q_y - q_x * q_x * REAL(0.8);
+    const bead_real x_sq = q_x * q_x;
+    const bead_real c_wire = q_y - x_sq * REAL(0.8);
     out[0] = c_wire;
 }
 
@@ -167,7 +170,8 @@ void bead_constraint_rate(
     const bead_real q_x = x->q[0];
     const bead_real dq_x = x->v[0];
     const bead_real dq_y = x->v[1];
-    const bead_real c_dot_wire = dq_y - q_x * dq_x * REAL(1.6);
+    const bead_real x_d_x = q_x * dq_x;
+    const bead_real c_dot_wire = dq_y - x_d_x * REAL(1.6);
     out[0] = c_dot_wire;
 }
 
@@ -207,14 +211,15 @@ void bead_equation_of_motion(
     const bead_real c_wire = q_y - x_sq * REAL(0.8);
     const bead_real d_x_sq = dq_x * dq_x;
     const bead_real a_wire_x = REAL(-1.6) * q_x;
-    const bead_real w1 = x_sq * REAL(2.5600000000000005) + REAL(1.0);
-    const bead_real w2 = REAL(1e-18) + (dq_y * dq_y + d_x_sq);
-    const bead_real w3 = SQRT(w2);
-    const bead_real w4 = p->mu * (SQRT(w1) * FABS(lambda_wire));
-    const bead_real w5 = w4 * TANH(w3 / p->v_s) / w3;
+    const bead_real w1 = REAL(2.5600000000000005) * x_sq;
+    const bead_real w2 = SQRT(REAL(1.0) + w1) * FABS(lambda_wire);
+    const bead_real w3 = REAL(1e-18) + (dq_y * dq_y + d_x_sq);
+    const bead_real w4 = SQRT(w3);
+    const bead_real w5 = p->mu * w2 * TANH(w4 / p->v_s) / w4;
     const bead_real force_x = z_delivered - dq_x * w5;
     const bead_real force_y = -(p->m * p->g + dq_y * w5);
-    const bead_real c_dot_wire = dq_y - q_x * dq_x * REAL(1.6);
+    const bead_real x_d_x = q_x * dq_x;
+    const bead_real c_dot_wire = dq_y - x_d_x * REAL(1.6);
     const bead_real b_wire = REAL(1.6) * d_x_sq;
     out->mass_matrix[0][0] = p->m;
     out->mass_matrix[0][1] = REAL(0.0);

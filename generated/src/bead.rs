@@ -172,11 +172,12 @@ pub fn applied_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 3, 1>) -> [T;
     let dq_y = x.v[1];
     let lambda_wire = x.u[2];
     let z_delivered = x.z[0];
-    let w1 = (q_x * q_x).mul_add(T::from_f64(2.5600000000000005), T::one());
-    let w2 = T::from_f64(1e-18) + dq_x.mul_add(dq_x, dq_y * dq_y);
-    let w3 = w2.sqrt();
-    let w4 = p.mu * (w1.sqrt() * lambda_wire.abs());
-    let w5 = w4 * (w3 / p.v_s).tanh() / w3;
+    let x_sq = q_x * q_x;
+    let w1 = T::from_f64(2.5600000000000005) * x_sq;
+    let w2 = (T::one() + w1).sqrt() * lambda_wire.abs();
+    let w3 = T::from_f64(1e-18) + dq_x.mul_add(dq_x, dq_y * dq_y);
+    let w4 = w3.sqrt();
+    let w5 = p.mu * w2 * (w4 / p.v_s).tanh() / w4;
     let applied_y = -(dq_y * w5);
     let applied_x = dq_x.neg_mul_add(w5, z_delivered);
     [applied_x, applied_y]
@@ -200,11 +201,12 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 3, 1>) -> [T; 2] {
     let dq_y = x.v[1];
     let lambda_wire = x.u[2];
     let z_delivered = x.z[0];
-    let w1 = (q_x * q_x).mul_add(T::from_f64(2.5600000000000005), T::one());
-    let w2 = T::from_f64(1e-18) + dq_x.mul_add(dq_x, dq_y * dq_y);
-    let w3 = w2.sqrt();
-    let w4 = p.mu * (w1.sqrt() * lambda_wire.abs());
-    let w5 = w4 * (w3 / p.v_s).tanh() / w3;
+    let x_sq = q_x * q_x;
+    let w1 = T::from_f64(2.5600000000000005) * x_sq;
+    let w2 = (T::one() + w1).sqrt() * lambda_wire.abs();
+    let w3 = T::from_f64(1e-18) + dq_x.mul_add(dq_x, dq_y * dq_y);
+    let w4 = w3.sqrt();
+    let w5 = p.mu * w2 * (w4 / p.v_s).tanh() / w4;
     let force_x = dq_x.neg_mul_add(w5, z_delivered);
     let force_y = -p.m.mul_add(p.g, dq_y * w5);
     [force_x, force_y]
@@ -239,7 +241,8 @@ pub fn constraint_bias<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 2, 3, 1>) -> 
 pub fn constraint_residual<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 2, 3, 1>) -> [T; 1] {
     let q_x = x.q[0];
     let q_y = x.q[1];
-    let c_wire = (q_x * q_x).neg_mul_add(T::from_f64(0.8), q_y);
+    let x_sq = q_x * q_x;
+    let c_wire = x_sq.neg_mul_add(T::from_f64(0.8), q_y);
     [c_wire]
 }
 
@@ -251,7 +254,8 @@ pub fn constraint_rate<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 2, 3, 1>) -> 
     let q_x = x.q[0];
     let dq_x = x.v[0];
     let dq_y = x.v[1];
-    let c_dot_wire = (q_x * dq_x).neg_mul_add(T::from_f64(1.6), dq_y);
+    let x_d_x = q_x * dq_x;
+    let c_dot_wire = x_d_x.neg_mul_add(T::from_f64(1.6), dq_y);
     [c_dot_wire]
 }
 
@@ -306,6 +310,20 @@ pub struct EquationOfMotion<T> {
     pub constraint_rate: [T; 1],
 }
 
+impl<T: Scalar> ::dynamics::Entries<T> for EquationOfMotion<T> {
+    const LENGTH: usize = 11;
+
+    #[inline(always)]
+    fn each(&self, take: &mut impl FnMut(T)) {
+        self.mass_matrix.each(take);
+        self.force.each(take);
+        self.constraint_jacobian.each(take);
+        self.constraint_bias.each(take);
+        self.constraint_residual.each(take);
+        self.constraint_rate.each(take);
+    }
+}
+
 /// Everything that the equation of motion needs; shared terms are computed once.
 #[allow(clippy::approx_constant, reason = "numbers as the model states them")]
 pub fn equation_of_motion<T: Scalar>(
@@ -322,14 +340,15 @@ pub fn equation_of_motion<T: Scalar>(
     let c_wire = x_sq.neg_mul_add(T::from_f64(0.8), q_y);
     let d_x_sq = dq_x * dq_x;
     let a_wire_x = T::from_f64(-1.6) * q_x;
-    let w1 = x_sq.mul_add(T::from_f64(2.5600000000000005), T::one());
-    let w2 = T::from_f64(1e-18) + dq_y.mul_add(dq_y, d_x_sq);
-    let w3 = w2.sqrt();
-    let w4 = p.mu * (w1.sqrt() * lambda_wire.abs());
-    let w5 = w4 * (w3 / p.v_s).tanh() / w3;
+    let w1 = T::from_f64(2.5600000000000005) * x_sq;
+    let w2 = (T::one() + w1).sqrt() * lambda_wire.abs();
+    let w3 = T::from_f64(1e-18) + dq_y.mul_add(dq_y, d_x_sq);
+    let w4 = w3.sqrt();
+    let w5 = p.mu * w2 * (w4 / p.v_s).tanh() / w4;
     let force_x = dq_x.neg_mul_add(w5, z_delivered);
     let force_y = -p.m.mul_add(p.g, dq_y * w5);
-    let c_dot_wire = (q_x * dq_x).neg_mul_add(T::from_f64(1.6), dq_y);
+    let x_d_x = q_x * dq_x;
+    let c_dot_wire = x_d_x.neg_mul_add(T::from_f64(1.6), dq_y);
     let b_wire = T::from_f64(1.6) * d_x_sq;
     EquationOfMotion {
         mass_matrix: [[p.m, T::zero()], [T::zero(), p.m]],
