@@ -28,8 +28,8 @@ mod regenerate {
             let name = format!("models/{file}");
             let mut library = Library::builtin();
             library.look_in(folder);
-            let compiled = compile_bytes(&name, &bytes, &library)
-                .map_err(|report| report.render())?;
+            let compiled =
+                compile_bytes(&name, &bytes, &library).map_err(|report| report.render())?;
             models.push((name, compiled));
         }
         let out = PathBuf::from(std::env::var("OUT_DIR").map_err(|e| e.to_string())?);
@@ -47,7 +47,10 @@ mod regenerate {
         let mut paths = Vec::new();
         for entry in std::fs::read_dir(folder).map_err(unreadable)? {
             let path = entry.map_err(unreadable)?.path();
-            if path.extension().is_some_and(|e| e == "model" || e == "urdf") {
+            if path
+                .extension()
+                .is_some_and(|e| e == "model" || e == "urdf")
+            {
                 paths.push(path);
             }
         }
