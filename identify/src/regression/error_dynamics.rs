@@ -244,7 +244,7 @@ fn locals(
                 next += part.ncols();
             }
             let mobility = motion.factorisation.mobility();
-            let forbidden = (motion.multiplier.len() > 0)
+            let forbidden = (!motion.multiplier.is_empty())
                 .then(|| DMatrix::identity(n, n) - &mobility * &motion.terms.mass_matrix);
             Local {
                 acceleration,

@@ -330,9 +330,7 @@ impl Search<'_> {
     /// Two simple effects at the place of a rich one that explain the log as well with
     /// fewer parameters: Coulomb and viscous friction, not Stribeck's.
     fn in_two_parts(&self, whole: &Attempt, considered: &[Considered]) -> Option<Attempt> {
-        let Some(&rich) = whole.candidates.last() else {
-            return None;
-        };
+        let &rich = whole.candidates.last()?;
         let on = self.dictionary.candidates[rich].subject.on();
         let simple: Vec<&Considered> = considered
             .iter()
