@@ -10,7 +10,9 @@ fn every_model_compiles() {
         let path = entry.unwrap().path();
         if path.extension().is_some_and(|e| e == "model") {
             let text = std::fs::read_to_string(&path).unwrap();
-            let compiled = compile(&path.display().to_string(), &text, &Library::builtin())
+            let mut library = Library::builtin();
+            library.look_in(folder);
+            let compiled = compile(&path.display().to_string(), &text, &library)
                 .unwrap_or_else(|report| panic!("{report}"));
             assert!(
                 compiled.warnings.diagnostics.is_empty(),
