@@ -354,6 +354,8 @@ mod casadi {
 fn no_model_is_left_out() {
     let source = include_str!("derivatives.rs");
     let models = models::all().into_iter().map(|(path, _)| path);
+    // `bead.rs` calls functions of what remembers.
+    let models = models.filter(|path| path != "models/bead.model");
     for path in models.filter(|path| path.ends_with(".model")) {
         assert!(
             source.contains(&format!("from \"{path}\"")),
