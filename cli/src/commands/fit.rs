@@ -1,14 +1,13 @@
 //! `dynamics fit`: inertias, friction and couplings of a machine whose forces were measured.
 
+use crate::log::LogArguments;
 use crate::mistake::Mistake;
 use crate::model::ModelArguments;
 use crate::output;
 use clap::{Args, ValueEnum};
-use dynamics_codegen::Model;
 use identify::fit::{Inertia, Request, fit, page};
-use identify::log::Log;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Arguments of `fit`.
 #[derive(Debug, Args)]
@@ -29,6 +28,9 @@ pub struct Arguments {
     /// A second log of the same machine, to judge by
     #[arg(long, value_name = "LOG")]
     test: Option<PathBuf>,
+
+    #[command(flatten)]
+    columns: LogArguments,
 
     /// How inertial parameters are treated
     #[arg(long, value_enum, value_name = "HOW", default_value = "linear")]
@@ -57,9 +59,9 @@ enum InertiaArgument {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let loaded = arguments.model.load()?;
     let model = &loaded.compiled.model;
-    let train = read(&arguments.log, model)?;
-    let test = arguments.test.as_deref().map(|path| read(path, model));
-    let test = test.transpose()?;
+    let read = |path| arguments.columns.read(path, model);
+    let train = read(arguments.log.as_path())?;
+    let test = arguments.test.as_deref().map(read).transpose()?;
     let request = Request {
         compiled: &loaded.compiled,
         parameters: &loaded.parameters,
@@ -83,11 +85,4 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         out.write_all(page(&found).as_bytes())?;
     }
     Ok(out.flush()?)
-}
-
-fn read(path: &Path, model: &Model) -> Result<Log, Mistake> {
-    let mut log = Log::read(path).map_err(|error| Mistake::new(error.to_string()))?;
-    let assumed = model.inputs.iter().filter(|input| input.assumed);
-    log.assume_no_input(assumed.map(|input| input.name.as_str()));
-    Ok(log)
 }
