@@ -157,7 +157,9 @@ impl Adjoint {
     fn pass(&mut self, transition: &DMatrix<f64>) {
         self.vector = transition.tr_mul(&self.vector);
         if let Some(matrix) = &mut self.matrix {
-            *matrix = transition.tr_mul(&(&*matrix * transition));
+            let passed = transition.tr_mul(&(&*matrix * transition));
+            // `undo` relies on symmetry: what round-off leaves of the other part would grow.
+            *matrix = (&passed + passed.transpose()) * 0.5;
         }
     }
 
