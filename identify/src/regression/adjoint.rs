@@ -101,27 +101,29 @@ impl Whitener<'_> {
             while next > 0 && self.updates[next - 1].sample as usize == sample {
                 next -= 1;
                 let update = &self.updates[next];
-                adjoint.undo(update, rows[(next, 0)], &self.sensor_row(update));
+                match self.unit_row(update) {
+                    Some(place) => adjoint.undo_at(update, rows[(next, 0)], place),
+                    None => adjoint.undo(update, rows[(next, 0)], &self.slope_row(update)),
+                }
             }
             see(sample, &adjoint);
         }
     }
 
-    /// `h` of a reading `z = h·δ`.
-    fn sensor_row(&self, update: &Update) -> DVector<f64> {
-        let n = self.dynamics.coordinate_count();
-        let unit = |i: usize| {
-            let mut row = DVector::zeros(3 * n);
-            row[i] = 1.0;
-            row
-        };
+    /// The entry of `δ` that a reading shows, if it shows one alone.
+    fn unit_row(&self, update: &Update) -> Option<usize> {
         match update.sensor {
-            Sensor::Position(i) => unit(i),
-            Sensor::Velocity(i) => unit(n + i),
-            Sensor::Acceleration(i) => self.dynamics.slope[update.sample as usize]
-                .row(i)
-                .transpose(),
+            Sensor::Position(i) => Some(i),
+            Sensor::Velocity(i) => Some(self.dynamics.coordinate_count() + i),
+            Sensor::Acceleration(_) => None,
         }
+    }
+
+    /// `h` of a reading of acceleration, `z = h·δ`.
+    fn slope_row(&self, update: &Update) -> DVector<f64> {
+        let (Sensor::Position(i) | Sensor::Velocity(i) | Sensor::Acceleration(i)) = update.sensor;
+        let slope = &self.dynamics.slope[update.sample as usize];
+        slope.row(i).transpose()
     }
 
     /// One-step predictions of the departure, from known innovations.
@@ -160,6 +162,23 @@ impl Adjoint {
             let passed = transition.tr_mul(&(&*matrix * transition));
             // `undo` relies on symmetry: what round-off leaves of the other part would grow.
             *matrix = (&passed + passed.transpose()) * 0.5;
+        }
+    }
+
+    /// [`Adjoint::undo`] for `h` a unit vector: only one row and column change.
+    fn undo_at(&mut self, update: &Update, innovation: f64, place: usize) {
+        let pull = update.gain.dot(&self.vector) + innovation / update.sd;
+        self.vector[place] -= pull;
+        if let Some(matrix) = &mut self.matrix {
+            let image = &*matrix * &update.gain;
+            let own = update.gain.dot(&image) + 1.0 / (update.sd * update.sd);
+            let mut column = matrix.column_mut(place);
+            column -= &image;
+            let mut row = matrix.row_mut(place);
+            for (entry, change) in row.iter_mut().zip(image.iter()) {
+                *entry -= change;
+            }
+            matrix[(place, place)] += own;
         }
     }
 
