@@ -28,7 +28,7 @@ impl Whitener<'_> {
     pub fn smooth(&self, coefficients: &DVector<f64>) -> Vec<DVector<f64>> {
         let weights = coefficients.clone().insert_row(0, 1.0);
         let rows = self.whiten(&Mix::Sum(&weights));
-        let predicted = self.predict(&weights, &rows);
+        let predicted = self.predict(&weights);
         let mut smoothed = vec![DVector::zeros(0); self.dynamics.t.len()];
         self.backward(&rows, false, |sample, adjoint| {
             smoothed[sample] = &predicted[sample] - &self.covariance[sample] * &adjoint.vector;
@@ -126,22 +126,28 @@ impl Whitener<'_> {
         slope.row(i).transpose()
     }
 
-    /// One-step predictions of the departure, from known innovations.
-    fn predict(&self, weights: &DVector<f64>, rows: &DMatrix<f64>) -> Vec<DVector<f64>> {
+    /// One-step predictions of the departure. The innovations follow from the state anew:
+    /// known ones would not hold back the round-off of a machine that falls over.
+    fn predict(&self, weights: &DVector<f64>) -> Vec<DVector<f64>> {
         let n = self.dynamics.coordinate_count();
-        let mut state = DVector::zeros(3 * n);
+        let mut state = DMatrix::zeros(3 * n, 1);
+        let mut shown = DVector::zeros(1);
         let mut predicted = Vec::with_capacity(self.dynamics.t.len());
         let mut next = 0;
         for sample in 0..self.dynamics.t.len() {
-            predicted.push(state.clone());
+            predicted.push(state.column(0).into_owned());
+            let direct = Mix::Sum(weights).of(&self.dynamics.acceleration[sample]);
             while next < self.updates.len() && self.updates[next].sample as usize == sample {
                 let update = &self.updates[next];
-                state.axpy(rows[(next, 0)] * update.sd, &update.gain, 1.0);
+                self.predict_reading(sample, update.sensor, (&state, &direct), &mut shown);
+                let reading = self.reading(sample, update.sensor).unwrap_or(shown[0]);
+                let mut column = state.column_mut(0);
+                column.axpy(reading - shown[0], &update.gain, 1.0);
                 next += 1;
             }
             if sample + 1 < self.dynamics.t.len() {
                 state = if self.gaps[sample] {
-                    DVector::zeros(3 * n)
+                    DMatrix::zeros(3 * n, 1)
                 } else {
                     let mut next = &self.dynamics.transition[sample] * state;
                     let mut pushed = next.rows_mut(0, 2 * n);

@@ -286,7 +286,7 @@ impl<'a> Whitener<'a> {
     }
 
     /// What the departure, and the columns at once, would make a sensor read.
-    fn predict_reading(
+    pub(super) fn predict_reading(
         &self,
         sample: usize,
         sensor: Sensor,
@@ -307,7 +307,7 @@ impl<'a> Whitener<'a> {
         }
     }
 
-    fn reading(&self, sample: usize, sensor: Sensor) -> Option<f64> {
+    pub(super) fn reading(&self, sample: usize, sensor: Sensor) -> Option<f64> {
         match sensor {
             Sensor::Position(i) => Some(self.readings.position[i][sample]),
             Sensor::Velocity(i) => self.readings.velocity[i].as_ref().map(|v| v[sample]),
@@ -342,11 +342,18 @@ impl Mix<'_> {
         }
     }
 
-    fn of(&self, all: &DMatrix<f64>) -> DMatrix<f64> {
+    pub(super) fn of(&self, all: &DMatrix<f64>) -> DMatrix<f64> {
         match self {
             Self::Columns(columns) => all.select_columns(columns.iter()),
             Self::Sum(weights) => {
-                DMatrix::from_column_slice(all.nrows(), 1, (all * *weights).as_slice())
+                // Of many columns few have a weight: the others are not even read.
+                let mut sum = DMatrix::zeros(all.nrows(), 1);
+                for (column, &weight) in all.column_iter().zip(weights.iter()) {
+                    if weight != 0.0 {
+                        sum.column_mut(0).axpy(weight, &column, 1.0);
+                    }
+                }
+                sum
             }
         }
     }
