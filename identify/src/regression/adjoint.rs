@@ -28,7 +28,7 @@ impl Whitener<'_> {
     pub fn smooth(&self, coefficients: &DVector<f64>) -> Vec<DVector<f64>> {
         let weights = coefficients.clone().insert_row(0, 1.0);
         let rows = self.whiten(&Mix::Sum(&weights));
-        let predicted = self.predict(&weights, &rows);
+        let predicted = self.predict(&weights);
         let mut smoothed = vec![DVector::zeros(0); self.dynamics.t.len()];
         self.backward(&rows, false, |sample, adjoint| {
             smoothed[sample] = &predicted[sample] - &self.covariance[sample] * &adjoint.vector;
@@ -101,45 +101,53 @@ impl Whitener<'_> {
             while next > 0 && self.updates[next - 1].sample as usize == sample {
                 next -= 1;
                 let update = &self.updates[next];
-                adjoint.undo(update, rows[(next, 0)], &self.sensor_row(update));
+                match self.unit_row(update) {
+                    Some(place) => adjoint.undo_at(update, rows[(next, 0)], place),
+                    None => adjoint.undo(update, rows[(next, 0)], &self.slope_row(update)),
+                }
             }
             see(sample, &adjoint);
         }
     }
 
-    /// `h` of a reading `z = h·δ`.
-    fn sensor_row(&self, update: &Update) -> DVector<f64> {
-        let n = self.dynamics.coordinate_count();
-        let unit = |i: usize| {
-            let mut row = DVector::zeros(3 * n);
-            row[i] = 1.0;
-            row
-        };
+    /// The entry of `δ` that a reading shows, if it shows one alone.
+    fn unit_row(&self, update: &Update) -> Option<usize> {
         match update.sensor {
-            Sensor::Position(i) => unit(i),
-            Sensor::Velocity(i) => unit(n + i),
-            Sensor::Acceleration(i) => self.dynamics.slope[update.sample as usize]
-                .row(i)
-                .transpose(),
+            Sensor::Position(i) => Some(i),
+            Sensor::Velocity(i) => Some(self.dynamics.coordinate_count() + i),
+            Sensor::Acceleration(_) => None,
         }
     }
 
-    /// One-step predictions of the departure, from known innovations.
-    fn predict(&self, weights: &DVector<f64>, rows: &DMatrix<f64>) -> Vec<DVector<f64>> {
+    /// `h` of a reading of acceleration, `z = h·δ`.
+    fn slope_row(&self, update: &Update) -> DVector<f64> {
+        let (Sensor::Position(i) | Sensor::Velocity(i) | Sensor::Acceleration(i)) = update.sensor;
+        let slope = &self.dynamics.slope[update.sample as usize];
+        slope.row(i).transpose()
+    }
+
+    /// One-step predictions of the departure. The innovations follow from the state anew:
+    /// known ones would not hold back the round-off of a machine that falls over.
+    fn predict(&self, weights: &DVector<f64>) -> Vec<DVector<f64>> {
         let n = self.dynamics.coordinate_count();
-        let mut state = DVector::zeros(3 * n);
+        let mut state = DMatrix::zeros(3 * n, 1);
+        let mut shown = DVector::zeros(1);
         let mut predicted = Vec::with_capacity(self.dynamics.t.len());
         let mut next = 0;
         for sample in 0..self.dynamics.t.len() {
-            predicted.push(state.clone());
+            predicted.push(state.column(0).into_owned());
+            let direct = Mix::Sum(weights).of(&self.dynamics.acceleration[sample]);
             while next < self.updates.len() && self.updates[next].sample as usize == sample {
                 let update = &self.updates[next];
-                state.axpy(rows[(next, 0)] * update.sd, &update.gain, 1.0);
+                self.predict_reading(sample, update.sensor, (&state, &direct), &mut shown);
+                let reading = self.reading(sample, update.sensor).unwrap_or(shown[0]);
+                let mut column = state.column_mut(0);
+                column.axpy(reading - shown[0], &update.gain, 1.0);
                 next += 1;
             }
             if sample + 1 < self.dynamics.t.len() {
                 state = if self.gaps[sample] {
-                    DVector::zeros(3 * n)
+                    DMatrix::zeros(3 * n, 1)
                 } else {
                     let mut next = &self.dynamics.transition[sample] * state;
                     let mut pushed = next.rows_mut(0, 2 * n);
@@ -157,7 +165,26 @@ impl Adjoint {
     fn pass(&mut self, transition: &DMatrix<f64>) {
         self.vector = transition.tr_mul(&self.vector);
         if let Some(matrix) = &mut self.matrix {
-            *matrix = transition.tr_mul(&(&*matrix * transition));
+            let passed = transition.tr_mul(&(&*matrix * transition));
+            // `undo` relies on symmetry: what round-off leaves of the other part would grow.
+            *matrix = (&passed + passed.transpose()) * 0.5;
+        }
+    }
+
+    /// [`Adjoint::undo`] for `h` a unit vector: only one row and column change.
+    fn undo_at(&mut self, update: &Update, innovation: f64, place: usize) {
+        let pull = update.gain.dot(&self.vector) + innovation / update.sd;
+        self.vector[place] -= pull;
+        if let Some(matrix) = &mut self.matrix {
+            let image = &*matrix * &update.gain;
+            let own = update.gain.dot(&image) + 1.0 / (update.sd * update.sd);
+            let mut column = matrix.column_mut(place);
+            column -= &image;
+            let mut row = matrix.row_mut(place);
+            for (entry, change) in row.iter_mut().zip(image.iter()) {
+                *entry -= change;
+            }
+            matrix[(place, place)] += own;
         }
     }
 

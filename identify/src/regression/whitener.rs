@@ -240,11 +240,19 @@ impl<'a> Whitener<'a> {
         let mut state = DMatrix::zeros(3 * n, count);
         let mut rows = DMatrix::zeros(self.updates.len(), count);
         let mut next = 0;
+        let mut innovation = DVector::zeros(count);
+        let senses_acceleration = self.readings.acceleration.iter().any(Option::is_some);
         for sample in 0..self.dynamics.t.len() {
-            let direct = mix.of(&self.dynamics.acceleration[sample]);
+            // Only readings of acceleration see the columns at once.
+            let direct = if senses_acceleration {
+                mix.of(&self.dynamics.acceleration[sample])
+            } else {
+                DMatrix::zeros(0, 0)
+            };
             while next < self.updates.len() && self.updates[next].sample as usize == sample {
                 let update = &self.updates[next];
-                let mut innovation = self.predicted(sample, update.sensor, &state, &direct) * -1.0;
+                self.predict_reading(sample, update.sensor, (&state, &direct), &mut innovation);
+                innovation.neg_mut();
                 if let (Some(reading), Some(data)) = (self.reading(sample, update.sensor), data) {
                     innovation[data] += reading;
                 }
@@ -277,26 +285,29 @@ impl<'a> Whitener<'a> {
         rows
     }
 
-    /// What the departure would make a sensor read.
-    fn predicted(
+    /// What the departure, and the columns at once, would make a sensor read.
+    pub(super) fn predict_reading(
         &self,
         sample: usize,
         sensor: Sensor,
-        state: &DMatrix<f64>,
-        direct: &DMatrix<f64>,
-    ) -> DVector<f64> {
+        (state, direct): (&DMatrix<f64>, &DMatrix<f64>),
+        reading: &mut DVector<f64>,
+    ) {
         let n = self.dynamics.coordinate_count();
-        match sensor {
-            Sensor::Position(i) => state.row(i).transpose(),
-            Sensor::Velocity(i) => state.row(n + i).transpose(),
-            Sensor::Acceleration(i) => {
-                let slope = self.dynamics.slope[sample].row(i);
-                (slope * state + direct.row(i)).transpose()
-            }
+        for (column, reading) in reading.iter_mut().enumerate() {
+            *reading = match sensor {
+                Sensor::Position(i) => state[(i, column)],
+                Sensor::Velocity(i) => state[(n + i, column)],
+                Sensor::Acceleration(i) => {
+                    let slope = &self.dynamics.slope[sample];
+                    let shown = (0..3 * n).map(|j| slope[(i, j)] * state[(j, column)]);
+                    shown.sum::<f64>() + direct[(i, column)]
+                }
+            };
         }
     }
 
-    fn reading(&self, sample: usize, sensor: Sensor) -> Option<f64> {
+    pub(super) fn reading(&self, sample: usize, sensor: Sensor) -> Option<f64> {
         match sensor {
             Sensor::Position(i) => Some(self.readings.position[i][sample]),
             Sensor::Velocity(i) => self.readings.velocity[i].as_ref().map(|v| v[sample]),
@@ -331,11 +342,18 @@ impl Mix<'_> {
         }
     }
 
-    fn of(&self, all: &DMatrix<f64>) -> DMatrix<f64> {
+    pub(super) fn of(&self, all: &DMatrix<f64>) -> DMatrix<f64> {
         match self {
             Self::Columns(columns) => all.select_columns(columns.iter()),
             Self::Sum(weights) => {
-                DMatrix::from_column_slice(all.nrows(), 1, (all * *weights).as_slice())
+                // Of many columns few have a weight: the others are not even read.
+                let mut sum = DMatrix::zeros(all.nrows(), 1);
+                for (column, &weight) in all.column_iter().zip(weights.iter()) {
+                    if weight != 0.0 {
+                        sum.column_mut(0).axpy(weight, &column, 1.0);
+                    }
+                }
+                sum
             }
         }
     }
@@ -379,12 +397,29 @@ pub(super) const INTEGRALS: [[f64; 3]; 3] = [
 fn add_fresh_force(covariance: &mut DMatrix<f64>, phi: &DMatrix<f64>, sd: &DVector<f64>, h: f64) {
     let n = sd.len();
     let fresh = fresh_share(h);
-    let mut directions = DMatrix::zeros(3 * n, 3);
-    for i in 0..n {
-        write_directions(&mut directions, phi, i, h);
-        let spread = nalgebra::Matrix3::from_fn(|a, b| INTEGRALS[a][b] * sd[i] * sd[i] * fresh);
-        *covariance += &directions * spread * directions.transpose();
+    // To the first order in h the transition holds P h.
+    let pushed = phi.view((n, 2 * n), (n, n)).into_owned();
+    let variance = sd.map(|sd| sd * sd * fresh);
+    let mut weighted = pushed.clone();
+    for (i, mut column) in weighted.column_iter_mut().enumerate() {
+        column *= variance[i];
     }
+    let moved = &weighted * pushed.transpose();
+    // (f, v, q) begin at rows 2n, n and 0; q takes another h.
+    let mut add = |(a, b): (usize, usize), block: &DMatrix<f64>, power: i32| {
+        let factor = INTEGRALS[a][b] * h.powi(power);
+        let mut view = covariance.view_mut(((2 - a) * n, (2 - b) * n), (n, n));
+        view += block * factor;
+    };
+    add((0, 0), &DMatrix::from_diagonal(&variance), 0);
+    add((1, 0), &weighted, 0);
+    add((0, 1), &weighted.transpose(), 0);
+    add((2, 0), &weighted, 1);
+    add((0, 2), &weighted.transpose(), 1);
+    add((1, 1), &moved, 0);
+    add((1, 2), &moved, 1);
+    add((2, 1), &moved, 1);
+    add((2, 2), &moved, 2);
 }
 
 /// Columns `f_i`, `P_i h` on velocities and `P_i h²` on positions of state space.
