@@ -6,6 +6,8 @@ use plotters::prelude::*;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Mark {
     Line,
+    /// A line that others may run over and leave visible.
+    Broad,
     Dots,
     /// From zero to each value.
     Bars,
@@ -35,7 +37,7 @@ pub(super) struct Chart {
 /// Colours that stay apart for the colour-blind.
 pub(super) const BEFORE: RGBColor = RGBColor(213, 94, 0);
 pub(super) const AFTER: RGBColor = RGBColor(0, 114, 178);
-pub(super) const MEASURED: RGBColor = RGBColor(40, 40, 40);
+pub(super) const MEASURED: RGBColor = RGBColor(196, 200, 206);
 const BAND: RGBColor = RGBColor(0, 158, 115);
 
 /// Drawn at twice the size at which it is usually seen: coordinates are whole pixels.
@@ -79,9 +81,10 @@ impl Chart {
                 chart.draw_series([Rectangle::new(corners, BAND.mix(0.2).filled())])?;
             }
             for layer in &self.layers {
-                let solid = layer.colour.stroke_width(3);
+                let width = if layer.mark == Mark::Broad { 12 } else { 3 };
+                let solid = layer.colour.stroke_width(width);
                 match layer.mark {
-                    Mark::Line => {
+                    Mark::Line | Mark::Broad => {
                         for run in runs(&layer.points, (y0, y1)) {
                             chart.draw_series(LineSeries::new(run, solid))?;
                         }
@@ -193,6 +196,9 @@ mod tests {
             ..Chart::default()
         };
         let svg = chart.svg().unwrap();
-        assert!(svg.contains("time &lt;s&gt;") && !svg.contains("<s>"), "{svg}");
+        assert!(
+            svg.contains("time &lt;s&gt;") && !svg.contains("<s>"),
+            "{svg}"
+        );
     }
 }

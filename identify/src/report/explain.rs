@@ -103,7 +103,12 @@ fn variables(series: &Series) -> Vec<Variable<'_>> {
         ]
     };
     let inputs = (0..series.inputs.len()).map(Variable::Input);
-    series.coordinates.iter().flat_map(of).chain(inputs).collect()
+    series
+        .coordinates
+        .iter()
+        .flat_map(of)
+        .chain(inputs)
+        .collect()
 }
 
 /// Correlation ratio `η²`: share of the variance of `y` that lies between groups of

@@ -3,7 +3,7 @@
 use super::chart::{AFTER, BEFORE, Chart, ChartError, Layer, MEASURED, Mark};
 use super::explain::{Variable, coordinate, variable};
 use super::stated_unit;
-use crate::trace::{CoordinateSeries, Finding, Outcome, Series};
+use crate::trace::{CoordinateSeries, Finding, Outcome, Prediction, Series};
 use dynamics_codegen::Model;
 use plotters::style::RGBColor;
 use serde::Serialize;
@@ -126,11 +126,15 @@ impl<'a> Figures<'a> {
                 x: "time [s]".into(),
                 y: format!("position, {} [{}]", c.name, self.unit(&c.name)),
                 layers: vec![
-                    line(MEASURED, along(&predicted.measured)),
+                    Layer {
+                        mark: Mark::Broad,
+                        colour: MEASURED,
+                        points: along(&predicted.measured),
+                    },
                     line(BEFORE, along(&predicted.before)),
                     line(AFTER, along(&predicted.after)),
                 ],
-                range: around(&predicted.measured),
+                range: around(predicted),
                 ..Chart::default()
             };
             named(&c.name, &chart)
@@ -171,9 +175,7 @@ impl<'a> Figures<'a> {
         figure: impl Fn(&CoordinateSeries) -> Result<Figure, ChartError>,
     ) -> Result<Vec<Figure>, ChartError> {
         let figures = self.series().coordinates.iter().map(figure);
-        let drawn = |figure: &Result<Figure, ChartError>| {
-            !matches!(figure, Ok(figure) if figure.svg.is_empty())
-        };
+        let drawn = |figure: &Result<Figure, ChartError>| !matches!(figure, Ok(figure) if figure.svg.is_empty());
         figures.filter(drawn).collect()
     }
 }
@@ -208,16 +210,22 @@ fn broken(t: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
     points
 }
 
-/// What was measured and as much again: a prediction that runs away must not squeeze
-/// the log into a line.
-fn around(measured: &[f64]) -> Option<(f64, f64)> {
-    let finite = || measured.iter().copied().filter(|q| q.is_finite());
-    let (low, high) = (
-        finite().fold(f64::INFINITY, f64::min),
-        finite().fold(f64::NEG_INFINITY, f64::max),
-    );
-    let more = 0.5 * (high - low);
-    (high > low).then_some((low - more, high + more))
+/// All curves, but no further from what was measured than it is wide: a prediction that
+/// runs away must not squeeze the log into a line.
+fn around(predicted: &Prediction) -> Option<(f64, f64)> {
+    let span = |values: &[f64]| {
+        let finite = values.iter().copied().filter(|q| q.is_finite());
+        finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| {
+            (low.min(q), high.max(q))
+        })
+    };
+    let (low, high) = span(&predicted.measured);
+    let width = high - low;
+    let curves = [&predicted.before, &predicted.after].map(|values| span(values));
+    let bottom = curves.iter().map(|c| c.0).fold(low, f64::min);
+    let top = curves.iter().map(|c| c.1).fold(high, f64::max);
+    let more = 0.05 * width;
+    (width > 0.0).then(|| (bottom.max(low - width) - more, top.min(high + width) + more))
 }
 
 /// Unit of the generalised force of a coordinate: energy over its unit.

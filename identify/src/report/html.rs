@@ -1,7 +1,7 @@
 //! The outcome as one page with figures: a file of its own that needs nothing else.
 
 use super::figures::{Figure, Figures};
-use super::{stated_unit, sentence, short};
+use super::{sentence, short, stated_unit};
 use crate::trace::{Errors, Finding, Outcome, Score, Verdict};
 use dynamics_codegen::Model;
 use minijinja::value::Serde;
@@ -90,7 +90,7 @@ pub fn html(page: &Page<'_>) -> Result<String, PageError> {
         "verdict": verdict(outcome.verdict),
         "sentence": sentence(outcome),
         "rows": rows(outcome, model),
-        "horizon": short(outcome.before.rollout.horizon),
+        "horizon": format!("{:.2}", outcome.before.rollout.horizon),
         "windows": outcome.before.rollout.windows,
         "diverged": [outcome.before.rollout.diverged, outcome.after.rollout.diverged],
         "found": found,
@@ -175,7 +175,12 @@ fn rows(outcome: &Outcome, model: &Model) -> Vec<Row> {
         error.copied().unwrap_or(f64::NAN)
     };
     let one = || "1 (share of its scale)".to_string();
-    let units = || model.coordinates.iter().map(|c| (&c.name, stated_unit(&c.unit)));
+    let units = || {
+        model
+            .coordinates
+            .iter()
+            .map(|c| (&c.name, stated_unit(&c.unit)))
+    };
     let mut rows = vec![row("acceleration", one(), true, &|s| s.acceleration.total)];
     for (name, unit) in units() {
         let unit = format!("{unit}/s²");
@@ -186,7 +191,7 @@ fn rows(outcome: &Outcome, model: &Model) -> Vec<Row> {
         let unit = super::figures::force_unit(unit);
         rows.push(row(name, unit, false, &|s| at(&s.force, name)));
     }
-    let title = format!("prediction over {} s", short(outcome.before.rollout.horizon));
+    let title = format!("prediction over {:.2} s", outcome.before.rollout.horizon);
     rows.push(row(&title, one(), true, &|s| s.rollout.errors.total));
     for (name, unit) in units() {
         let unit = unit.to_string();
