@@ -7,7 +7,7 @@ use crate::output::{self, WholeFile};
 use clap::{Args, ValueEnum};
 use identify::log::Log;
 use identify::regression::Hold;
-use identify::report;
+use identify::report::{self, Page};
 use identify::trace::{Outcome, Request, TraceError, trace};
 use std::collections::BTreeMap;
 use std::fs;
@@ -43,7 +43,8 @@ pub struct Arguments {
     #[arg(long)]
     apply: bool,
 
-    /// A folder for the report; made if it is not there
+    /// A folder for the report (`report.html`, `report.json`, `series.json`, `summary.txt`,
+    /// `model.diff`, the model with the findings); made if it is not there
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
 
@@ -124,6 +125,16 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         write(&folder.join("report.json"), &json)?;
         write(&folder.join("summary.txt"), &summary)?;
         write(&folder.join("model.diff"), &diff)?;
+        let series = serde_json::to_string(&outcome.details)?;
+        write(&folder.join("series.json"), &series)?;
+        let page = Page {
+            outcome: &outcome,
+            model: &loaded.compiled.model,
+            file: &name,
+            diff: &diff,
+            command: &command(arguments.seed),
+        };
+        write(&folder.join("report.html"), &report::html(&page)?)?;
         write(&folder.join(model), &outcome.patched_model)?;
     }
     if arguments.apply && !outcome.findings.is_empty() {
@@ -182,6 +193,36 @@ fn run_trace(
         TraceError::Model(report) => Mistake::from(*report).into(),
         other => Mistake::new(other.to_string()).into(),
     })
+}
+
+/// The command line as a shell reads it, with the seed.
+fn command(seed: u64) -> String {
+    let given: Vec<String> = std::env::args_os()
+        .skip(1)
+        .map(|word| word.to_string_lossy().into_owned())
+        .collect();
+    let seeded = given
+        .iter()
+        .any(|word| word == "--seed" || word.starts_with("--seed="));
+    let mut line = "dynamics".to_string();
+    for word in &given {
+        line.push(' ');
+        line.push_str(&quoted(word));
+    }
+    if !seeded {
+        line.push_str(&format!(" --seed {seed}"));
+    }
+    line
+}
+
+/// A word for a shell.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./=:,+@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_string()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
 }
 
 /// Writes a file whole or not at all.

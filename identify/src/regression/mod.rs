@@ -14,9 +14,11 @@
 mod adjoint;
 mod error_dynamics;
 mod gram;
+mod innovations;
 mod whitener;
 
 pub use adjoint::NoiseEvidence;
 pub use error_dynamics::{CORRELATION, Columns, ErrorDynamics, Hold};
 pub use gram::{BLOCKS, Fit, Gram, INVISIBLE};
+pub use innovations::Innovation;
 pub use whitener::{ProcessNoise, Readings, Whitener};

@@ -10,6 +10,7 @@ mod run;
 mod score;
 mod screen;
 mod select;
+mod series;
 
 pub use dictionary::{Candidate, Dictionary, Ranges, Subject};
 pub use estimate::Observed;
@@ -20,3 +21,4 @@ pub use run::{Outcome, Request, Split, TraceError, trace};
 pub use score::{Errors, RolloutErrors, Score};
 pub use screen::Considered;
 pub use select::{Remaining, Selection, Term, likelier_hold, select};
+pub use series::{CoordinateSeries, Details, InputSeries, Prediction, Series, Weighed};

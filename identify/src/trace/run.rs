@@ -6,6 +6,7 @@ use super::finding::{Finding, Verdict, findings, verdict};
 use super::patch::patch;
 use super::score::{Score, ScoreError, Scoring};
 use super::select::{Remaining, Selection, likelier_hold, select, smooth};
+use super::series::{Details, Series, weighed};
 use crate::log::{Log, LogError, Record};
 use crate::machine::SolveError;
 use crate::regression::Hold;
@@ -84,6 +85,9 @@ pub struct Outcome {
     pub warnings: Vec<String>,
     /// The model with the findings written in.
     pub patched_model: String,
+    /// Curves and candidates, for plots; not part of the JSON outcome.
+    #[serde(skip)]
+    pub details: Details,
 }
 
 /// Why a log could not be traced.
@@ -188,7 +192,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     let hold = observed.hold;
     let found = findings(&dictionary, &selection);
     let verdict = verdict(&dictionary, &selection);
-    let scores = judge(&dictionary, &selection, &test, request, hold)?;
+    let (scores, series) = judge(&dictionary, &selection, &test, request, hold)?;
     let [before, after, noise_floor] = scores;
     let provenance = format!(
         "dynamics trace, {}: held-out acceleration error {:.3} -> {:.3}, rollout {:.3} -> {:.3} (seed {})",
@@ -224,6 +228,10 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         split,
         seed: request.seed,
         warnings: warnings.collect(),
+        details: Details {
+            considered: weighed(&dictionary, &selection),
+            series,
+        },
     })
 }
 
@@ -430,7 +438,7 @@ fn judge(
     test: &Record,
     request: &Request<'_>,
     hold: Hold,
-) -> Result<[Score; 3], TraceError> {
+) -> Result<([Score; 3], Series), TraceError> {
     let failed = |error: ScoreError| match error {
         ScoreError::Smooth(error) => TraceError::Smooth(error),
         ScoreError::Solve(error) => locate(error, &test.t),
@@ -443,8 +451,8 @@ fn judge(
         hold,
         horizon,
     };
-    let before = scoring(&dictionary.defaults).score(test).map_err(failed)?;
-    let after = scoring(&selection.values).score(test).map_err(failed)?;
+    let before = scoring(&dictionary.defaults).look(test).map_err(failed)?;
+    let after = scoring(&selection.values).look(test).map_err(failed)?;
     // The states of the test log as the patched model sees them.
     let observed = Observed::new(test.clone(), hold)?;
     let observed =
@@ -452,7 +460,9 @@ fn judge(
     let floor = scoring(&selection.values)
         .noise_floor(&observed, request.seed)
         .map_err(failed)?;
-    Ok([before, after, floor])
+    let series = Series::new(dictionary, &selection.values, &observed, &before, &after)
+        .map_err(|error| locate(error, &test.t))?;
+    Ok(([before.score, after.score, floor], series))
 }
 
 fn sensor_noise(observed: &Observed) -> BTreeMap<String, f64> {

@@ -57,6 +57,28 @@ pub(super) struct Scoring<'a> {
     pub horizon: f64,
 }
 
+/// Open-loop predictions of the positions, per coordinate and sample; not a number
+/// where there is none.
+#[derive(Debug, Clone)]
+pub(super) struct Predicted {
+    pub q: Vec<Vec<f64>>,
+    /// Where predictions start, and how many samples each runs.
+    pub starts: Vec<usize>,
+    pub length: usize,
+}
+
+/// A score with the curves that it is made from.
+#[derive(Debug, Clone)]
+pub(super) struct Look {
+    pub score: Score,
+    pub states: SgStates,
+    /// Samples that the one-step errors are taken over.
+    pub inner: Vec<usize>,
+    /// Missing generalised force per coordinate and sample.
+    pub missing: Vec<Vec<f64>>,
+    pub predicted: Predicted,
+}
+
 /// Why a score could not be computed.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum ScoreError {
@@ -68,13 +90,25 @@ pub(super) enum ScoreError {
 
 impl Scoring<'_> {
     pub fn score(&self, record: &Record) -> Result<Score, ScoreError> {
+        Ok(self.look(record)?.score)
+    }
+
+    /// The score with the curves that it is made from.
+    pub fn look(&self, record: &Record) -> Result<Look, ScoreError> {
         let states = savgol_states(record)?;
-        let (acceleration, force) = self.one_step(record, &states)?;
-        let rollout = self.rollout(record, &states);
-        Ok(Score {
-            acceleration,
-            force,
-            rollout,
+        let (acceleration, force, missing) = self.one_step(record, &states)?;
+        let (rollout, predicted) = self.rollout(record, &states);
+        let inner = inner_samples(record, &states);
+        Ok(Look {
+            score: Score {
+                acceleration,
+                force,
+                rollout,
+            },
+            states,
+            inner,
+            missing,
+            predicted,
         })
     }
 
@@ -97,7 +131,12 @@ impl Scoring<'_> {
         self.score(&with_noise(clean, observed, seed))
     }
 
-    fn one_step(&self, record: &Record, states: &SgStates) -> Result<(Errors, Errors), ScoreError> {
+    /// Acceleration errors, force errors, and the latter per coordinate and sample.
+    fn one_step(
+        &self,
+        record: &Record,
+        states: &SgStates,
+    ) -> Result<(Errors, Errors, Vec<Vec<f64>>), ScoreError> {
         let at = States {
             t: record.t.clone(),
             q: states.q.clone(),
@@ -140,11 +179,12 @@ impl Scoring<'_> {
         }
         let force_scale: Vec<f64> = inertial.iter().map(|f| deviation(&pick(f))).collect();
         let inside: Vec<Vec<f64>> = forces.iter().map(|force| pick(force)).collect();
-        Ok((acceleration, errors(record, &inside, &force_scale)))
+        let force = errors(record, &inside, &force_scale);
+        Ok((acceleration, force, forces))
     }
 
     /// Predictions from the estimated states (on the constraints), window by window.
-    fn rollout(&self, record: &Record, states: &SgStates) -> RolloutErrors {
+    fn rollout(&self, record: &Record, states: &SgStates) -> (RolloutErrors, Predicted) {
         let step = record.step();
         let length = ((self.horizon / step).round() as usize).clamp(1, record.len() - 1);
         let starts: Vec<usize> = record
@@ -169,6 +209,11 @@ impl Scoring<'_> {
         };
         let rollout = Rollout::new(self.machine, self.values, options);
         let mut count = 0_usize;
+        let mut predicted = Predicted {
+            q: vec![vec![f64::NAN; record.len()]; n],
+            starts: starts.clone(),
+            length,
+        };
         for k in 0..length {
             let at = |columns: &[Vec<f64>]| -> Vec<Vec<f64>> {
                 let pick = |u: &Vec<f64>| starts.iter().map(|s| u[s + k]).collect();
@@ -198,6 +243,7 @@ impl Scoring<'_> {
                 count += 1;
                 for i in 0..n {
                     let measured = record.q[i][start + k + 1];
+                    predicted.q[i][start + k + 1] = state.q[i][window];
                     squares[i] += (state.q[i][window] - measured).powi(2);
                     travel[i] += (measured - record.q[i][start]).powi(2);
                 }
@@ -206,12 +252,13 @@ impl Scoring<'_> {
         let mean = |sum: &f64| (sum / count.max(1) as f64).sqrt();
         let rms: Vec<f64> = squares.iter().map(mean).collect();
         let scale: Vec<f64> = travel.iter().map(mean).collect();
-        RolloutErrors {
+        let errors = RolloutErrors {
             horizon: length as f64 * step,
             windows: starts.len(),
             diverged: lost.iter().filter(|&&l| l).count(),
             errors: combine(record, &rms, &scale),
-        }
+        };
+        (errors, predicted)
     }
 
     /// Internal states at the starts; where they cannot be found, as at the beginning.

@@ -193,7 +193,7 @@ fn first_noise(dictionary: &Dictionary, observed: &Observed) -> Result<ProcessNo
 
 const FIRST_SHARE: f64 = 0.1;
 
-fn linearised(
+pub(super) fn linearised(
     dictionary: &Dictionary,
     observed: &Observed,
     values: &[f64],

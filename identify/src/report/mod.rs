@@ -1,4 +1,12 @@
-//! What a person reads: a summary on one page, and the change to the model.
+//! What a person reads: a summary on one page, the change to the model, and both with
+//! figures as HTML.
+
+mod chart;
+mod explain;
+mod figures;
+mod html;
+
+pub use html::{Page, PageError, html};
 
 use crate::trace::{Errors, Finding, Outcome, Score, Verdict};
 use dynamics_codegen::Model;
@@ -37,11 +45,7 @@ pub fn summary(outcome: &Outcome, model: &Model) -> String {
     for coordinate in &model.coordinates {
         let name = &coordinate.name;
         let at = |errors: &Errors| errors.per_coordinate.get(name).copied().unwrap_or(f64::NAN);
-        let unit = if coordinate.unit.is_empty() {
-            "?"
-        } else {
-            &coordinate.unit
-        };
+        let unit = stated_unit(&coordinate.unit);
         row(format!("  {name}, {unit}/s^2"), &|s| at(&s.acceleration));
     }
     row("force, share of its scale".into(), &|s| s.force.total);
@@ -61,6 +65,11 @@ pub fn summary(outcome: &Outcome, model: &Model) -> String {
         outcome.seed
     ));
     page
+}
+
+/// The unit as the model writes it; a question mark if it does not.
+fn stated_unit(unit: &str) -> &str {
+    if unit.is_empty() { "?" } else { unit }
 }
 
 /// What was found, in one sentence.

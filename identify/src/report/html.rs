@@ -1,0 +1,273 @@
+//! The outcome as one page with figures: a file of its own that needs nothing else.
+
+use super::figures::{Figure, Figures};
+use super::{sentence, short, stated_unit};
+use crate::trace::{Errors, Finding, Outcome, Score, Verdict};
+use dynamics_codegen::Model;
+use minijinja::value::Serde;
+use minijinja::{Environment, UndefinedBehavior};
+use serde::Serialize;
+
+/// What a page is made from.
+#[derive(Debug, Clone, Copy)]
+pub struct Page<'a> {
+    /// What was found.
+    pub outcome: &'a Outcome,
+    /// The model that was traced.
+    pub model: &'a Model,
+    /// The model's file.
+    pub file: &'a str,
+    /// The change to the file, as a unified diff.
+    pub diff: &'a str,
+    /// The command that gives this page again.
+    pub command: &'a str,
+}
+
+/// Why a page could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum PageError {
+    /// A figure could not be drawn.
+    #[error("a figure of the report could not be drawn: {0}")]
+    Figure(Box<dyn std::error::Error + Send + Sync>),
+    /// The page's text could not be put together.
+    #[error("the page of the report could not be put together: {0}")]
+    Template(#[from] minijinja::Error),
+}
+
+/// A line of the table of errors.
+#[derive(Debug, Serialize)]
+struct Row {
+    name: String,
+    unit: String,
+    before: String,
+    after: String,
+    floor: String,
+    /// Whether it opens a group.
+    total: bool,
+}
+
+#[derive(Debug, Serialize)]
+struct Found {
+    effect: String,
+    on: String,
+    evidence: String,
+    parameters: Vec<[String; 4]>,
+    rivals: Vec<[String; 2]>,
+    figure: Option<Figure>,
+}
+
+/// Candidates listed at most.
+const CANDIDATES: usize = 20;
+
+/// The page: plain HTML with inline figures, without scripts, the same for the same outcome.
+///
+/// # Errors
+/// If a figure cannot be drawn or the page not be put together.
+pub fn html(page: &Page<'_>) -> Result<String, PageError> {
+    let Page { outcome, model, .. } = *page;
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    // Texts are escaped by the name's ending.
+    environment.add_template("report.html", include_str!("report.html"))?;
+    let template = environment.get_template("report.html")?;
+    let figures = Figures { outcome, model };
+    let figure_error = PageError::Figure;
+    let found: Vec<Found> = outcome
+        .findings
+        .iter()
+        .map(|finding| Ok(describe(finding, figures.explaining(Some(finding))?)))
+        .collect::<Result<_, _>>()
+        .map_err(figure_error)?;
+    let unexplained = match outcome.findings.is_empty() {
+        true => figures.explaining(None).map_err(figure_error)?,
+        false => None,
+    };
+    let split = &outcome.split;
+    let details = &outcome.details;
+    let contents = serde_json::json!({
+        "file": page.file,
+        "model": model.name,
+        "verdict": verdict(outcome.verdict),
+        "sentence": sentence(outcome),
+        "rows": rows(outcome, model),
+        "horizon": format!("{:.2}", outcome.before.rollout.horizon),
+        "windows": outcome.before.rollout.windows,
+        "diverged": [outcome.before.rollout.diverged, outcome.after.rollout.diverged],
+        "found": found,
+        "unexplained": unexplained,
+        "remains": remains(outcome),
+        "misfit": [short(outcome.misfit_before), short(outcome.misfit_after)],
+        "shares": [
+            short(100.0 * outcome.remaining.share_before),
+            short(100.0 * outcome.remaining.share_after),
+        ],
+        "remaining_evidence": format!("{:.0}", outcome.remaining.evidence),
+        "over_time": figures.over_time().map_err(figure_error)?,
+        "predictions": figures.predictions().map_err(figure_error)?,
+        "whiteness": figures.whiteness().map_err(figure_error)?,
+        "considered": considered(outcome),
+        "considered_count": details.considered.len(),
+        "diff": diff_lines(page.diff),
+        "split": split,
+        "stride": details.series.stride,
+        "noise": noise(outcome, model),
+        "hold": hold(outcome),
+        "seed": outcome.seed,
+        "warnings": outcome.warnings,
+        "command": page.command,
+    });
+    Ok(template.render(Serde(contents))?)
+}
+
+/// The kind of error, in a word or two.
+fn verdict(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Effect => "missing effect",
+        Verdict::Parameter => "wrong parameter",
+        Verdict::Channel => "wrong channel",
+        Verdict::None => "nothing missing",
+        Verdict::Unknown => "unknown",
+    }
+}
+
+/// What the findings leave, in one sentence.
+fn remains(outcome: &Outcome) -> &'static str {
+    match outcome.verdict {
+        Verdict::Unknown => {
+            "Forces remain that sensor noise does not explain and that no effect of the \
+             library describes; the model file is left as it is."
+        }
+        _ if outcome.misfit_after < NEARLY_NOISE => {
+            "What remains is about what the sensors' noise explains."
+        }
+        _ => {
+            "More remains than the sensors' noise alone explains, but too little to move the \
+             machine noticeably or to be named."
+        }
+    }
+}
+
+/// Mean squared prediction errors in units of sensor noise that count as noise.
+const NEARLY_NOISE: f64 = 1.2;
+
+fn hold(outcome: &Outcome) -> &'static str {
+    match outcome.input_hold {
+        crate::regression::Hold::Linear => "go straight from one sample to the next",
+        crate::regression::Hold::Previous => "stay at the earlier sample's value",
+    }
+}
+
+fn rows(outcome: &Outcome, model: &Model) -> Vec<Row> {
+    let scores = [&outcome.before, &outcome.after, &outcome.noise_floor];
+    let row = |name: &str, unit: String, total: bool, pick: &dyn Fn(&Score) -> f64| {
+        let [before, after, floor] = scores.map(|score| short(pick(score)));
+        Row {
+            name: name.into(),
+            unit,
+            before,
+            after,
+            floor,
+            total,
+        }
+    };
+    let at = |errors: &Errors, name: &str| {
+        let error = errors.per_coordinate.get(name);
+        error.copied().unwrap_or(f64::NAN)
+    };
+    let one = || "1 (share of its scale)".to_string();
+    let units = || {
+        model
+            .coordinates
+            .iter()
+            .map(|c| (&c.name, stated_unit(&c.unit)))
+    };
+    let mut rows = vec![row("acceleration", one(), true, &|s| s.acceleration.total)];
+    for (name, unit) in units() {
+        let unit = format!("{unit}/s²");
+        rows.push(row(name, unit, false, &|s| at(&s.acceleration, name)));
+    }
+    rows.push(row("generalised force", one(), true, &|s| s.force.total));
+    for (name, unit) in units() {
+        let unit = super::figures::force_unit(unit);
+        rows.push(row(name, unit, false, &|s| at(&s.force, name)));
+    }
+    let title = format!("prediction over {:.2} s", outcome.before.rollout.horizon);
+    rows.push(row(&title, one(), true, &|s| s.rollout.errors.total));
+    for (name, unit) in units() {
+        let unit = unit.to_string();
+        rows.push(row(name, unit, false, &|s| at(&s.rollout.errors, name)));
+    }
+    rows
+}
+
+fn describe(finding: &Finding, figure: Option<Figure>) -> Found {
+    let parameters = finding.parameters.iter().map(|(name, p)| {
+        let error = if p.std.is_finite() {
+            short(p.std)
+        } else {
+            "not estimated".into()
+        };
+        [name.clone(), short(p.value), error, p.unit.clone()]
+    });
+    let rivals = finding.confounded_with.iter().map(|rival| {
+        let name = format!("{} ({})", rival.effect, rival.on.join(", "));
+        [name, format!("{:+.1}", rival.evidence_difference)]
+    });
+    Found {
+        effect: finding.effect.clone(),
+        on: finding.on.join(", "),
+        evidence: format!("{:.0}", finding.evidence),
+        parameters: parameters.collect(),
+        rivals: rivals.collect(),
+        figure,
+    }
+}
+
+/// Name, evidence, gain and held-out gain of the best candidates, and whether each was
+/// accepted.
+fn considered(outcome: &Outcome) -> Vec<([String; 5], bool)> {
+    let best = outcome.details.considered.iter().take(CANDIDATES);
+    best.map(|candidate| {
+        let accepted = outcome
+            .findings
+            .iter()
+            .any(|f| f.effect == candidate.effect && f.on == candidate.on);
+        let nats = |value: f64| format!("{value:.1}");
+        let texts = [
+            candidate.effect.clone(),
+            candidate.on.join(", "),
+            nats(candidate.evidence),
+            nats(candidate.gain),
+            nats(candidate.held_out_gain),
+        ];
+        (texts, accepted)
+    })
+    .collect()
+}
+
+/// Lines of a diff with the class that colours them.
+fn diff_lines(diff: &str) -> Vec<[&str; 2]> {
+    let class = |line: &str| match line.as_bytes() {
+        [b'+', b'+', b'+', ..] | [b'-', b'-', b'-', ..] => "file",
+        [b'+', ..] => "plus",
+        [b'-', ..] => "minus",
+        [b'@', ..] => "place",
+        _ => "same",
+    };
+    diff.lines().map(|line| [class(line), line]).collect()
+}
+
+/// Sensor, its noise and unit.
+fn noise(outcome: &Outcome, model: &Model) -> Vec<[String; 3]> {
+    let mut rows = Vec::new();
+    for coordinate in &model.coordinates {
+        let unit = stated_unit(&coordinate.unit);
+        for (prefix, per) in [("q", ""), ("dq", "/s"), ("ddq", "/s²")] {
+            let name = format!("{prefix}_{}", coordinate.name);
+            if let Some(&sd) = outcome.sensor_noise.get(&name) {
+                rows.push([name, short(sd), format!("{unit}{per}")]);
+            }
+        }
+    }
+    rows
+}
