@@ -2,21 +2,30 @@
 
 mod bodies;
 mod builder;
+mod constraint;
 mod contact;
+mod declare;
 mod delay;
 mod effects;
+mod energy;
+mod finish;
 mod fold;
+mod force;
 mod frames;
 mod kinematic;
 mod library;
 mod lower;
 mod measured;
 mod names;
+mod output;
+mod parameter;
+mod place;
 mod quantity;
 mod robot;
 mod set;
 mod state;
 mod switch;
+mod unit;
 
 pub use bodies::{NamedBody, PointForce};
 pub(crate) use builder::build;

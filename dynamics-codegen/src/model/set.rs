@@ -5,7 +5,6 @@
 use super::builder::Builder;
 use super::quantity::{Measure, Quantity};
 use crate::diagnostic::Diagnostic;
-use crate::dimension::Dimension;
 use crate::source::Span;
 use crate::syntax::{Expr, Name, PortKind};
 
@@ -75,16 +74,7 @@ impl Builder<'_> {
             self.scope.member = Some(place);
             let quantity = self.lower(value);
             self.scope.member = None;
-            let quantity = quantity?;
-            if let Some(dimension) = self.model.coordinates[index].dimension {
-                let role = format!("a force on `{set}`");
-                self.expect_dimension(quantity, Dimension::ENERGY / dimension, value.span, &role)?;
-            }
-            let sum = self
-                .model
-                .graph
-                .add(self.model.forces[index], quantity.expr);
-            self.model.forces[index] = sum;
+            self.add_force(index, quantity?, set, value.span)?;
         }
         Some(())
     }

@@ -4,9 +4,10 @@
 //! friction law, a drive's lag, the play of a gear.
 
 use super::Model;
-use super::builder::{Builder, unit_text};
+use super::builder::Builder;
 use super::names::Binding;
 use super::quantity::{Measure, Quantity};
+use super::unit::unit_text;
 use crate::diagnostic::Diagnostic;
 use crate::dimension::Dimension;
 use crate::graph::{ExprId, SymbolId};

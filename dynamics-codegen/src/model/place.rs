@@ -1,0 +1,63 @@
+//! What a name in `force x = …` or `effect e(x);` stands for.
+
+use super::builder::Builder;
+use super::names::{Binding, Declared};
+use crate::diagnostic::{Diagnostic, nearest};
+use crate::syntax::{Name, PortKind};
+
+impl Builder<'_> {
+    /// The coordinate of this name, directly or through a port.
+    pub(super) fn find_coordinate(&mut self, name: &Name) -> Option<usize> {
+        if let Some(&(PortKind::Coordinate, index)) = self.scope.ports.get(&name.text) {
+            return Some(index);
+        }
+        if let Some(Declared {
+            what: Binding::Coordinate(index),
+            ..
+        }) = self.scope.names.get(&name.text)
+        {
+            return Some(*index);
+        }
+        let known: Vec<String> = self
+            .model
+            .coordinates
+            .iter()
+            .map(|c| c.name.clone())
+            .collect();
+        self.unknown_place(name, "coordinate", &known)
+    }
+
+    /// The input of this name, directly or through a port.
+    pub(super) fn find_input(&mut self, name: &Name) -> Option<usize> {
+        if let Some(&(PortKind::Input, index)) = self.scope.ports.get(&name.text) {
+            return Some(index);
+        }
+        if let Some(declared) = self.scope.inputs.get(&name.text) {
+            return Some(declared.what);
+        }
+        let known: Vec<String> = self.model.inputs.iter().map(|u| u.name.clone()).collect();
+        self.unknown_place(name, "input", &known)
+    }
+
+    pub(super) fn unknown_place<T>(
+        &mut self,
+        name: &Name,
+        what: &str,
+        known: &[String],
+    ) -> Option<T> {
+        if self.unreadable_base || self.scope.unreadable.contains(&name.text) {
+            return None;
+        }
+        let error = Diagnostic::error(
+            name.span,
+            format!("there is no {what} named `{}`", name.text),
+        );
+        self.report(
+            match nearest(&name.text, known.iter().map(String::as_str)) {
+                Some(near) => error.help(format!("did you mean `{near}`?")),
+                None if known.is_empty() => error.help(format!("the model declares no {what}")),
+                None => error.help(format!("the model has: {}", known.join(", "))),
+            },
+        )
+    }
+}
