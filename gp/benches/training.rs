@@ -6,8 +6,8 @@
 //! with 7 outputs, 154 hyper-parameters and 100 inducing inputs. Names pick parts:
 //! `-- particle theta many`.
 
-#[path = "../tests/common/mod.rs"]
-mod common;
+#[path = "../tests/benchmarks/systems.rs"]
+mod systems;
 
 use gp::{
     Atlas, Functionals, GaussPoint, Inputs, Kernel, LatentPrior, Layout, Model, Problem, Quantity,
@@ -41,7 +41,7 @@ impl Structure for Surface {
     fn functionals(&self, theta: &[f64]) -> gp::Result<Functionals> {
         let mut out = Functionals::new(9, 3);
         for x in &self.x {
-            let s = common::surface(x, self.parameters(theta));
+            let s = systems::surface(x, self.parameters(theta));
             let p = GaussPoint::new(&s.mass, &s.a, &s.b, &s.known)?;
             let r = p.rows(Quantity::Acceleration, Layout::Force)?;
             out.push(x, &r.h, &r.mean)?;
@@ -52,7 +52,7 @@ impl Structure for Surface {
     fn tangents(&self, theta: &[f64]) -> gp::Result<Vec<Tangent>> {
         let mut out = vec![Tangent::default(); theta.len()];
         for x in self.x.iter().filter(|_| self.free) {
-            let s = common::surface(x, theta);
+            let s = systems::surface(x, theta);
             let p = GaussPoint::new(&s.mass, &s.a, &s.b, &s.known)?;
             for (out, d) in out.iter_mut().zip(&s.tangents) {
                 let t = p.tangent(d, Quantity::Acceleration, Layout::Force)?;
@@ -80,10 +80,10 @@ fn observations(count: usize) -> gp::Result<(Vec<Vec<f64>>, Vec<f64>)> {
             draw(5.0),
             draw(5.0),
         ];
-        x[2] = common::surface_gap(&x, &TRUE);
-        let s = common::surface(&x, &TRUE);
+        x[2] = systems::surface_gap(&x, &TRUE);
+        let s = systems::surface(&x, &TRUE);
         x[5] = s.a[0] * x[3] + s.a[1] * x[4];
-        let force = common::surface_damping(&x);
+        let force = systems::surface_damping(&x);
         let total: Vec<f64> = s.known.iter().zip(&force).map(|(k, f)| k + f).collect();
         let a = GaussPoint::new(&s.mass, &s.a, &s.b, &total)?
             .rows(Quantity::Acceleration, Layout::Force)?

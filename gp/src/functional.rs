@@ -52,23 +52,14 @@ struct Raw {
 impl TryFrom<Raw> for Functionals {
     type Error = GpError;
     fn try_from(raw: Raw) -> Result<Self> {
-        let Raw {
-            points,
-            dims,
-            n_latent,
-            starts,
-            rows,
-            mean,
-            channels,
-        } = raw;
         let out = Self {
-            points,
-            dims,
-            n_latent,
-            starts,
-            rows,
-            mean,
-            channels,
+            points: raw.points,
+            dims: raw.dims,
+            n_latent: raw.n_latent,
+            starts: raw.starts,
+            rows: raw.rows,
+            mean: raw.mean,
+            channels: raw.channels,
         };
         out.validate()?;
         Ok(out)
@@ -159,6 +150,17 @@ impl Functionals {
         self.starts.push(self.mean.len());
     }
 
+    /// Point `i` of `other`, which has our dimensions.
+    fn append_from(&mut self, other: &Self, i: usize) {
+        let r = other.rows_of(i);
+        self.append(
+            other.points[i].clone(),
+            &other.rows[r.start * self.n_latent..r.end * self.n_latent],
+            &other.mean[r.clone()],
+            other.channels[r].to_vec(),
+        );
+    }
+
     /// The points of `other` after ours. Errors: different input or latent dimensions.
     pub fn extend(&mut self, other: &Self) -> Result<()> {
         if (other.dims, other.n_latent) != (self.dims, self.n_latent) {
@@ -168,30 +170,14 @@ impl Functionals {
                 format!("{} inputs, {} latent functions", other.dims, other.n_latent),
             ));
         }
-        for i in 0..other.n_points() {
-            let r = other.rows_of(i);
-            self.append(
-                other.points[i].clone(),
-                &other.rows[r.start * self.n_latent..r.end * self.n_latent],
-                &other.mean[r.clone()],
-                other.channels[r].to_vec(),
-            );
-        }
+        (0..other.n_points()).for_each(|i| self.append_from(other, i));
         Ok(())
     }
 
     /// The points with the given indices, in that order (panics out of range, like slices).
     pub fn subset(&self, indices: &[usize]) -> Self {
         let mut out = Self::new(self.dims, self.n_latent);
-        for &i in indices {
-            let r = self.rows_of(i);
-            out.append(
-                self.points[i].clone(),
-                &self.rows[r.start * self.n_latent..r.end * self.n_latent],
-                &self.mean[r.clone()],
-                self.channels[r].to_vec(),
-            );
-        }
+        indices.iter().for_each(|&i| out.append_from(self, i));
         out
     }
 

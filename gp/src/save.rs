@@ -84,12 +84,18 @@ impl Saved {
             )));
         }
         finite("measurements y", &self.y)?;
-        finite("theta", &self.theta)?;
         finite("model parameters", &self.model.params())?;
-        for scaling in self.inputs.iter().chain(&self.outputs) {
-            scaling.validate()?;
-        }
+        check_surroundings(&self.theta, [&self.inputs, &self.outputs])?;
         self.model.check(&self.data)?;
         self.data.check_channels(self.model.log_noise.len())
     }
+}
+
+/// What every saved model carries beside the posterior.
+pub(crate) fn check_surroundings(theta: &[f64], scalings: [&Option<Scaling>; 2]) -> Result<()> {
+    finite("theta", theta)?;
+    scalings
+        .into_iter()
+        .flatten()
+        .try_for_each(Scaling::validate)
 }

@@ -7,6 +7,7 @@ use crate::functional::Functionals;
 use crate::inputs::Inputs;
 use crate::linalg::Square;
 use crate::model::Model;
+use crate::save::check_surroundings;
 use crate::sparse::{Solved, SparsePosterior};
 use serde::{Deserialize, Serialize};
 
@@ -140,10 +141,6 @@ impl SavedSparse {
             "saved bound and jitter",
             &[self.bound, self.jitter, self.relative_jitter],
         )?;
-        finite("theta", &self.theta)?;
-        for scaling in self.inputs.iter().chain(&self.outputs) {
-            scaling.validate()?;
-        }
-        Ok(())
+        check_surroundings(&self.theta, [&self.inputs, &self.outputs])
     }
 }

@@ -92,10 +92,7 @@ impl SparsePosterior {
         cholesky(&mut factor_b).map_err(|row| unfactored(row, &inducing, 0.0))?;
         let mut c = sums.moment;
         let q = inducing.rows;
-        solve_lower(
-            factor_b.view(),
-            MatMut::from_column_major_slice_mut(&mut c, q, 1),
-        );
+        solve_columns(&factor_b, &mut c);
         let fit: f64 = c.iter().map(|v| v * v).sum();
         let log_det: f64 = 2.0 * factor_b.diagonal().map(f64::ln).sum::<f64>();
         let constant = data.n_rows() as f64 * (2.0 * std::f64::consts::PI).ln();
@@ -187,25 +184,10 @@ impl SparsePosterior {
             .par_chunks(CHUNK)
             .map(|chunk| {
                 let stack = Stack::new(&at.subset(chunk), &self.model.prior);
-                let mut cross = vec![0.0; q * stack.rows];
-                assemble(
-                    &self.model.prior,
-                    &self.inducing,
-                    &stack,
-                    false,
-                    &mut cross,
-                    q,
-                );
                 let mut v = variances(&self.model.prior, &stack);
-                solve_lower(
-                    self.factor_u.view(),
-                    MatMut::from_column_major_slice_mut(&mut cross, q, stack.rows),
-                );
+                let mut cross = self.cross(&stack);
                 norms(&cross, q, &mut v, -1.0);
-                solve_lower(
-                    self.factor_b.view(),
-                    MatMut::from_column_major_slice_mut(&mut cross, q, stack.rows),
-                );
+                solve_columns(&self.factor_b, &mut cross);
                 norms(&cross, q, &mut v, 1.0);
                 v.into_iter().map(|v| v.max(0.0)).collect()
             })
@@ -216,34 +198,43 @@ impl SparsePosterior {
         })
     }
 
-    /// Posterior covariance of all rows of `at`, noise-free.
-    pub fn covariance(&self, at: &Functionals) -> Result<Mat<f64>> {
-        let stack = stack_for(&self.model, at, self.inducing.inputs.dims())?;
+    /// `L_u⁻¹ K_u*`, column-major `q × rows`.
+    fn cross(&self, stack: &Stack) -> Vec<f64> {
         let q = self.inducing.rows;
         let mut cross = vec![0.0; q * stack.rows];
         assemble(
             &self.model.prior,
             &self.inducing,
-            &stack,
+            stack,
             false,
             &mut cross,
             q,
         );
+        solve_columns(&self.factor_u, &mut cross);
+        cross
+    }
+
+    /// Posterior covariance of all rows of `at`, noise-free.
+    pub fn covariance(&self, at: &Functionals) -> Result<Mat<f64>> {
+        let stack = stack_for(&self.model, at, self.inducing.inputs.dims())?;
+        let q = self.inducing.rows;
         let mut out = crate::posterior::prior_matrix(&self.model, &stack);
-        solve_lower(
-            self.factor_u.view(),
-            MatMut::from_column_major_slice_mut(&mut cross, q, stack.rows),
-        );
+        let mut cross = self.cross(&stack);
         let v = MatRef::from_column_major_slice(&cross, q, stack.rows).to_owned();
-        solve_lower(
-            self.factor_b.view(),
-            MatMut::from_column_major_slice_mut(&mut cross, q, stack.rows),
-        );
+        solve_columns(&self.factor_b, &mut cross);
         let w = MatRef::from_column_major_slice(&cross, q, stack.rows);
         out -= v.transpose() * &v;
         out += w.transpose() * w;
         Ok(out)
     }
+}
+
+/// `L⁻¹` times column-major `columns` of the factor's size.
+fn solve_columns(factor: &Square, columns: &mut [f64]) {
+    let q = factor.view().nrows();
+    let count = columns.len() / q;
+    let columns = MatMut::from_column_major_slice_mut(columns, q, count);
+    solve_lower(factor.view(), columns);
 }
 
 fn norms(columns: &[f64], q: usize, out: &mut [f64], sign: f64) {

@@ -7,7 +7,7 @@ use dynamics_codegen::derive::{Sensitivity, Variable};
 use dynamics_codegen::dimension::Dimension;
 use dynamics_codegen::graph::ExprId;
 use dynamics_codegen::model::{ConstraintKind, Effect};
-use dynamics_codegen::{Model, Severity, System};
+use dynamics_codegen::{Model, Severity};
 use serde::Serialize;
 
 /// What a model contains.
@@ -229,34 +229,22 @@ fn warnings(loaded: &Loaded) -> Vec<Warning> {
 
 impl Operations {
     fn of(loaded: &Loaded) -> Self {
-        let System {
-            mass_matrix,
-            bias_force,
-            applied_force,
-            input_matrix,
-            force,
-            constraint_matrix,
-            constraint_bias,
-            constraint_residual,
-            constraint_rate,
-            outputs,
-            ..
-        } = &loaded.compiled.system;
-        let (mass, rows) = (mass_matrix.concat(), constraint_matrix.concat());
-        let motion = [&mass[..], force, &rows, constraint_bias].concat();
+        let of = &loaded.compiled.system;
+        let (mass, rows) = (of.mass_matrix.concat(), of.constraint_matrix.concat());
+        let motion = [&mass[..], &of.force, &rows, &of.constraint_bias].concat();
         let graph = &loaded.compiled.model.graph;
         let count = |expressions: &[ExprId]| graph.operation_count(expressions);
         Self {
             mass_matrix: count(&mass),
-            bias_force: count(bias_force),
-            applied_force: count(applied_force),
-            input_matrix: count(&input_matrix.concat()),
-            force: count(force),
+            bias_force: count(&of.bias_force),
+            applied_force: count(&of.applied_force),
+            input_matrix: count(&of.input_matrix.concat()),
+            force: count(&of.force),
             constraint_jacobian: count(&rows),
-            constraint_bias: count(constraint_bias),
-            constraint_residual: count(constraint_residual),
-            constraint_rate: count(constraint_rate),
-            outputs: count(outputs),
+            constraint_bias: count(&of.constraint_bias),
+            constraint_residual: count(&of.constraint_residual),
+            constraint_rate: count(&of.constraint_rate),
+            outputs: count(&of.outputs),
             dynamics: count(&motion),
             derivatives: derivative_count(loaded),
         }

@@ -23,17 +23,15 @@ impl Readings {
             return exprs.to_vec();
         };
         let mut values = HashMap::new();
-        for Kinematic {
-            symbol,
-            frame,
-            reading,
-        } in model.kinematics.clone()
-        {
+        for kinematic in model.kinematics.clone() {
+            let Kinematic {
+                symbol, reading, ..
+            } = kinematic;
             let graph = &mut model.graph;
             if !graph.depends_on(exprs, symbol) {
                 continue;
             }
-            let frame = Frame::of_body(graph, frame);
+            let frame = Frame::of_body(graph, kinematic.frame);
             let value = match reading {
                 Reading::Position(i) => mechanism.pose(graph, &frame).position[i],
                 Reading::Axis(axis, i) => mechanism.pose(graph, &frame).rotation[i][axis],
@@ -67,18 +65,16 @@ impl Readings {
         let Some(mechanism) = &self.mechanism else {
             return row;
         };
-        for Kinematic {
-            symbol,
-            frame,
-            reading,
-        } in model.kinematics.clone()
-        {
+        for kinematic in model.kinematics.clone() {
+            let Kinematic {
+                symbol, reading, ..
+            } = kinematic;
             let graph = &mut model.graph;
             if reading.is_positional() == velocities || !graph.depends_on(&[expr], symbol) {
                 continue;
             }
             let slope = graph.derivatives(&[expr], symbol)[0];
-            let frame = Frame::of_body(graph, frame);
+            let frame = Frame::of_body(graph, kinematic.frame);
             let jacobian = mechanism.jacobian(graph, &frame);
             for (column, entry) in row.iter_mut().enumerate() {
                 let along = match reading {

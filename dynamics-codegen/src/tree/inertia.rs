@@ -20,6 +20,21 @@ pub(super) struct PseudoInertia {
     pub second: Matrix,
 }
 
+/// Adds a symmetric matrix, given by its entries on and above the diagonal.
+fn add_symmetric(
+    g: &mut Graph,
+    sum: &mut [Vector; 3],
+    entry: impl Fn(&mut Graph, usize, usize) -> ExprId,
+) {
+    for i in 0..3 {
+        for j in i..3 {
+            let change = entry(g, i, j);
+            sum[i][j] = g.add(sum[i][j], change);
+            sum[j][i] = sum[i][j];
+        }
+    }
+}
+
 impl PseudoInertia {
     /// Whether turning it about z changes nothing.
     pub fn is_symmetric_about_z(&self, g: &Graph) -> bool {
@@ -54,13 +69,7 @@ impl PseudoInertia {
             second[b][a] = second[a][b];
         }
         let first = vector::scale(g, body.mass, body.center);
-        for a in 0..3 {
-            for b in a..3 {
-                let moment = g.mul(first[a], body.center[b]);
-                second[a][b] = g.add(second[a][b], moment);
-                second[b][a] = second[a][b];
-            }
-        }
+        add_symmetric(g, &mut second, |g, i, j| g.mul(first[i], body.center[j]));
         Self {
             mass: body.mass,
             first,
@@ -95,16 +104,12 @@ impl PseudoInertia {
         let moved = vector::scale(g, self.mass, p);
         let first = vector::add(g, self.first, moved);
         let mut second = self.second;
-        for i in 0..3 {
-            for j in i..3 {
-                // hᵢ pⱼ + pᵢ (hⱼ + m pⱼ)
-                let left = g.mul(self.first[i], p[j]);
-                let right = g.mul(p[i], first[j]);
-                let change = g.add(left, right);
-                second[i][j] = g.add(second[i][j], change);
-                second[j][i] = second[i][j];
-            }
-        }
+        add_symmetric(g, &mut second, |g, i, j| {
+            // hᵢ pⱼ + pᵢ (hⱼ + m pⱼ)
+            let left = g.mul(self.first[i], p[j]);
+            let right = g.mul(p[i], first[j]);
+            g.add(left, right)
+        });
         Self {
             mass: self.mass,
             first,

@@ -1,6 +1,6 @@
 //! `M a = Q` and its constrained relative as straight-line code.
 
-use super::mechanism::Mechanism;
+use super::mechanism::{Link, Mechanism};
 use super::space::Space;
 use crate::graph::{ExprId, Graph};
 
@@ -316,20 +316,21 @@ impl Mechanism {
         order
     }
 
+    /// Links whose attitude is a quaternion, with its places among the coordinates.
+    fn spherical_links(&self) -> impl Iterator<Item = (&Link, [usize; 4])> {
+        let links = self.links.iter();
+        links.filter_map(|link| Some((link, link.spherical?)))
+    }
+
     /// A covector on `v` (a force, a row of `A`) as one on quasi-velocities:
     /// with `η̇ = ½ Eᵀω` its quaternion part is `½ E Q_η`.
     pub(super) fn to_quasi(&self, g: &mut Graph, force: &[ExprId]) -> Vec<ExprId> {
         let mut quasi = force.to_vec();
-        for link in &self.links {
-            let Some(places) = link.spherical else {
-                continue;
-            };
+        for (link, places) in self.spherical_links() {
             for (freedom, &place) in link.freedoms.iter().zip(&places) {
                 let mut total = g.zero();
                 for &(index, coefficient) in &freedom.map {
-                    // The map holds 2 E.
-                    let quarter = g.scale(0.25, coefficient);
-                    let term = g.mul(quarter, force[index]);
+                    let term = quarter_of(g, coefficient, force[index]);
                     total = g.add(total, term);
                 }
                 quasi[place] = total;
@@ -342,17 +343,13 @@ impl Mechanism {
     /// Accelerations of quasi-velocities as `a` up to the drift: `η̈ = ½ Eᵀ ω̇`.
     pub(super) fn of_quasi(&self, g: &mut Graph, quasi: &[ExprId]) -> Vec<ExprId> {
         let mut acceleration = quasi.to_vec();
-        for link in &self.links {
-            let Some(places) = link.spherical else {
-                continue;
-            };
+        for (link, places) in self.spherical_links() {
             for place in places {
                 acceleration[place] = g.zero();
             }
             for (freedom, &omega_dot) in link.freedoms.iter().zip(&places) {
                 for &(index, coefficient) in &freedom.map {
-                    let quarter = g.scale(0.25, coefficient);
-                    let term = g.mul(quarter, quasi[omega_dot]);
+                    let term = quarter_of(g, coefficient, quasi[omega_dot]);
                     acceleration[index] = g.add(acceleration[index], term);
                 }
             }
@@ -376,4 +373,10 @@ impl Mechanism {
         }
         drift
     }
+}
+
+/// `½ E` times a value, from a coefficient of the map of freedoms, which holds `2 E`.
+fn quarter_of(g: &mut Graph, coefficient: ExprId, value: ExprId) -> ExprId {
+    let quarter = g.scale(0.25, coefficient);
+    g.mul(quarter, value)
 }

@@ -1,5 +1,4 @@
 //! Small models written by hand, shared by the test files.
-#![allow(dead_code)]
 
 use dynamics::{Constraint, Point, Scalar, System};
 use nalgebra::{SMatrix, SVector};
@@ -32,11 +31,6 @@ impl<T: Scalar, const R: usize> System<T, 2, 0, R, 0> for CartesianPendulum<R> {
     fn state_rate(&self, _: &Point<T, 2, 0, 0>) -> [T; 0] {
         []
     }
-}
-
-/// Energy per mass of [`CartesianPendulum`], J/kg.
-pub fn energy(q: [f64; 2], v: [f64; 2]) -> f64 {
-    0.5 * (v[0] * v[0] + v[1] * v[1]) + GRAVITY * q[1]
 }
 
 /// Unicycle (x, y, ψ), mass 1 kg, inertia 0.2 kg m², inputs thrust and torque; no

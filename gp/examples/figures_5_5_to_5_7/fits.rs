@@ -1,7 +1,7 @@
 //! Data and fits of the unicycle and the particle: GP² on the unconstrained
 //! acceleration (thesis 5.14, zero mean) and independent SE-GPs.
 
-use crate::common::{self, State};
+use crate::systems::{self, State};
 use gp::{
     Functionals, GaussPoint, Kernel, LatentPrior, Layout, Model, Posterior, Problem, Quantity,
     Result, Rows, Training,
@@ -21,15 +21,15 @@ pub struct System {
     noise: f64,
 }
 
-/// Surface of the data, `p` of [`common::surface`].
+/// Surface of the data, `p` of [`systems::surface`].
 pub const SURFACE: [f64; 7] = [0.08, 0.05, 0.05, 0.0, 0.0, 0.1, 3.0];
 /// Surface that no data were taken on: `q3 = 0.1 q1 − 0.15 q2 − 0.1 cos 3 q1`.
 pub const OTHER: [f64; 7] = [0.0, 0.0, 0.0, 0.1, -0.15, -0.1, 3.0];
 
 pub const UNICYCLE: System = System {
-    state: |x| common::unicycle(x, &[0.05, 0.02]),
+    state: |x| systems::unicycle(x, &[0.05, 0.02]),
     hidden: |x| {
-        let s = common::unicycle(x, &[0.05, 0.02]);
+        let s = systems::unicycle(x, &[0.05, 0.02]);
         let k = -0.5 * x[0].hypot(x[1]);
         (0..3)
             .map(|i| k * (s.mass[3 * i] * x[0] + s.mass[3 * i + 1] * x[1]))
@@ -44,8 +44,8 @@ pub const UNICYCLE: System = System {
 };
 
 pub const PARTICLE: System = System {
-    state: |x| common::surface(x, &SURFACE),
-    hidden: common::surface_damping,
+    state: |x| systems::surface(x, &SURFACE),
+    hidden: systems::surface_damping,
     draw: |rng| {
         let mut draw = |w: f64| rng.random_range(-w..w);
         let mut x = vec![draw(2.0), draw(2.0), 0.0, draw(0.5), draw(0.5), 0.0];
@@ -56,15 +56,15 @@ pub const PARTICLE: System = System {
 };
 
 pub const OTHER_PARTICLE: System = System {
-    state: |x| common::surface(x, &OTHER),
+    state: |x| systems::surface(x, &OTHER),
     ..PARTICLE
 };
 
 /// The particle moved onto a surface, its velocity into the tangent plane.
 pub fn on_surface(mut x: Vec<f64>, p: &[f64]) -> Vec<f64> {
     x[2] = 0.0;
-    x[2] = common::surface_gap(&x, p);
-    let a = common::surface(&x, p).a;
+    x[2] = systems::surface_gap(&x, p);
+    let a = systems::surface(&x, p).a;
     x[5] = a[0] * x[3] + a[1] * x[4];
     x
 }

@@ -229,7 +229,7 @@ fn path(a: impl Fn(&[f64]) -> Result<Vec<f64>>, seconds: f64) -> Result<Path> {
             out.t.push(t);
             out.q.push(s.q);
             out.gap
-                .push(crate::common::surface_gap(&input(s), &SURFACE).abs());
+                .push(crate::systems::surface_gap(&input(s), &SURFACE).abs());
         })
         .map_err(|e| GpError::Structure {
             theta: Vec::new(),

@@ -143,21 +143,22 @@ pub fn accelerations(folder: &Path, data: &Data, fits: &[&Fit]) -> Result<(), Fa
     let known = analytical(&data.arm, TRUE_END, samples)?;
     let truth = || over(samples, |k| samples[k].truth[joint]);
     let noisy = || over(samples, |k| samples[k].measured[joint]);
-    let mut top = vec![Panel {
-        title: "Analytical model".into(),
+    let beside = |title: &str, name: &str, curve: &[f64]| Panel {
+        title: title.into(),
         x: Axis::new("time / s"),
         y: Axis::new("acceleration of joint 6 / (rad/s²)").within(-5.0, 7.0),
         legend: Corner::UpperRight,
         layers: vec![
             layer("measured", GREY, Mark::Thin(noisy())),
             layer(
-                "model",
+                name,
                 BLUE_INK,
-                Mark::Line(over(samples, |k| known[N * k + joint])),
+                Mark::Line(over(samples, |k| curve[N * k + joint])),
             ),
             layer("truth", BLACK_INK, Mark::Dashed(truth())),
         ],
-    }];
+    };
+    let mut top = vec![beside("Analytical model", "model", &known)];
     let mut bottom = vec![Panel {
         title: "Its error".into(),
         x: Axis::new("time / s"),
@@ -173,21 +174,7 @@ pub fn accelerations(folder: &Path, data: &Data, fits: &[&Fit]) -> Result<(), Fa
     }];
     for fit in fits {
         let p = fit.predict(&data.arm, samples, Quantity::Acceleration)?;
-        top.push(Panel {
-            title: fit.kind.name().into(),
-            x: Axis::new("time / s"),
-            y: Axis::new("acceleration of joint 6 / (rad/s²)").within(-5.0, 7.0),
-            legend: Corner::UpperRight,
-            layers: vec![
-                layer("measured", GREY, Mark::Thin(noisy())),
-                layer(
-                    "mean",
-                    BLUE_INK,
-                    Mark::Line(over(samples, |k| p.mean[N * k + joint])),
-                ),
-                layer("truth", BLACK_INK, Mark::Dashed(truth())),
-            ],
-        });
+        top.push(beside(fit.kind.name(), "mean", &p.mean));
         let zero = Prediction {
             mean: error_of(&p, samples),
             variance: p.variance.clone(),

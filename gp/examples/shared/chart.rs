@@ -1,5 +1,5 @@
 //! Panels of lines, bands and points as one SVG file.
-#![allow(dead_code)]
+#![allow(dead_code, reason = "no example uses everything")]
 
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};

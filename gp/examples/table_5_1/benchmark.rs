@@ -1,6 +1,6 @@
 //! The three systems of Table 5.1 with their data, grids and structures.
 
-use crate::common::{self, State};
+use crate::systems::{self, State};
 use gp::{Functionals, GaussPoint, GpError, Layout, Quantity, Structure, Tangent};
 use serde_json::Value;
 
@@ -76,7 +76,7 @@ pub struct System {
 pub const SYSTEMS: [System; 3] = [
     System {
         name: "surface",
-        state: common::surface,
+        state: systems::surface,
         parameters: &[0.08, 0.05, 0.05, 0.0, 0.0, 0.1, 3.0],
         estimated: [&[0, 1, 2, 5, 6], &[0, 1, 2, 5, 6]],
     },
@@ -88,7 +88,7 @@ pub const SYSTEMS: [System; 3] = [
     },
     System {
         name: "duffing",
-        state: common::duffing,
+        state: systems::duffing,
         parameters: &[1.0, 0.3, std::f64::consts::TAU, 10.0, 12.0, 0.1, 0.15],
         estimated: [&[0, 1, 2], &[0, 1, 2, 3, 4, 5, 6]],
     },
@@ -96,7 +96,7 @@ pub const SYSTEMS: [System; 3] = [
 
 /// The unicycle observations were made without input.
 fn unforced_unicycle(x: &[f64], p: &[f64]) -> State {
-    common::unicycle(&[x[0], x[1], x[2], x[3], 0.0, 0.0], p)
+    systems::unicycle(&[x[0], x[1], x[2], x[3], 0.0, 0.0], p)
 }
 
 fn acceleration(s: &State, force: &[f64]) -> gp::Result<Vec<f64>> {
@@ -111,7 +111,7 @@ impl System {
     pub fn truth(&self, x: &[f64]) -> gp::Result<Vec<f64>> {
         let s = (self.state)(x, self.parameters);
         let force = match self.name {
-            "surface" => common::surface_damping(x),
+            "surface" => systems::surface_damping(x),
             "unicycle" => {
                 let speed = x[0].hypot(x[1]);
                 let d = [-0.5 * speed * x[0], -0.5 * speed * x[1], 0.0];
@@ -167,7 +167,7 @@ impl System {
         match self.name {
             "surface" => {
                 x[2] = 0.0;
-                x[2] = common::surface_gap(&x, p);
+                x[2] = systems::surface_gap(&x, p);
                 let a = (self.state)(&x, p).a;
                 x[5] = a[0] * x[3] + a[1] * x[4];
             }

@@ -11,14 +11,14 @@
 //!
 //! All models have a zero mean and know `M`, `A`, `b`, as in the thesis.
 
-#[path = "shared/chart.rs"]
+#[path = "../shared/chart.rs"]
 mod chart;
-#[path = "../tests/common/mod.rs"]
-mod common;
-#[path = "figures_5_5_to_5_7/fits.rs"]
 mod fits;
-#[path = "figures_5_5_to_5_7/panels.rs"]
 mod panels;
+#[path = "../../tests/benchmarks/systems.rs"]
+mod systems;
+#[cfg(test)]
+mod tests;
 
 fn main() -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
     let folder = chart::folder()?;

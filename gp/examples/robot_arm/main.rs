@@ -14,25 +14,18 @@
 //! seed, and a second set of its states at equal distances in time. Errors are
 //! against the noise-free truth at these states.
 
-#[path = "robot_arm/arm.rs"]
 mod arm;
-#[path = "shared/chart.rs"]
+#[path = "../shared/chart.rs"]
 mod chart;
-#[path = "robot_arm/control.rs"]
 mod control;
-#[path = "robot_arm/figures.rs"]
 mod figures;
-#[path = "robot_arm/inertia.rs"]
 mod inertia;
-#[path = "robot_arm/models.rs"]
 mod models;
-#[path = "robot_arm/motion.rs"]
 mod motion;
-#[path = "robot_arm/record.rs"]
 mod record;
-#[path = "robot_arm/study.rs"]
 mod study;
-#[path = "robot_arm/training.rs"]
+#[cfg(test)]
+mod tests;
 mod training;
 
 use models::{Fit, Kind};

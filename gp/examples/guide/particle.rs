@@ -1,6 +1,6 @@
-//! From a model file to a predicted constraint force: the code of `docs/gp.md`.
+//! A particle on a surface that an unknown force brakes, and the model that learns it.
 //!
-//! `cargo run -p gp --example guide`. Between the marks stands what the page shows.
+//! Between the marks stands what the page `docs/gp.md` shows.
 
 // page
 use dynamics::Point;
@@ -47,8 +47,7 @@ pub fn ask(model: &Posterior, x: &Point<f64, 3, 3, 0>, quantity: Quantity) -> Re
 use dynamics::System;
 use dynamics::nalgebra::SVector;
 use generated::surface_particle::{self, SurfaceParticle};
-use rand::{Rng, RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
+use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
 
 /// What brakes the particle, unknown to the model: `−0.6 ‖v‖ v`, N.
@@ -102,23 +101,4 @@ pub fn log(rng: &mut impl Rng) -> Result<Vec<(Point<f64, 3, 3, 0>, [f64; 3])>> {
             Ok((x, a))
         })
         .collect()
-}
-
-fn main() -> Result<()> {
-    let mut rng = ChaCha8Rng::seed_from_u64(1);
-    let log = log(&mut rng)?;
-    let x = state(&mut rng);
-    // use
-    let model = learn(&log)?;
-    let a = ask(&model, &x, Quantity::Acceleration)?; // m/s²
-    let lambda = ask(&model, &x, Quantity::Multiplier)?; // Q_I = A^T λ, N
-    let (low, high) = lambda.band95();
-    // end
-    let (a_true, lambda_true) = truth(&x)?;
-    println!("acceleration {:7.3?} m/s², true {a_true:7.3?}", a.mean);
-    println!(
-        "λ {:.2} N, 95 % in [{:.2}, {:.2}], true {lambda_true:.2}",
-        lambda.mean[0], low[0], high[0]
-    );
-    Ok(())
 }

@@ -1,9 +1,7 @@
 //! Exact gradients against central differences, for every kernel, mixing and
 //! physical parameter.
 
-mod common;
-
-use common::State;
+use crate::systems::{self, State};
 use gp::{
     Atlas, Chart, Functionals, GaussPoint, Inputs, Kernel, LatentPrior, Layout, Mixing, Model,
     Problem, Quantity, Structure, Tangent, Term, Workspace, evidence, nll,
@@ -89,6 +87,11 @@ fn close(name: &str, exact: f64, numeric: f64, scale: f64) {
     assert!(error < 1e-6, "{name}: {exact} against {numeric}");
 }
 
+/// Central difference of fourth order.
+fn slope(h: f64, at: &mut impl FnMut(f64) -> f64) -> f64 {
+    (8.0 * (at(h) - at(-h)) - at(2.0 * h) + at(-2.0 * h)) / (12.0 * h)
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 16, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(20), ..ProptestConfig::default() })]
 
@@ -107,7 +110,7 @@ proptest! {
                 model.set_params(&z).unwrap();
                 nll(&model, &f, &y, &mut work).unwrap()
             };
-            let numeric = (8.0 * (at(1e-4) - at(-1e-4)) - at(2e-4) + at(-2e-4)) / 12e-4;
+            let numeric = slope(1e-4, &mut at);
             close(&names[i], e.gradient[i], numeric, scale);
         }
     }
@@ -126,8 +129,7 @@ proptest! {
                 model.set_params(&z).unwrap();
                 -gp::SparsePosterior::new(&model, &f, &y, &inducing).unwrap().bound()
             };
-            let h = 1e-3;
-            let numeric = (8.0 * (at(h) - at(-h)) - at(2.0 * h) + at(-2.0 * h)) / (12.0 * h);
+            let numeric = slope(1e-3, &mut at);
             close(&names[i], e.gradient[i], numeric, scale);
         }
     }
@@ -152,7 +154,7 @@ proptest! {
                 let g = k.gram(&a, &b).unwrap();
                 (0..6).flat_map(|i| (0..4).map(move |j| (i, j))).map(|(i, j)| w[(i, j)] * g[(i, j)]).sum()
             };
-            let numeric = (8.0 * (at(1e-4) - at(-1e-4)) - at(2e-4) + at(-2e-4)) / 12e-4;
+            let numeric = slope(1e-4, &mut at);
             close("kernel", exact[i], numeric, numeric.abs());
         }
     }
@@ -209,13 +211,13 @@ fn every_physical_parameter_quantity_and_layout() {
     type System = (fn(&[f64], &[f64]) -> State, usize, Vec<f64>);
     let systems: [System; 3] = [
         (
-            common::surface,
+            systems::surface,
             9,
             vec![0.08, 0.05, 0.05, 0.01, -0.02, 0.1, 3.0],
         ),
-        (common::unicycle, 6, vec![0.05, 0.02]),
+        (systems::unicycle, 6, vec![0.05, 0.02]),
         (
-            common::duffing,
+            systems::duffing,
             5,
             vec![1.0, 0.3, 6.0, 10.0, 12.0, 0.1, 0.15],
         ),

@@ -1,16 +1,11 @@
 //! What figures 5.5 to 5.7 show, from fewer observations, and the files themselves.
 
-#[path = "../examples/shared/chart.rs"]
-mod chart;
-mod common;
-#[path = "../examples/figures_5_5_to_5_7/fits.rs"]
-mod fits;
-#[path = "../examples/figures_5_5_to_5_7/panels.rs"]
-mod panels;
+use crate::{chart, panels};
 
-/// Draw into the folder of this build and read back.
+/// Draw into a folder of its own and read back.
 fn drawn(name: &str, columns: usize, panels: &[chart::Panel]) -> String {
-    let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(name);
     chart::draw(&path, columns, panels).unwrap();
     std::fs::read_to_string(path).unwrap()
 }

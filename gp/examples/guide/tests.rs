@@ -1,14 +1,11 @@
-//! The page `docs/gp.md` shows the code of `examples/guide.rs`, and that code is right.
+//! The page `docs/gp.md` shows the code of the example `guide`, and that code is right.
 
-#[allow(dead_code)]
-#[path = "../examples/guide.rs"]
-mod guide;
-
+use crate::particle;
 use gp::Quantity;
 use rand::SeedableRng;
 
-const PAGE: &str = include_str!("../../docs/gp.md");
-const CODE: &str = include_str!("../examples/guide.rs");
+const PAGE: &str = include_str!("../../../docs/gp.md");
+const CODE: [&str; 2] = [include_str!("particle.rs"), include_str!("main.rs")];
 
 /// Text without the layout that differs between a page and a formatted file.
 fn words(text: &str) -> String {
@@ -16,8 +13,8 @@ fn words(text: &str) -> String {
 }
 
 /// What stands between a mark and `// end`.
-fn marked(mark: &str) -> String {
-    let (_, rest) = CODE.split_once(&format!("// {mark}\n")).unwrap();
+fn marked(code: &str, mark: &str) -> String {
+    let (_, rest) = code.split_once(&format!("// {mark}\n")).unwrap();
     words(rest.split_once("// end").unwrap().0)
 }
 
@@ -28,18 +25,18 @@ fn the_page_shows_the_code() {
         .skip(1)
         .map(|rest| words(rest.split_once("```").unwrap().0))
         .collect();
-    assert_eq!(blocks, [marked("page"), marked("use")]);
+    assert_eq!(blocks, [marked(CODE[0], "page"), marked(CODE[1], "use")]);
 }
 
 #[test]
 fn acceleration_and_constraint_force_are_predicted() {
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
-    let model = guide::learn(&guide::log(&mut rng).unwrap()).unwrap();
+    let model = particle::learn(&particle::log(&mut rng).unwrap()).unwrap();
     let (mut learnt, mut known, mut inside) = (0.0, 0.0, 0);
     for _ in 0..100 {
-        let x = guide::state(&mut rng);
-        let (a_true, lambda_true) = guide::truth(&x).unwrap();
-        let a = guide::ask(&model, &x, Quantity::Acceleration).unwrap();
+        let x = particle::state(&mut rng);
+        let (a_true, lambda_true) = particle::truth(&x).unwrap();
+        let a = particle::ask(&model, &x, Quantity::Acceleration).unwrap();
         let e = generated::surface_particle::equation_of_motion(
             &generated::surface_particle::Parameters::nominal(),
             &x,
@@ -48,7 +45,7 @@ fn acceleration_and_constraint_force_are_predicted() {
             .map(|i| e.constraint_jacobian[0][i] * a.mean[i])
             .sum();
         assert!((product - e.constraint_bias[0]).abs() < 1e-11, "A a = b");
-        let without = guide::known(&x)
+        let without = particle::known(&x)
             .unwrap()
             .rows(Quantity::Acceleration, gp::Layout::Force)
             .unwrap();
@@ -56,7 +53,7 @@ fn acceleration_and_constraint_force_are_predicted() {
             |p: &[f64]| -> f64 { p.iter().zip(a_true).map(|(p, t)| (p - t).powi(2)).sum() };
         learnt += square(&a.mean);
         known += square(&without.mean);
-        let lambda = guide::ask(&model, &x, Quantity::Multiplier).unwrap();
+        let lambda = particle::ask(&model, &x, Quantity::Multiplier).unwrap();
         let (low, high) = lambda.band95();
         inside += usize::from(low[0] < lambda_true && lambda_true < high[0]);
     }

@@ -1,13 +1,11 @@
 //! Laws that hold for any tree, and what its description may not contain.
 
-mod support;
-
+use crate::support::{self, deviation, load, rotation, shared};
 use dynamics_codegen::graph::{ExprId, Graph, SymbolId};
 use dynamics_codegen::tree::{
     Body, Coordinate, Frame, Inertia, Joint, Mechanism, Options, Placement, Tree, TreeError,
 };
 use proptest::prelude::*;
-use support::{deviation, load, rotation, shared};
 
 /// A tree with its symbols; `values` holds what is not `q`, `v`, `a`.
 struct Sample {

@@ -1,8 +1,6 @@
 //! Every number of the 60-digit reference, to 1e-8 relative.
 
-mod common;
-
-use common::State;
+use crate::systems::{self, State};
 use gp::{
     Functionals, GaussPoint, Kernel, LatentPrior, Layout, Model, Posterior, Quantity, Tangent,
     Workspace, evidence,
@@ -226,12 +224,12 @@ fn baumgarte(case: &Case, posterior: &Posterior, want: &Value, name: &str, worst
 
 #[test]
 fn every_number_of_the_reference() {
-    let text = include_str!("data/gp2.json");
+    let text = include_str!("../data/gp2.json");
     let file: Value = serde_json::from_str(text).unwrap();
     let systems: [(&str, System, System); 3] = [
-        ("surface", common::surface, common::surface),
-        ("unicycle", common::unicycle, common::skewed_unicycle),
-        ("duffing", common::duffing, common::duffing),
+        ("surface", systems::surface, systems::surface),
+        ("unicycle", systems::unicycle, systems::skewed_unicycle),
+        ("duffing", systems::duffing, systems::duffing),
     ];
     for (system, f, other) in systems {
         for (model, layout, known) in [

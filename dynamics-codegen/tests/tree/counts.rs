@@ -1,11 +1,9 @@
 //! Operation counts, each shared subexpression once: the goals are figures of
 //! published tools after the same elimination.
 
-mod support;
-
+use crate::support::{Loaded, load, shared};
 use dynamics_codegen::graph::ExprId;
 use dynamics_codegen::tree::{Frame, Layout, Mechanism, Options};
-use support::{Loaded, load, shared};
 
 struct Counted {
     loaded: Loaded,

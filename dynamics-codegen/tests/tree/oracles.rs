@@ -1,11 +1,9 @@
 //! Trees against Pinocchio's numbers (conventions: `meta` in the files).
 
-mod support;
-
+use crate::support::{Loaded, deviation, load, numbers, shared};
 use dynamics_codegen::graph::ExprId;
 use dynamics_codegen::tree::{Frame, Mechanism, Options};
 use serde_json::Value;
-use support::{Loaded, deviation, load, numbers, shared};
 
 struct Case {
     oracle: Value,

@@ -14,12 +14,12 @@
 //! iterations, where the published fits stopped at 1e-6 or after 10. Exact
 //! gradients make that cheap.
 
-#[path = "table_5_1/benchmark.rs"]
 mod benchmark;
-#[path = "../tests/common/mod.rs"]
-mod common;
-#[path = "table_5_1/fit.rs"]
 mod fit;
+#[path = "../../tests/benchmarks/systems.rs"]
+mod systems;
+#[cfg(test)]
+mod tests;
 
 use benchmark::Data;
 use fit::{Score, fit};

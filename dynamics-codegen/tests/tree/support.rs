@@ -1,6 +1,5 @@
 //! A robot description straight into a tree: for these tests only, without the
 //! checks that a reader for users needs.
-#![allow(dead_code)]
 
 use dynamics_codegen::graph::{ExprId, Graph, SymbolId};
 use dynamics_codegen::tree::{Body, Coordinate, Inertia, Joint, Placement, Tree};

@@ -1,14 +1,12 @@
 //! Trees with branches, general axes, and planar and floating roots, against
 //! Pinocchio (`data/random_trees.py`), in every layout, regrouped or not.
 
-mod support;
-
+use crate::support::{Loaded, deviation, numbers, symbols};
 use dynamics_codegen::graph::{ExprId, Graph};
 use dynamics_codegen::tree::{
     Body, Coordinate, Floating, Frame, Inertia, Joint, Layout, Mechanism, Options, Placement, Tree,
 };
 use serde_json::Value;
-use support::{Loaded, deviation, numbers, symbols};
 
 fn triple(value: &Value) -> [f64; 3] {
     numbers(value).try_into().expect("three numbers")
@@ -245,7 +243,8 @@ fn derivatives_match_graph(
 
 #[test]
 fn random_trees_agree_with_pinocchio() {
-    let file: Value = serde_json::from_str(include_str!("data/random_trees.json")).expect("valid");
+    let file: Value =
+        serde_json::from_str(include_str!("../data/random_trees.json")).expect("valid");
     for tree in file["trees"].as_array().expect("trees") {
         for layout in [Layout::AsGiven, Layout::Distal, Layout::Proximal] {
             for regroup in [false, true] {

@@ -7,9 +7,11 @@
 //! 5.32, sign corrected) it decays as `c̈ + 2ζω ċ + ω² c = 0` says. Only the mean
 //! changes, since `P` does not contain `b`.
 
-#[allow(dead_code)]
-#[path = "guide.rs"]
-mod guide;
+#[allow(dead_code, reason = "only its model is needed")]
+#[path = "../guide/particle.rs"]
+mod particle;
+#[cfg(test)]
+mod tests;
 
 use dynamics::constrained::Baumgarte;
 use dynamics::integrate::{DormandPrince, State, symplectic_euler_step};
@@ -121,7 +123,9 @@ pub fn dormand_prince(
 
 /// A GP² trained on sixty noisy accelerations.
 pub fn trained() -> Result<Posterior> {
-    guide::learn(&guide::log(&mut rand_chacha::ChaCha8Rng::seed_from_u64(1))?)
+    particle::learn(&particle::log(
+        &mut rand_chacha::ChaCha8Rng::seed_from_u64(1),
+    )?)
 }
 
 fn main() -> Result<()> {

@@ -1,48 +1,18 @@
 //! The inducing-point approximation against the exact model.
 
-mod common;
-
+use crate::states::{functionals, states};
+use crate::systems;
 use gp::{
     Functionals, GaussPoint, Inputs, Kernel, LatentPrior, Layout, Model, Posterior, Quantity,
     Saved, SavedSparse, SparsePosterior, Workspace, farthest_points, greedy_points, nll,
 };
 use rand::{RngExt, SeedableRng};
 
-fn states(count: usize, seed: u64) -> Vec<Vec<f64>> {
-    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
-    (0..count)
-        .map(|_| {
-            let (speed, q3) = (rng.random_range(0.0..1.0f64), rng.random_range(0.0..6.2f64));
-            vec![
-                speed * q3.cos(),
-                speed * q3.sin(),
-                q3,
-                rng.random_range(-0.5..0.5),
-                0.0,
-                0.0,
-            ]
-        })
-        .collect()
-}
-
-fn functionals(x: &[Vec<f64>], quantity: Quantity) -> Functionals {
-    let mut out = Functionals::new(6, 3);
-    for x in x {
-        let s = common::unicycle(x, &[0.05, 0.02]);
-        let r = GaussPoint::new(&s.mass, &s.a, &s.b, &s.known)
-            .unwrap()
-            .rows(quantity, Layout::Acceleration)
-            .unwrap();
-        out.push(x, &r.h, &r.mean).unwrap();
-    }
-    out
-}
-
 fn measured(x: &[Vec<f64>], noise: f64) -> Vec<f64> {
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(99);
     let mut y = Vec::new();
     for x in x {
-        let s = common::unicycle(x, &[0.05, 0.02]);
+        let s = systems::unicycle(x, &[0.05, 0.02]);
         let speed = x[0].hypot(x[1]);
         let d = [-0.5 * speed * x[0], -0.5 * speed * x[1], 0.0];
         let total: Vec<f64> = (0..3)
@@ -62,10 +32,10 @@ fn model() -> Model {
 
 #[test]
 fn error_against_the_exact_model_falls_with_the_inducing_points() {
-    let (train, test) = (states(150, 1), states(40, 2));
+    let (train, test) = (states(150, 1, [0.0; 2]), states(40, 2, [0.0; 2]));
     let (data, at) = (
-        functionals(&train, Quantity::Acceleration),
-        functionals(&test, Quantity::Acceleration),
+        functionals(&train, Quantity::Acceleration, Layout::Acceleration),
+        functionals(&test, Quantity::Acceleration, Layout::Acceleration),
     );
     let y = measured(&train, 0.01);
     let model = model();
@@ -106,12 +76,12 @@ fn error_against_the_exact_model_falls_with_the_inducing_points() {
         let full = sparse.covariance(&at).unwrap();
         assert!((0..at.n_rows()).all(|i| (full[(i, i)] - p.variance[i]).abs() < 1e-9));
         for (x, a) in test.iter().zip(p.mean.chunks(3)) {
-            let s = common::unicycle(x, &[0.05, 0.02]);
+            let s = systems::unicycle(x, &[0.05, 0.02]);
             let residual: f64 = (0..3).map(|j| s.a[j] * a[j]).sum::<f64>() - s.b[0];
             assert!(residual.abs() < 1e-10);
         }
         // Other quantities come out of the same approximation.
-        let lambda = functionals(&test, Quantity::Multiplier);
+        let lambda = functionals(&test, Quantity::Multiplier, Layout::Acceleration);
         let (a, b) = (sparse.mean(&lambda).unwrap(), exact.mean(&lambda).unwrap());
         let worst = a
             .iter()
@@ -124,8 +94,8 @@ fn error_against_the_exact_model_falls_with_the_inducing_points() {
 
 #[test]
 fn bad_inducing_points_are_refused() {
-    let train = states(5, 1);
-    let data = functionals(&train, Quantity::Acceleration);
+    let train = states(5, 1, [0.0; 2]);
+    let data = functionals(&train, Quantity::Acceleration, Layout::Acceleration);
     let y = measured(&train, 0.01);
     assert!(SparsePosterior::new(&model(), &data, &y, &Inputs::empty(6)).is_err());
     assert!(
@@ -140,10 +110,10 @@ fn bad_inducing_points_are_refused() {
 
 #[test]
 fn a_saved_sparse_model_predicts_bit_for_bit_without_its_data() {
-    let inputs = Inputs::from_rows(&states(12, 5)).unwrap();
+    let inputs = Inputs::from_rows(&states(12, 5, [0.0; 2])).unwrap();
     let text = |count: usize| {
-        let x = states(count, 1);
-        let data = functionals(&x, Quantity::Acceleration);
+        let x = states(count, 1, [0.0; 2]);
+        let data = functionals(&x, Quantity::Acceleration, Layout::Acceleration);
         let posterior =
             SparsePosterior::new(&model(), &data, &measured(&x, 0.01), &inputs).unwrap();
         let saved = SavedSparse::new(&posterior, vec![0.05, 0.02]);
@@ -156,7 +126,11 @@ fn a_saved_sparse_model_predicts_bit_for_bit_without_its_data() {
         (&[0.05, 0.02][..], &model())
     );
     let loaded = back.posterior().unwrap();
-    let at = functionals(&states(30, 8), Quantity::ConstraintForce);
+    let at = functionals(
+        &states(30, 8, [0.0; 2]),
+        Quantity::ConstraintForce,
+        Layout::Acceleration,
+    );
     assert_eq!(
         loaded.predict(&at).unwrap(),
         posterior.predict(&at).unwrap()
@@ -185,15 +159,19 @@ fn a_saved_sparse_model_predicts_bit_for_bit_without_its_data() {
         &json.replacen("\"factor_b\":[", "\"factor_b\":[-1.0,", 1),
         "factor of B",
     );
-    let data = functionals(&states(3, 2), Quantity::Acceleration);
+    let data = functionals(
+        &states(3, 2, [0.0; 2]),
+        Quantity::Acceleration,
+        Layout::Acceleration,
+    );
     let exact = Saved::new(model(), vec![], data.clone(), data.mean().to_vec());
     refuse(&exact.to_json().unwrap(), "gp2-model");
 }
 
 #[test]
 fn greedy_points_explain_more_than_far_ones() {
-    let x = states(120, 1);
-    let data = functionals(&x, Quantity::Acceleration);
+    let x = states(120, 1, [0.0; 2]);
+    let data = functionals(&x, Quantity::Acceleration, Layout::Acceleration);
     let (y, inputs) = (measured(&x, 0.01), data.inputs());
     let bound = |chosen: &[usize]| {
         let at = inputs.subset(chosen);
@@ -215,12 +193,12 @@ fn greedy_points_explain_more_than_far_ones() {
 #[test]
 fn greedy_points_are_what_a_posterior_calls_least_known() {
     // A coregional prior, whose latent functions depend on one another.
-    let x = states(25, 3);
+    let x = states(25, 3, [0.0; 2]);
     let kernel = Kernel::squared_exponential(&[1.0, 1.0, 3.0, 2.0, 5.0, 5.0], 0.3);
     let weights = vec![vec![1.0], vec![-0.5], vec![0.3]];
     let prior = LatentPrior::intrinsic(kernel, weights, &[0.2, 0.1, 0.05]);
     let model = Model::new(prior.clone(), &[1e-4, 4e-4, 1e-4]).unwrap();
-    let data = functionals(&x, Quantity::Acceleration);
+    let data = functionals(&x, Quantity::Acceleration, Layout::Acceleration);
     let chosen = greedy_points(&model, &data, 5).unwrap();
     let exact = Model::new(prior, &[1e-10; 3]).unwrap();
     for k in 1..5 {

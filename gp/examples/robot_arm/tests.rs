@@ -1,36 +1,10 @@
 //! The robot-arm study (thesis 5.3) in small: its parts, and what must hold.
 
-#[allow(dead_code)]
-#[path = "../examples/robot_arm/arm.rs"]
-mod arm;
-#[allow(dead_code)]
-#[path = "../examples/robot_arm/control.rs"]
-mod control;
-#[allow(dead_code)]
-#[path = "../examples/robot_arm/inertia.rs"]
-mod inertia;
-#[allow(dead_code)]
-#[path = "../examples/robot_arm/models.rs"]
-mod models;
-#[allow(dead_code)]
-#[path = "../examples/robot_arm/motion.rs"]
-mod motion;
-#[allow(dead_code)]
-#[path = "../examples/robot_arm/record.rs"]
-mod record;
-#[allow(dead_code)]
-#[path = "../examples/robot_arm/study.rs"]
-mod study;
-#[allow(dead_code)]
-#[path = "../examples/robot_arm/training.rs"]
-mod training;
-
-use arm::{Arm, N, PLANE, State, TRUE_END};
-use models::Kind;
+use crate::arm::{Arm, N, PLANE, State, TRUE_END};
+use crate::models::Kind;
+use crate::training::Effort;
+use crate::{control, motion, study};
 use rand::SeedableRng;
-use training::Effort;
-
-type Failure = Box<dyn std::error::Error + Send + Sync>;
 
 #[test]
 fn references_are_trapezoids_that_meet_end_to_end() {

@@ -1,6 +1,6 @@
 //! The three benchmark systems of thesis 5.2.1, written by hand: `M, A, b`, the
 //! known force and their derivatives in the physical parameters.
-#![allow(dead_code)]
+#![allow(dead_code, reason = "examples and benches use some of it")]
 
 use gp::PointTangent;
 

@@ -1,11 +1,7 @@
 //! Trajectories of a trained GP²: the constraint drifts without stabilisation and
 //! decays by its own law with it (thesis 5.28–5.32).
 
-#[allow(dead_code)]
-#[path = "../examples/baumgarte.rs"]
-mod baumgarte;
-
-use baumgarte::{dormand_prince, euler, trained};
+use super::{dormand_prince, euler, trained};
 use dynamics::constrained::Baumgarte;
 
 #[test]

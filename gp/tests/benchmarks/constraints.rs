@@ -1,44 +1,15 @@
 //! What holds by construction: `A a = b`, joint consistency, rank-deficient
 //! constraints, singular inertia.
 
-mod common;
-
+use crate::states::{functionals, states};
+use crate::systems;
 use gp::{
-    Functionals, GaussPoint, GpError, Inputs, Kernel, LatentPrior, Layout, Model, Posterior,
-    Quantity, sample_prior,
+    GaussPoint, GpError, Inputs, Kernel, LatentPrior, Layout, Model, Posterior, Quantity,
+    sample_prior,
 };
-use rand::{RngExt, SeedableRng};
 
-/// Many functionals of the unicycle at random states, with the states.
-fn states(count: usize, seed: u64) -> Vec<Vec<f64>> {
-    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
-    (0..count)
-        .map(|_| {
-            let (speed, q3) = (rng.random_range(0.0..1.0f64), rng.random_range(0.0..6.2f64));
-            vec![
-                speed * q3.cos(),
-                speed * q3.sin(),
-                q3,
-                rng.random_range(-0.5..0.5),
-                0.3,
-                -0.1,
-            ]
-        })
-        .collect()
-}
-
-fn functionals(x: &[Vec<f64>], quantity: Quantity, layout: Layout) -> Functionals {
-    let mut out = Functionals::new(6, layout.n_latent(3));
-    for x in x {
-        let s = common::unicycle(x, &[0.05, 0.02]);
-        let r = GaussPoint::new(&s.mass, &s.a, &s.b, &s.known)
-            .unwrap()
-            .rows(quantity, layout)
-            .unwrap();
-        out.push(x, &r.h, &r.mean).unwrap();
-    }
-    out
-}
+/// Thrust and torque.
+const DRIVEN: [f64; 2] = [0.3, -0.1];
 
 fn model(layout: Layout) -> Model {
     let kernel = || Kernel::squared_exponential(&[0.7; 6], 0.5);
@@ -50,7 +21,7 @@ fn violation(x: &[Vec<f64>], a: &[f64]) -> f64 {
     x.iter()
         .zip(a.chunks(3))
         .map(|(x, a)| {
-            let s = common::unicycle(x, &[0.05, 0.02]);
+            let s = systems::unicycle(x, &[0.05, 0.02]);
             ((0..3).map(|j| s.a[j] * a[j]).sum::<f64>() - s.b[0]).abs()
         })
         .fold(0.0, f64::max)
@@ -58,7 +29,7 @@ fn violation(x: &[Vec<f64>], a: &[f64]) -> f64 {
 
 #[test]
 fn means_and_samples_obey_the_constraint() {
-    let (train, test) = (states(30, 1), states(15, 2));
+    let (train, test) = (states(30, 1, DRIVEN), states(15, 2, DRIVEN));
     for layout in [Layout::Force, Layout::SplitForce, Layout::Acceleration] {
         let model = model(layout);
         let data = functionals(&train, Quantity::Acceleration, layout);
@@ -89,7 +60,7 @@ fn means_and_samples_obey_the_constraint() {
                 .quantity(&functionals(&test, Quantity::ConstraintForce, layout))
                 .unwrap();
             for (i, x) in test.iter().enumerate() {
-                let s = common::unicycle(x, &[0.05, 0.02]);
+                let s = systems::unicycle(x, &[0.05, 0.02]);
                 for r in 0..3 {
                     let ma: f64 = (0..3).map(|j| s.mass[3 * r + j] * a[0][3 * i + j]).sum();
                     assert!((ma - force[0][3 * i + r] - ideal[0][3 * i + r]).abs() < 1e-10);
@@ -102,7 +73,7 @@ fn means_and_samples_obey_the_constraint() {
 #[test]
 fn forces_predict_accelerations_and_the_other_way_round() {
     // Measuring Q̄ nearly exactly must give the acceleration it causes.
-    let x = states(12, 5);
+    let x = states(12, 5, DRIVEN);
     let model = Model::new(model(Layout::Force).prior, &[1e-10; 3]).unwrap();
     let data = functionals(&x, Quantity::TotalForce, Layout::Force);
     let y: Vec<f64> = data
@@ -119,7 +90,7 @@ fn forces_predict_accelerations_and_the_other_way_round() {
         .mean(&functionals(&x, Quantity::Multiplier, Layout::Force))
         .unwrap();
     for (i, x) in x.iter().enumerate() {
-        let s = common::unicycle(x, &[0.05, 0.02]);
+        let s = systems::unicycle(x, &[0.05, 0.02]);
         for r in 0..3 {
             let left: f64 = (0..3).map(|j| s.mass[3 * r + j] * a[3 * i + j]).sum();
             let right = y[3 * i + r] + s.a[r] * lambda[i];
@@ -130,7 +101,7 @@ fn forces_predict_accelerations_and_the_other_way_round() {
 
 #[test]
 fn mixed_measurements_narrow_the_posterior() {
-    let x = states(10, 9);
+    let x = states(10, 9, DRIVEN);
     let layout = Layout::Force;
     let mut data = functionals(&x, Quantity::Acceleration, layout);
     let model = Model::new(model(layout).prior, &[1e-4, 1e-4, 1e-4, 1e-6]).unwrap();

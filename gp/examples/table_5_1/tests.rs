@@ -2,17 +2,12 @@
 //!
 //! The whole table is `cargo run --release -p gp --example table_5_1`.
 
-#[path = "../examples/table_5_1/benchmark.rs"]
-mod benchmark;
-mod common;
-#[path = "../examples/table_5_1/fit.rs"]
-mod fit;
-
-use benchmark::{Data, Kind, ROWS, SYSTEMS};
+use crate::benchmark::{self, Data, Kind, SYSTEMS};
+use crate::fit;
 
 #[test]
 fn structured_models_reach_the_published_figures() {
-    assert_eq!(ROWS.len(), 7);
+    assert_eq!(benchmark::ROWS.len(), 7);
     let file = match benchmark::observations() {
         Ok(file) => file,
         Err(e) if std::env::var_os("CI").is_some() => panic!("{e}"),

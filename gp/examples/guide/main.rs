@@ -1,0 +1,31 @@
+//! From a model file to a predicted constraint force: the code of `docs/gp.md`.
+//!
+//! `cargo run -p gp --example guide`. The model is in `particle.rs`.
+
+mod particle;
+#[cfg(test)]
+mod tests;
+
+use gp::{Quantity, Result};
+use particle::{ask, learn, log, state, truth};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+fn main() -> Result<()> {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let log = log(&mut rng)?;
+    let x = state(&mut rng);
+    // use
+    let model = learn(&log)?;
+    let a = ask(&model, &x, Quantity::Acceleration)?; // m/s²
+    let lambda = ask(&model, &x, Quantity::Multiplier)?; // Q_I = A^T λ, N
+    let (low, high) = lambda.band95();
+    // end
+    let (a_true, lambda_true) = truth(&x)?;
+    println!("acceleration {:7.3?} m/s², true {a_true:7.3?}", a.mean);
+    println!(
+        "λ {:.2} N, 95 % in [{:.2}, {:.2}], true {lambda_true:.2}",
+        lambda.mean[0], low[0], high[0]
+    );
+    Ok(())
+}

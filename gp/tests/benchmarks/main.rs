@@ -1,0 +1,8 @@
+//! What must hold of the three benchmark systems of thesis 5.2.1.
+
+mod constraints;
+mod gradients;
+mod oracle;
+mod sparse;
+mod states;
+mod systems;
