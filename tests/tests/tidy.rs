@@ -118,7 +118,7 @@ fn files_are_short() {
         .iter()
         .map(|(name, text)| (name, text.lines().count()));
     let wrong: Vec<String> = lengths
-        .filter(|(name, lines)| *lines > LONGEST)
+        .filter(|(_, lines)| *lines > LONGEST)
         .map(|(name, lines)| format!("{name}: {lines}"))
         .collect();
     none(&wrong, &format!("longer than {LONGEST} lines"));
