@@ -3,14 +3,14 @@
 use crate::Failure;
 use crate::arm::{N, TRUE_END};
 use crate::chart::{
-    Axis, BLACK_INK, BLUE_INK, Corner, GREEN_INK, GREY, Layer, Mark, ORANGE, PURPLE, Panel,
-    RED_INK, draw, layer,
+    Axis, BLACK_INK, BLUE_INK, BROWN, Corner, GREEN_INK, GREY, Layer, Mark, ORANGE, PURPLE, Panel,
+    RED_INK, TEAL, draw, layer,
 };
 use crate::inertia::Estimate;
 use crate::models::{Fit, Kind};
 use crate::motion::Motion;
 use crate::record::{RATE, Sample};
-use crate::study::{Data, Score, analytical};
+use crate::study::{Data, NetworkScore, Score, analytical};
 use gp::{Prediction, Quantity};
 use plotters::style::RGBColor;
 use std::path::Path;
@@ -26,6 +26,7 @@ fn ink(kind: Kind) -> RGBColor {
         Kind::AccelerationPrior => GREY,
         Kind::ForcePrior => GREEN_INK,
         Kind::ForcePriorMean => BLUE_INK,
+        Kind::TipForceMean => TEAL,
     }
 }
 
@@ -94,7 +95,12 @@ pub fn task_space(folder: &Path, data: &Data) -> Result<(), Failure> {
 }
 
 /// Fig. 5.10: errors over the size of the training set.
-pub fn data_efficiency(folder: &Path, scores: &[Score], analytical: f64) -> Result<(), Failure> {
+pub fn data_efficiency(
+    folder: &Path,
+    scores: &[Score],
+    networks: &[NetworkScore],
+    analytical: f64,
+) -> Result<(), Failure> {
     let curve = |kind: Kind, f: &dyn Fn(&Score) -> f64| -> Layer {
         let of_kind = scores.iter().filter(|s| s.kind == kind);
         let points = of_kind.map(|s| (s.size as f64, f(s))).collect();
@@ -111,6 +117,15 @@ pub fn data_efficiency(folder: &Path, scores: &[Score], analytical: f64) -> Resu
             .within(0.9 * low, 1.1 * high)
     };
     let mut errors: Vec<Layer> = Kind::ALL.map(|k| curve(k, &|s| s.error)).into();
+    let network = |f: &dyn Fn(&NetworkScore) -> f64| -> Layer {
+        // The network of many points is no part of the curves.
+        let shown = networks.iter().filter(|n| n.size as f64 <= high);
+        let points = shown.map(|n| (n.size as f64, f(n))).collect();
+        layer("network", BROWN, Mark::Knots(points))
+    };
+    errors.push(network(&|n| n.error));
+    let mut constraints: Vec<Layer> = Kind::ALL.map(|k| curve(k, &|s| s.constraint)).into();
+    constraints.push(network(&|n| n.constraint));
     let flat = vec![(0.9 * low, analytical), (1.1 * high, analytical)];
     errors.push(layer("analytical model", BLACK_INK, Mark::Dashed(flat)));
     let panels = [
@@ -130,7 +145,7 @@ pub fn data_efficiency(folder: &Path, scores: &[Score], analytical: f64) -> Resu
                 .logarithmic()
                 .within(1e-17, 1e2),
             legend: Corner::Right,
-            layers: Kind::ALL.map(|k| curve(k, &|s| s.constraint)).into(),
+            layers: constraints,
         },
     ];
     draw(&folder.join("figure_5_10.svg"), 2, &panels)

@@ -6,7 +6,7 @@ use crate::record::{NOISE, Sample, input};
 use crate::training::{Effort, prior, trained};
 use dynamics::constrained::Baumgarte;
 use gp::{
-    Functionals, GaussPoint, Inputs, Layout, Model, Posterior, Prediction, Quantity, Scaling,
+    Functionals, GaussPoint, Inputs, Layout, Model, Posterior, Prediction, Quantity, Rows, Scaling,
 };
 
 /// Coordinates of the kernel input `(q, v, u)`.
@@ -27,16 +27,19 @@ pub enum Kind {
     ForcePrior,
     /// GP² on the forces, mean `Q_C + Q_u + Q_D`: "S-GP + analytical mean".
     ForcePriorMean,
+    /// The same mean, and a prior on the force at the tip: `Q_z = J^T f` (thesis 5.7).
+    TipForceMean,
 }
 
 impl Kind {
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Se,
         Self::Icm,
         Self::Lmc,
         Self::AccelerationPrior,
         Self::ForcePrior,
         Self::ForcePriorMean,
+        Self::TipForceMean,
     ];
 
     pub fn name(self) -> &'static str {
@@ -47,6 +50,7 @@ impl Kind {
             Self::AccelerationPrior => "GP², acceleration prior",
             Self::ForcePrior => "GP², force prior",
             Self::ForcePriorMean => "GP², analytical mean",
+            Self::TipForceMean => "GP², mean, force at tip",
         }
     }
 
@@ -55,12 +59,25 @@ impl Kind {
         matches!(self, Self::Se | Self::Icm | Self::Lmc)
     }
 
+    /// Whether it is a GP² with the analytical mean.
+    pub fn has_mean(self) -> bool {
+        matches!(self, Self::ForcePriorMean | Self::TipForceMean)
+    }
+
     /// Baselines see normalised accelerations, GP² those in rad/s².
     fn outputs(self, y: &[f64]) -> gp::Result<Scaling> {
         if self.is_baseline() {
             Scaling::of_outputs(y, &channels(y.len() / N))
         } else {
             Ok(unit())
+        }
+    }
+
+    /// Number of latent functions of a GP².
+    fn latent(self) -> usize {
+        match self {
+            Self::TipForceMean => 3,
+            _ => N,
         }
     }
 
@@ -79,8 +96,6 @@ pub struct Fit {
     outputs: Scaling,
     /// One of all outputs, or one per output.
     posteriors: Vec<Posterior>,
-    /// So many points trained the hyper-parameters.
-    trained_on: usize,
 }
 
 /// The kernel input of a state.
@@ -103,12 +118,33 @@ pub fn point(
     let constraint = contact(&terms, x);
     let b = stabilisation.map_or(constraint.b, |how| how.stabilise(&constraint));
     let known = match kind {
-        Kind::ForcePriorMean => arm.known_force(&terms, x),
+        Kind::ForcePriorMean | Kind::TipForceMean => arm.known_force(&terms, x),
         _ => Vector::zeros(),
     };
     // Symmetric, and one row: the order of storage does not matter.
     let (mass, a) = (terms.mass.as_slice(), constraint.a.as_slice());
     GaussPoint::new(mass, a, b.as_slice(), known.as_slice())
+}
+
+/// A quantity as a map of the latent functions.
+fn rows(
+    kind: Kind,
+    arm: &Arm,
+    x: &State,
+    quantity: Quantity,
+    stabilisation: Option<&Baumgarte<f64>>,
+) -> gp::Result<Rows> {
+    let mut rows = point(kind, arm, x, stabilisation)?.rows(quantity, kind.layout())?;
+    if kind == Kind::TipForceMean {
+        // Of generalised forces, which are `J^T f`.
+        let jacobian = arm.terms(x).jacobian;
+        let at_tip = |row: &[f64]| {
+            let row = Vector::from_column_slice(row);
+            [0, 1, 2].map(|k| (jacobian.row(k) * row)[0])
+        };
+        rows.h = rows.h.chunks(N).flat_map(at_tip).collect();
+    }
+    Ok(rows)
 }
 
 fn structured(
@@ -118,9 +154,9 @@ fn structured(
     samples: &[Sample],
     quantity: Quantity,
 ) -> gp::Result<Functionals> {
-    let mut out = Functionals::new(DIMS, N);
+    let mut out = Functionals::new(DIMS, kind.latent());
     for s in samples {
-        let rows = point(kind, arm, &s.x, None)?.rows(quantity, kind.layout())?;
+        let rows = rows(kind, arm, &s.x, quantity, None)?;
         out.push(&scaled(inputs, &s.x), &rows.h, &rows.mean)?;
     }
     Ok(out)
@@ -138,7 +174,8 @@ fn unit() -> Scaling {
     }
 }
 
-fn channels(samples: usize) -> Vec<usize> {
+/// The joint of every entry of accelerations, sample by sample.
+pub fn channels(samples: usize) -> Vec<usize> {
     (0..samples).flat_map(|_| 0..N).collect()
 }
 
@@ -148,9 +185,8 @@ pub fn measured(samples: &[Sample]) -> Vec<f64> {
 }
 
 impl Fit {
-    /// Train on samples in farthest-point order. `smaller` is the same model with
-    /// fewer of the same points: its hyper-parameters are kept when they were
-    /// trained on the points that would train them now.
+    /// Train on all samples. `smaller` is the same model with fewer of them: its
+    /// hyper-parameters are where the training of a large one begins.
     pub fn new(
         kind: Kind,
         arm: &Arm,
@@ -160,12 +196,11 @@ impl Fit {
         smaller: Option<&Self>,
     ) -> Result<Self, Failure> {
         let y = measured(samples);
-        let trained_on = effort.count(kind, samples.len());
-        let start = prior(kind, &samples[..trained_on]);
-        let outputs = kind.outputs(&y[..trained_on * N])?;
+        let start = prior(kind, samples);
+        let outputs = kind.outputs(&y)?;
         let y = outputs.outputs(&y, &channels(samples.len()))?;
         let noise: Vec<f64> = outputs.scale.iter().map(|s| (NOISE / s).powi(2)).collect();
-        let smaller = smaller.filter(|s| s.trained_on == trained_on);
+        let smaller = |d: usize| smaller.map(|fit| &fit.posteriors[d]);
         let posteriors = if kind == Kind::Se {
             let data = plain(inputs, samples, 1)?;
             let one = |d: usize| {
@@ -173,6 +208,7 @@ impl Fit {
                 trained(
                     kind,
                     Model::new(start.clone(), &noise[d..=d])?,
+                    smaller(d),
                     &data,
                     &y,
                     effort,
@@ -185,17 +221,14 @@ impl Fit {
             } else {
                 structured(kind, arm, inputs, samples, Quantity::Acceleration)?
             };
-            vec![match smaller {
-                Some(fit) => Posterior::new(fit.posteriors[0].model(), &data, &y)?,
-                None => trained(kind, Model::new(start, &noise)?, &data, &y, effort)?,
-            }]
+            let model = Model::new(start, &noise)?;
+            vec![trained(kind, model, smaller(0), &data, &y, effort)?]
         };
         Ok(Self {
             kind,
             inputs: inputs.clone(),
             outputs,
             posteriors,
-            trained_on,
         })
     }
 
@@ -205,7 +238,6 @@ impl Fit {
             kind: Kind::ForcePriorMean,
             inputs: inputs.clone(),
             outputs: unit(),
-            trained_on: posterior.data().n_points(),
             posteriors: vec![posterior],
         }
     }
@@ -286,13 +318,13 @@ impl Fit {
                 t: 0.0,
                 x: *x,
                 measured: [0.0; N],
+                differences: [0.0; N],
                 truth: [0.0; N],
                 lambda: 0.0,
             };
             self.mean(arm, &[sample])?
         } else {
-            let rows = point(self.kind, arm, x, stabilisation)?
-                .rows(Quantity::Acceleration, self.kind.layout())?;
+            let rows = rows(self.kind, arm, x, Quantity::Acceleration, stabilisation)?;
             self.posteriors[0].mean_at(&z, &rows.h, &rows.mean)?
         };
         Ok(std::array::from_fn(|i| a[i]))

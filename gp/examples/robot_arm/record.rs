@@ -30,6 +30,8 @@ pub struct Sample {
     pub x: State,
     /// Acceleration by differences, with noise.
     pub measured: [f64; N],
+    /// The same without the noise: what encoders, filter and differences make of it.
+    pub differences: [f64; N],
     /// Noise-free acceleration at the measured state.
     pub truth: [f64; N],
     /// True multiplier at the measured state, N.
@@ -117,12 +119,14 @@ fn process(
             ..State::zero()
         };
         let second = |i: usize| RATE * RATE * (q[i][k + 1] - 2.0 * q[i][k] + q[i][k - 1]);
-        let measured = std::array::from_fn(|i| second(i) + noise(NOISE));
+        let differences: [f64; N] = std::array::from_fn(second);
+        let measured = std::array::from_fn(|i| differences[i] + noise(NOISE));
         let solution = acceleration(arm, &x, None, &Tolerance::default())?;
         out.push(Sample {
             t: k as f64 / RATE,
             x,
             measured,
+            differences,
             truth: solution.a.into(),
             lambda: solution.lambda[0],
         });

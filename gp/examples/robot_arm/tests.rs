@@ -1,10 +1,10 @@
 //! The robot-arm study (thesis 5.3) in small: its parts, and what must hold.
 
 use crate::arm::{Arm, N, PLANE, State, TRUE_END};
-use crate::models::Kind;
+use crate::models::{DIMS, Kind};
 use crate::training::Effort;
-use crate::{control, motion, study};
-use rand::SeedableRng;
+use crate::{control, motion, network, study};
+use rand::{RngExt, SeedableRng};
 
 #[test]
 fn references_are_trapezoids_that_meet_end_to_end() {
@@ -53,15 +53,45 @@ fn slopes_in_the_last_link_agree_with_differences() {
 }
 
 #[test]
+fn slopes_of_the_network_agree_with_differences() {
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(5);
+    let mut numbers =
+        |n: usize| -> Vec<f64> { (0..n).map(|_| rng.random_range(-2.0..2.0)).collect() };
+    let pairs: Vec<network::Pair> = (0..4)
+        .map(|_| (numbers(DIMS), numbers(N).try_into().unwrap()))
+        .collect();
+    let batch: Vec<&network::Pair> = pairs.iter().collect();
+    let parameters = network::start(&mut rng);
+    let (_, gradient) = network::loss(&parameters, &batch);
+    let h = 1e-5;
+    for i in (0..network::PARAMETERS).step_by(7) {
+        let at = |step: f64| {
+            let mut moved = parameters.clone();
+            moved[i] += step;
+            network::loss(&moved, &batch).0
+        };
+        let slope = (at(h) - at(-h)) / (2.0 * h);
+        assert!(
+            (slope - gradient[i]).abs() < 1e-8,
+            "{i}: {slope} {}",
+            gradient[i]
+        );
+    }
+}
+
+#[test]
 fn the_study_holds_in_small() {
     let plan = study::Plan {
         train: (8, 21),
         test: (5, 22),
         sizes: vec![50],
         held_out: 60,
+        network: (100, 500),
+        link: 50,
         effort: Effort {
-            points: 50,
             iterations: 25,
+            further: 10,
+            anew: 300,
         },
     };
     let data = study::data(&plan).unwrap();
@@ -97,7 +127,12 @@ fn the_study_holds_in_small() {
         "λ: coverage {:.3}, error {:.3}, half width {:.3} N",
         m.coverage, m.error, m.half_width
     );
-    assert_eq!(study::faults(&scores, &m, false), Vec::<String>::new());
+    let networks = study::networks(&data, &plan).unwrap();
+    println!("{networks:?}");
+    assert_eq!(
+        study::faults(&scores, &networks, std::slice::from_ref(&m), false),
+        Vec::<String>::new()
+    );
     // A band that says nothing would hold everything.
     assert!(m.half_width < m.spread, "{} {}", m.half_width, m.spread);
     let known = study::analytical(&data.arm, TRUE_END, &data.test).unwrap();

@@ -11,24 +11,15 @@ use gp::{
 /// logarithms have a prior of standard deviation 2 about it.
 const LENGTH: f64 = 10.0;
 
-/// How much training a model gets.
+/// How much training a model gets, always on all of its points.
 #[derive(Clone, Copy)]
 pub struct Effort {
-    /// Hyper-parameters are trained on so many of the points at most (independent
-    /// SE-GPs on all of them); the posterior has them all.
-    pub points: usize,
-    /// Iterations of L-BFGS-B.
+    /// Iterations of L-BFGS-B from the starting values.
     pub iterations: u64,
-}
-
-impl Effort {
-    /// How many points train the hyper-parameters.
-    pub fn count(self, kind: Kind, points: usize) -> usize {
-        match kind {
-            Kind::Se => points,
-            _ => points.min(self.points),
-        }
-    }
+    /// Iterations from the hyper-parameters of the same model with fewer points.
+    pub further: u64,
+    /// Up to so many points training begins anew; independent SE-GPs always do.
+    pub anew: usize,
 }
 
 fn kernel(variance: f64) -> Kernel {
@@ -61,6 +52,7 @@ pub fn prior(kind: Kind, samples: &[Sample]) -> LatentPrior {
         Kind::AccelerationPrior => LatentPrior::independent(vec![kernel(100.0); N]),
         Kind::ForcePrior => LatentPrior::independent((0..N).map(|d| kernel(square(d))).collect()),
         Kind::ForcePriorMean => force_prior(),
+        Kind::TipForceMean => LatentPrior::independent(vec![kernel(1.0); 3]),
     }
 }
 
@@ -90,18 +82,23 @@ pub fn training(problem: &Problem<'_>, iterations: u64) -> gp::Result<Training> 
     Ok(training)
 }
 
-/// Train on the first points, condition on all.
+/// Train and condition. `smaller`, the same model with fewer points, gives the
+/// hyper-parameters to begin with; priors stay about those of `model`.
 pub fn trained(
     kind: Kind,
     model: Model,
+    smaller: Option<&Posterior>,
     data: &Functionals,
     y: &[f64],
     effort: Effort,
 ) -> gp::Result<Posterior> {
-    let count = effort.count(kind, data.n_points());
-    let part = data.subset(&(0..count).collect::<Vec<_>>());
-    let problem = Problem::new(model, &part, &y[..part.n_rows()]);
-    let mut training = training(&problem, effort.iterations)?;
+    let smaller = smaller.filter(|_| kind != Kind::Se && data.n_points() > effort.anew);
+    let mut problem = Problem::new(model, data, y);
+    let iterations = smaller.map_or(effort.iterations, |_| effort.further);
+    let mut training = training(&problem, iterations)?;
+    if let Some(smaller) = smaller {
+        problem.model.prior = smaller.model().prior.clone();
+    }
     if matches!(kind, Kind::Icm | Kind::Lmc) {
         // The weights carry the scale.
         training = training

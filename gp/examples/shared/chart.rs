@@ -32,6 +32,8 @@ pub const ORANGE: RGBColor = RGBColor(230, 120, 20);
 pub const GREEN_INK: RGBColor = RGBColor(40, 140, 70);
 pub const PURPLE: RGBColor = RGBColor(130, 80, 170);
 pub const RED_INK: RGBColor = RGBColor(200, 45, 50);
+pub const TEAL: RGBColor = RGBColor(0, 150, 150);
+pub const BROWN: RGBColor = RGBColor(130, 90, 50);
 pub const GREY: RGBColor = RGBColor(140, 140, 140);
 
 /// A layer; an empty name keeps it out of the legend.
