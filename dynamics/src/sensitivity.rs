@@ -1,4 +1,4 @@
-//! Derivatives of the constrained motion, implicitly (MATH section 4).
+//! Derivatives of the constrained motion, by the implicit function theorem.
 //!
 //! `a` and `λ` solve `K [a; −λ] = [Qbar; b]`, so for any variable `s`
 //!

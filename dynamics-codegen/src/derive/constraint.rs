@@ -1,4 +1,4 @@
-//! Constraints and outputs along the motion [3.28, 3.29, corrected: MATH section 3].
+//! Constraints and outputs along the motion (thesis 3.28, 3.29; `docs/errata.md`).
 
 use super::reading::Readings;
 use crate::graph::{ExprId, Unary};

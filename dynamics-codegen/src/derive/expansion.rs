@@ -2,7 +2,7 @@
 //!
 //! The motion and its derivatives come out as straight lines: `M` is factored on the
 //! graph, and `K ∂[a; −λ]/∂s = −∂[R; S]/∂s` is solved with the same factors, where
-//! `R` and `S` are differentiated at fixed `a, λ` (MATH section 4).
+//! `R` and `S` are differentiated at fixed `a, λ`.
 
 use super::reading::Readings;
 use super::sensitivity::residuals_from;

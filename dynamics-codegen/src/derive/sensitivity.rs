@@ -3,7 +3,7 @@
 //! `a` and `λ` solve `K [a; −λ] = [Q; b]` with `K = [[M, Aᵀ], [A, 0]]`. For any
 //! input `s`, `K ∂[a; −λ]/∂s = −∂[R; S]/∂s`, with the residuals
 //! `R = M a − Q − Aᵀλ` and `S = A a − b` differentiated at fixed `a, λ`: first
-//! derivatives only, no derivative of an inverse (MATH section 4).
+//! derivatives only, no derivative of an inverse.
 
 use super::reading::Readings;
 use super::{System, force, inertial};

@@ -91,8 +91,8 @@ impl Wrench {
 }
 
 impl Mechanism {
-    /// `Q_C = −(C v + g)`: minus the inverse dynamics at rest acceleration
-    /// (MATH section 2), one entry per coordinate.
+    /// `Q_C = −(C v + g)`: minus the inverse dynamics at zero acceleration (recursive
+    /// Newton–Euler, Featherstone 2008, table 5.1), one entry per coordinate.
     pub fn bias_force(&self, g: &mut Graph) -> Vec<ExprId> {
         let rest = vec![g.zero(); self.coordinates];
         let needed = self.inverse_dynamics(g, &rest);

@@ -227,7 +227,7 @@ impl Mechanism {
     }
 
     /// `∂a/∂(q, v, Q)` through `M ∂a = ∂Q − ∂τ` at the `a` of the forward
-    /// dynamics (MATH section 4). For a floating body they hold along changes
+    /// dynamics (Carpentier and Mansard 2018). For a floating body they hold along changes
     /// that keep its quaternion a unit.
     ///
     /// # Panics

@@ -150,7 +150,7 @@ impl Factor {
         result
     }
 
-    /// `M a = Q + Aᵀλ`, `A a = b` through `G = A M⁻¹ Aᵀ` (MATH section 4).
+    /// `M a = Q + Aᵀλ`, `A a = b` through `G = A M⁻¹ Aᵀ` (thesis 3.38–3.42).
     pub(crate) fn constrained(
         &self,
         g: &mut Graph,

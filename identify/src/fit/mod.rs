@@ -8,8 +8,8 @@
 //! `δφ` are corrections to the bodies' standard inertial parameters, drawn to the model's
 //! own values by a prior; `ψ` are friction, rotor inertia, offset and couplings, each
 //! taken in only if it predicts blocks of the log that it was not fitted to. Under
-//! constraints the equations are projected onto the directions that no multiplier reaches
-//! (MATH section 5). Errors are reported on a part of the log that nothing was fitted to.
+//! constraints the equations are projected onto the directions that no multiplier
+//! reaches, the null space of `A`. Errors are reported on a part of the log that nothing was fitted to.
 
 mod columns;
 mod consistent;

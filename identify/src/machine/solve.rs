@@ -1,4 +1,4 @@
-//! The constrained solve for sizes known at run time (Udwadia–Kalaba, MATH section 4).
+//! The constrained solve for sizes known at run time (Udwadia–Kalaba, thesis 3.38–3.42).
 
 use super::Terms;
 use nalgebra::{Cholesky, DMatrix, Dyn};
