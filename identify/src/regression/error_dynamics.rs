@@ -9,11 +9,13 @@ pub use crate::machine::Hold;
 
 /// Which derivatives of the acceleration are wanted as columns.
 pub struct Columns<'a> {
+    /// The machine that the derivatives are of: that of the curve, or one that moves as
+    /// it does and has further effects whose strength is null.
+    pub machine: &'a Machine,
     /// Derivatives by some parameters.
     pub tape: &'a SensitivityTape,
     /// Where to take them. These parameters may differ from those of the curve's
-    /// model only in what does not change its motion: the shape of effects whose
-    /// strength is null.
+    /// machine only in what does not change its motion.
     pub parameters: &'a [f64],
 }
 
@@ -143,13 +145,22 @@ impl ErrorDynamics {
     }
 }
 
-/// What the machine remembers along the curve, with the curve's parameters and with those
-/// of each block of columns. Empty if it remembers nothing.
-#[derive(Default)]
+/// What the machine remembers along the curve, and what the machine of each block of
+/// columns does. Empty where nothing is remembered.
 struct Trails {
     own: Trail,
-    /// `None`: as the curve's.
-    blocks: Vec<Option<Trail>>,
+    /// Of the other machine, for blocks that do not care for its states.
+    other: Trail,
+    blocks: Vec<BlockTrail>,
+}
+
+enum BlockTrail {
+    /// As the curve's.
+    Own,
+    /// As the other machine's.
+    Other,
+    /// With slopes.
+    Particular(Box<Trail>),
 }
 
 impl Trails {
@@ -160,29 +171,42 @@ impl Trails {
         hold: Hold,
         parameters: &[f64],
     ) -> Result<Self, SolveError> {
-        if !machine.remembers() {
-            return Ok(Self::default());
-        }
         let own = machine.trail(curve, hold, parameters, None)?;
+        let is_other = |block: &Columns<'_>| !std::ptr::eq(block.machine, machine);
+        let other = columns.iter().find(|block| is_other(block));
+        let other = other.map(|block| block.machine.trail(curve, hold, block.parameters, None));
         let blocks = columns
             .par_iter()
             .map(|block| {
-                let needed = block.tape.reads_states();
-                needed
-                    .then(|| machine.trail(curve, hold, block.parameters, Some(block.tape)))
-                    .transpose()
+                if block.tape.reads_states() {
+                    let (parameters, tape) = (block.parameters, Some(block.tape));
+                    let trail = block.machine.trail(curve, hold, parameters, tape)?;
+                    return Ok(BlockTrail::Particular(Box::new(trail)));
+                }
+                Ok(if is_other(block) {
+                    BlockTrail::Other
+                } else {
+                    BlockTrail::Own
+                })
             })
             .collect::<Result<_, SolveError>>()?;
-        Ok(Self { own, blocks })
+        Ok(Self {
+            own,
+            other: other.transpose()?.unwrap_or_default(),
+            blocks,
+        })
     }
 
     /// Puts the curve's memory into `states`; returns that of each block.
     fn at(&self, states: &mut States, node: usize, range: Range<usize>) -> Vec<Memory> {
         states.memory = self.own.nodes[node].slice(range.clone());
-        let own = states.memory.clone();
-        let slice = |trail: &Option<Trail>| match trail {
-            Some(trail) => trail.nodes[node].slice(range.clone()),
-            None => own.clone(),
+        let slice = |block: &BlockTrail| {
+            let trail = match block {
+                BlockTrail::Own => &self.own,
+                BlockTrail::Other => &self.other,
+                BlockTrail::Particular(trail) => trail,
+            };
+            trail.nodes[node].slice(range.clone())
         };
         self.blocks.iter().map(slice).collect()
     }
@@ -215,17 +239,13 @@ fn locals(
     }
     let blocks: Vec<_> = columns
         .iter()
-        .enumerate()
-        .map(|(index, block)| match memories.get(index) {
-            Some(memory) => {
-                let memory = memory.clone();
-                let own = States {
-                    memory,
-                    ..states.clone()
-                };
-                block.tape.evaluate(&own, block.parameters, &motions)
-            }
-            None => block.tape.evaluate(states, block.parameters, &motions),
+        .zip(memories)
+        .map(|(block, memory)| {
+            let own = States {
+                memory: memory.clone(),
+                ..states.clone()
+            };
+            block.tape.evaluate(&own, block.parameters, &motions)
         })
         .collect();
     let width = 1 + blocks.iter().map(|b| b[0].0.ncols()).sum::<usize>();

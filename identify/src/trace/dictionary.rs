@@ -6,6 +6,7 @@
 //! nothing, so the copy moves as the model does, and its derivatives by the
 //! candidates' parameters are the columns of the regression.
 
+use super::focus::Focuses;
 use crate::machine::{Machine, SensitivityTape};
 use dynamics_codegen::derive::Variable;
 use dynamics_codegen::dimension::Dimension;
@@ -72,8 +73,6 @@ pub struct Candidate {
 pub struct Dictionary {
     /// The model with all candidates in it.
     pub machine: Machine,
-    /// Derivatives by positions and velocities.
-    pub slopes: SensitivityTape,
     /// Derivatives by every parameter.
     pub by_parameter: SensitivityTape,
     /// All candidates.
@@ -83,6 +82,8 @@ pub struct Dictionary {
     pub by_shape: Vec<(Vec<usize>, SensitivityTape)>,
     /// Default values of all parameters.
     pub defaults: Vec<f64>,
+    /// Models with some of the candidates.
+    pub(super) focuses: Focuses,
 }
 
 /// Where a log goes.
@@ -126,12 +127,6 @@ impl Dictionary {
         }
         let compiled = compile(name, &extended, library)?;
         let mut machine = Machine::new(compiled);
-        let n = machine.coordinate_count();
-        let state: Vec<Variable> = (0..n)
-            .map(Variable::Position)
-            .chain((0..n).map(Variable::Velocity))
-            .collect();
-        let slopes = machine.sensitivity(&state);
         let mut defaults = machine.nominal_parameters();
         for (value, parameter) in defaults.iter_mut().zip(&machine.compiled.model.parameters) {
             if let Some(&given) = overrides.get(&parameter.name) {
@@ -164,7 +159,7 @@ impl Dictionary {
         }
         let mut dictionary = Self {
             machine,
-            slopes,
+            focuses: Focuses::new(name, text, library),
             by_parameter,
             candidates,
             by_shape: Vec::new(),

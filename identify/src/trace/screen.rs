@@ -57,20 +57,27 @@ impl<'a> Screen<'a> {
         let shaped: Vec<Vec<f64>> = (1..=dictionary.by_shape.len())
             .map(|shape| with_shape(dictionary, explanation, accepted, shape))
             .collect();
+        let focus = dictionary.focus(accepted);
+        let machine = &dictionary.machine;
         let mut columns = vec![Columns {
+            machine,
             tape: &dictionary.by_parameter,
             parameters: &explanation.values,
         }];
         for ((_, tape), parameters) in dictionary.by_shape.iter().zip(&shaped) {
-            columns.push(Columns { tape, parameters });
+            columns.push(Columns {
+                machine,
+                tape,
+                parameters,
+            });
         }
         let dynamics = ErrorDynamics::new(
-            &dictionary.machine,
-            &dictionary.slopes,
+            &focus.machine,
+            &focus.slopes,
             &columns,
             &explanation.observed.curve,
             explanation.observed.hold,
-            &explanation.values,
+            &focus.values(&explanation.values),
         )?;
         Ok(Self {
             dictionary,
@@ -126,6 +133,43 @@ impl<'a> Screen<'a> {
         let mut considered: Vec<Considered> = best.into_iter().filter_map(in_best_shape).collect();
         considered.sort_by(|a, b| b.score.total_cmp(&a.score));
         considered
+    }
+
+    /// The pairs of `singles` that are `wanted`, by their places there, with the nats that
+    /// each would gain by a linear fit.
+    pub fn pair_gains(
+        &self,
+        singles: &[&Considered],
+        wanted: impl Fn(&Considered, &Considered) -> bool,
+    ) -> Vec<(usize, usize, f64)> {
+        let mut group: Vec<usize> = singles.iter().flat_map(|c| c.columns.clone()).collect();
+        group.sort_unstable();
+        group.dedup();
+        let whitener = Whitener::new(&self.dynamics, &self.readings, &self.explanation.noise);
+        let mut grams = whitener.grams(&self.base, &[&group]);
+        let Some(gram) = grams.pop() else {
+            return Vec::new();
+        };
+        let base: Vec<usize> = (0..self.base.len()).collect();
+        let base_misfit = gram.fit(&base).misfit;
+        let scale = (base_misfit / gram.rows() as f64).max(1.0);
+        let places = |c: &Considered| -> Vec<usize> {
+            let place = |column: &usize| group.binary_search(column).ok();
+            let places = c.columns.iter().filter_map(place);
+            places.map(|place| base.len() + place).collect()
+        };
+        let mut gains = Vec::new();
+        for (first, a) in singles.iter().enumerate() {
+            for (offset, b) in singles[first + 1..].iter().enumerate() {
+                if !wanted(a, b) {
+                    continue;
+                }
+                let with = [base.clone(), places(a), places(b)].concat();
+                let gain = 0.5 * (base_misfit - gram.fit(&with).misfit) / scale;
+                gains.push((first, first + 1 + offset, gain));
+            }
+        }
+        gains
     }
 
     /// Negative log likelihood with a candidate's columns and the noise that suits them.

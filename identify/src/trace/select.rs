@@ -6,12 +6,15 @@
 
 use super::dictionary::{Candidate, Dictionary, Subject};
 use super::estimate::Observed;
-use super::refine::{Adapt, Estimate, Explanation, SMALLEST_SHARE, floor, refine, settle};
+use super::focus::Focus;
+use super::progress::{Progress, Stage};
+use super::refine::{
+    Adapt, Estimate, Explanation, SMALLEST_SHARE, floor, refine, refine_curve, settle,
+};
 use super::rivals::rivals;
 use super::screen::{Considered, Screen};
-use crate::machine::{SensitivityTape, SolveError};
+use crate::machine::SolveError;
 use crate::regression::{Columns, ErrorDynamics, Hold, ProcessNoise};
-use dynamics_codegen::derive::Variable;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
@@ -74,6 +77,8 @@ const LEADER_SHARE: f64 = 0.2;
 /// How many of them have their noise adapted, and how many of these are fitted.
 const MAX_PROFILED: usize = 16;
 const MAX_LEADERS: usize = 5;
+/// A pair in the stead of a rich effect must have this share of its gain by a linear fit.
+const PAIR_SHARE: f64 = 0.9;
 /// Nats behind the best profile beyond which a leader is not fitted.
 const FAR_BEHIND: f64 = 200.0;
 /// Terms at most.
@@ -102,6 +107,7 @@ struct Attempt {
 
 struct Search<'a> {
     dictionary: &'a Dictionary,
+    progress: &'a dyn Progress,
     accepted: Vec<usize>,
     current: Attempt,
     /// What every candidate was worth beside the model as given.
@@ -117,7 +123,9 @@ pub fn select(
     dictionary: &Dictionary,
     observed: Observed,
     free_hold: bool,
+    progress: &dyn Progress,
 ) -> Result<Selection, SolveError> {
+    progress.enter(Stage::Fit, &[]);
     let start = Explanation {
         noise: first_noise(dictionary, &observed)?,
         values: dictionary.defaults.clone(),
@@ -125,6 +133,7 @@ pub fn select(
     };
     let mut search = Search {
         dictionary,
+        progress,
         accepted: Vec::new(),
         first_round: Vec::new(),
         current: fit(dictionary, &[], start)?,
@@ -146,6 +155,7 @@ pub fn select(
             break;
         }
     }
+    search.enter(Stage::Question);
     let evidence = search.prune();
     let (reduced_misfit, cost_at_floor) = search.at_floor()?;
     let remaining = Remaining {
@@ -183,9 +193,16 @@ pub fn select(
     })
 }
 
+impl Selection {
+    /// Which candidates were accepted.
+    pub fn accepted(&self) -> Vec<usize> {
+        self.terms.iter().map(|term| term.candidate).collect()
+    }
+}
+
 /// Some unexplained force to begin with.
 fn first_noise(dictionary: &Dictionary, observed: &Observed) -> Result<ProcessNoise, SolveError> {
-    let dynamics = linearised(dictionary, observed, &dictionary.defaults)?;
+    let dynamics = linearised(&dictionary.focus(&[]), observed, &dictionary.defaults)?;
     Ok(ProcessNoise {
         force_sd: dynamics.force_scale * FIRST_SHARE,
     })
@@ -193,19 +210,21 @@ fn first_noise(dictionary: &Dictionary, observed: &Observed) -> Result<ProcessNo
 
 const FIRST_SHARE: f64 = 0.1;
 
+/// The departure's equation, without columns, for `focus` with these of the dictionary's
+/// values.
 pub(super) fn linearised(
-    dictionary: &Dictionary,
+    focus: &Focus,
     observed: &Observed,
     values: &[f64],
 ) -> Result<ErrorDynamics, SolveError> {
     let none: [Columns<'_>; 0] = [];
     ErrorDynamics::new(
-        &dictionary.machine,
-        &dictionary.slopes,
+        &focus.machine,
+        &focus.slopes,
         &none,
         &observed.curve,
         observed.hold,
-        values,
+        &focus.values(values),
     )
 }
 
@@ -225,34 +244,30 @@ fn fit_holding(
     mut explanation: Explanation,
     held: usize,
 ) -> Result<Attempt, SolveError> {
-    let parameters = dictionary.parameters_of(candidates);
-    let tape = tape_for(dictionary, &parameters);
-    let estimate = refine(dictionary, &tape, &parameters, &mut explanation, held)?;
+    let estimate = refine(dictionary, candidates, &mut explanation, held)?;
     Ok(Attempt {
         candidates: candidates.to_vec(),
-        cost: estimate.cost + 0.5 * parameters.len() as f64 * (estimate.rows as f64).ln(),
+        cost: estimate.cost + 0.5 * estimate.parameters.len() as f64 * (estimate.rows as f64).ln(),
         estimate,
         explanation,
     })
 }
 
-fn tape_for(dictionary: &Dictionary, parameters: &[usize]) -> SensitivityTape {
-    let variables: Vec<Variable> = parameters
-        .iter()
-        .copied()
-        .map(Variable::Parameter)
-        .collect();
-    dictionary.machine.clone().sensitivity(&variables)
-}
-
 impl Search<'_> {
+    fn enter(&self, stage: Stage) {
+        let subject = |&c: &usize| self.dictionary.candidates[c].subject.to_string();
+        let found: Vec<String> = self.accepted.iter().map(subject).collect();
+        self.progress.enter(stage, &found);
+    }
+
     /// Mean squared innovation, and negative log likelihood, if sensor noise alone is to
     /// blame for what remains.
     fn at_floor(&self) -> Result<(f64, f64), SolveError> {
         let Explanation {
             observed, values, ..
         } = &self.current.explanation;
-        let dynamics = linearised(self.dictionary, observed, values)?;
+        let focus = self.dictionary.focus(&self.accepted);
+        let dynamics = linearised(&focus, observed, values)?;
         let readings = observed.readings();
         let settled = settle(&dynamics, &readings, &[], &mut floor(&dynamics), Adapt::Not);
         let rows = settled.gram.rows().max(1) as f64;
@@ -262,9 +277,11 @@ impl Search<'_> {
     /// All candidates' worth now, and the explanation with the best of them if it earns
     /// its place.
     fn step(&self) -> Result<(Vec<Considered>, Option<Attempt>), SolveError> {
+        self.enter(Stage::Screen);
         let screen = Screen::new(self.dictionary, &self.current.explanation, &self.accepted)?;
         let considered = screen.considered(&screen.grams());
         let leaders = leaders(&screen, &considered, self.dictionary);
+        self.enter(Stage::Fit);
         // A candidate under which the machine cannot move is no explanation.
         let tried = leaders
             .into_par_iter()
@@ -289,7 +306,7 @@ impl Search<'_> {
         let Some(whole) = position.map(|position| tried.swap_remove(position)) else {
             return Ok((considered, None));
         };
-        let chosen = match self.in_two_parts(&whole, &considered) {
+        let chosen = match self.in_two_parts(&screen, &whole, &considered) {
             Some(parts) => parts,
             None => whole,
         };
@@ -329,30 +346,34 @@ impl Search<'_> {
 
     /// Two simple effects at the place of a rich one that explain the log as well with
     /// fewer parameters: Coulomb and viscous friction, not Stribeck's.
-    fn in_two_parts(&self, whole: &Attempt, considered: &[Considered]) -> Option<Attempt> {
+    fn in_two_parts(
+        &self,
+        screen: &Screen<'_>,
+        whole: &Attempt,
+        considered: &[Considered],
+    ) -> Option<Attempt> {
         let &rich = whole.candidates.last()?;
+        let rich_gain = considered.iter().find(|c| c.candidate == rich)?.gain;
         let on = self.dictionary.candidates[rich].subject.on();
         let simple: Vec<&Considered> = considered
             .iter()
             .filter(|c| c.candidate != rich && c.gain > 0.0)
             .filter(|c| self.dictionary.candidates[c.candidate].subject.on() == on)
             .collect();
-        let mut best: Option<Attempt> = None;
-        for (index, first) in simple.iter().enumerate() {
-            for second in &simple[index + 1..] {
-                if self.size(first.candidate) + self.size(second.candidate) >= self.size(rich) {
-                    continue;
-                }
-                let Ok(parts) = self.attempt(&[first, second]) else {
-                    continue;
-                };
-                let limit = best.as_ref().map_or(whole.cost + TIE, |best| best.cost);
-                if parts.cost < limit && self.is_possible(&parts) && self.earns(&parts) {
-                    best = Some(parts);
-                }
-            }
-        }
-        best
+        let mut pairs = screen.pair_gains(&simple, |a, b| {
+            self.size(a.candidate) + self.size(b.candidate) < self.size(rich)
+        });
+        pairs.retain(|(_, _, gain)| *gain > PAIR_SHARE * rich_gain);
+        pairs.sort_by(|a, b| b.2.total_cmp(&a.2));
+        pairs.truncate(MAX_LEADERS);
+        let parts = pairs
+            .into_par_iter()
+            .map(|(first, second, _)| self.attempt(&[simple[first], simple[second]]).ok());
+        let parts = parts.collect::<Vec<_>>().into_iter().flatten();
+        parts
+            .filter(|parts| parts.cost < whole.cost + TIE)
+            .filter(|parts| self.is_possible(parts) && self.earns(parts))
+            .min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
     fn size(&self, candidate: usize) -> usize {
@@ -583,16 +604,18 @@ pub fn likelier_hold(dictionary: &Dictionary, observed: &Observed) -> Result<Hol
 /// If the equation of motion cannot be solved along the curve.
 pub(super) fn smooth(
     dictionary: &Dictionary,
+    accepted: &[usize],
     observed: Observed,
     values: &[f64],
 ) -> Result<Observed, SolveError> {
-    let dynamics = linearised(dictionary, &observed, values)?;
-    let explanation = Explanation {
+    let dynamics = linearised(&dictionary.focus(accepted), &observed, values)?;
+    let mut explanation = Explanation {
         noise: ProcessNoise {
             force_sd: DVector::from(dynamics.force_scale * FIRST_SHARE),
         },
         values: values.to_vec(),
         observed,
     };
-    Ok(fit(dictionary, &[], explanation)?.explanation.observed)
+    refine_curve(dictionary, accepted, &mut explanation)?;
+    Ok(explanation.observed)
 }
