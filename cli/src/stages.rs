@@ -34,6 +34,12 @@ impl Clock {
     }
 }
 
+impl Default for Stages {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Stages {
     /// Starts the clock.
     pub fn new() -> Self {
