@@ -10,6 +10,7 @@ use super::focus::Focuses;
 use crate::machine::{Machine, SensitivityTape};
 use dynamics_codegen::derive::Variable;
 use dynamics_codegen::dimension::Dimension;
+use dynamics_codegen::graph::ExprId;
 use dynamics_codegen::syntax::{PortKind, written_name};
 use dynamics_codegen::{Library, Report, compile};
 use std::collections::{BTreeMap, HashMap};
@@ -66,6 +67,13 @@ pub struct Candidate {
     pub shapes: Vec<Vec<(usize, f64)>>,
     /// Whether it is about an input channel.
     pub channel: bool,
+}
+
+impl Candidate {
+    /// How many parameters it has.
+    pub fn size(&self) -> usize {
+        self.parameters.len()
+    }
 }
 
 /// The extended model and its candidates.
@@ -176,14 +184,17 @@ impl Dictionary {
     }
 
     /// Tells strengths from shapes: at its defaults an effect does nothing, so the
-    /// derivative by a shape parameter is identically zero there.
+    /// derivative by a shape parameter is identically zero there. Where it is so
+    /// everywhere, as by an offset out of the plane of a planar machine, the parameter is
+    /// nothing to be found.
     fn find_shapes(&mut self, ranges: &Ranges) {
-        let active = self.active_at_defaults();
+        let (active, inert) = self.active_at_defaults();
         let mut candidates = std::mem::take(&mut self.candidates);
         for candidate in &mut candidates {
             if let Subject::Parameter(_) = candidate.subject {
                 continue;
             }
+            candidate.parameters.retain(|&index| !inert[index]);
             let inactive = candidate
                 .parameters
                 .iter()
@@ -244,15 +255,19 @@ impl Dictionary {
     }
 
     /// Per parameter: whether the equation of motion changes when it alone leaves
-    /// its default.
-    fn active_at_defaults(&self) -> Vec<bool> {
+    /// its default, and whether it never does.
+    fn active_at_defaults(&self) -> (Vec<bool>, Vec<bool>) {
         let compiled = &self.machine.compiled;
         let mut model = compiled.model.clone();
         let mut outputs = compiled.system.force.clone();
         outputs.extend(compiled.system.mass_matrix.iter().flatten());
         outputs.extend(compiled.system.constraint_matrix.iter().flatten());
         outputs.extend(&compiled.system.constraint_bias);
+        outputs.extend(&compiled.system.state_rates);
+        outputs.extend(&compiled.system.initial_states);
         let parameters = &compiled.model.parameters;
+        // What a state owes to a parameter only shows where the state does something.
+        let moving = outputs.len() - compiled.system.state_rates.len() * 2;
         let mut replacements = HashMap::new();
         for (parameter, &value) in parameters.iter().zip(&self.defaults) {
             replacements.insert(parameter.symbol, model.graph.constant(value));
@@ -263,9 +278,10 @@ impl Dictionary {
                 let seeds = model.parameter_seeds(parameter.symbol);
                 let slopes = model.graph.directional(&outputs, &seeds);
                 let at_defaults = model.graph.substitute(&slopes, &replacements);
-                at_defaults.iter().any(|&slope| !model.graph.is_zero(slope))
+                let some = |slopes: &[ExprId]| slopes.iter().any(|&s| !model.graph.is_zero(s));
+                (some(&at_defaults[..moving]), !some(&slopes))
             })
-            .collect()
+            .unzip()
     }
 
     /// Where to look for the value of a shape parameter.
