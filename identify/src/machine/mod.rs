@@ -15,7 +15,7 @@ pub use measured::{Measured, Sensors};
 pub use memory::{Memory, Trail};
 pub use rollout::{Rollout, RolloutOptions, Simulated};
 pub use solve::{Factorisation, SolveError};
-pub use states::States;
+pub use states::{History, States};
 
 use dynamics_codegen::derive::{Sensitivity, Variable};
 use dynamics_codegen::model::ConstraintKind;

@@ -1,5 +1,6 @@
 //! The linear equation of the departure from the logged curve.
 
+use crate::log::longest_step;
 use crate::machine::{Machine, Memory, Motion, SensitivityTape, SolveError, States, Trail};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -83,6 +84,7 @@ impl ErrorDynamics {
             .step_by(CHUNK)
             .map(|start| start..(start + CHUNK).min(curve.len() - 1))
             .collect();
+        let longest = longest_step(&curve.t);
         let trails = Trails::new(machine, columns, curve, hold, parameters)?;
         let local = |states: &mut States, node: usize, range: Range<usize>| {
             let memories = trails.at(states, node, range);
@@ -93,11 +95,11 @@ impl ErrorDynamics {
             .map(|range| {
                 let place = |error: SolveError| error.offset(range.start);
                 let at = |node: usize, share: f64| {
-                    let mut states = curve.between(range.clone(), share, hold);
+                    let mut states = curve.between(range.clone(), share, hold, longest);
                     local(&mut states, node, range.clone()).map_err(place)
                 };
                 let (starts, middles, ends) = (at(0, 0.0)?, at(1, 0.5)?, at(2, 1.0)?);
-                Ok(piece(curve, range, &starts, &middles, &ends))
+                Ok(piece(curve, range, longest, [&starts, &middles, &ends]))
             })
             .collect::<Result<_, SolveError>>()?;
         let mut all = Self::join(curve, pieces);
@@ -289,9 +291,8 @@ fn force_size(motion: &Motion) -> DVector<f64> {
 fn piece(
     curve: &States,
     range: Range<usize>,
-    starts: &[Local],
-    middles: &[Local],
-    ends: &[Local],
+    longest: f64,
+    [starts, middles, ends]: [&[Local]; 3],
 ) -> Piece {
     let n = curve.q.len();
     let mut piece = Piece {
@@ -305,8 +306,15 @@ fn piece(
     for (i, k) in range.enumerate() {
         let h = curve.t[k + 1] - curve.t[k];
         let (start, middle, end) = (&starts[i], &middles[i], &ends[i]);
-        piece.transition.push(transition(middle, h));
-        piece.forcing.push(forcing(curve, k, start, middle, end));
+        // Across a gap nothing is predicted.
+        if h > longest {
+            let width = start.acceleration.ncols();
+            piece.transition.push(DMatrix::zeros(3 * n, 3 * n));
+            piece.forcing.push(DMatrix::zeros(2 * n, width));
+        } else {
+            piece.transition.push(transition(middle, h));
+            piece.forcing.push(forcing(curve, k, start, middle, end));
+        }
         piece.slope.push(with_mobility(start));
         piece.acceleration.push(start.acceleration.clone());
         piece.forbidden.extend(middle.forbidden.clone());

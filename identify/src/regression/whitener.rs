@@ -2,6 +2,7 @@
 
 use super::error_dynamics::{CORRELATION, ErrorDynamics};
 use super::gram::{BLOCKS, Gram};
+use crate::log::longest_step;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -440,11 +441,8 @@ pub(super) fn fresh_share(h: f64) -> f64 {
     1.0 - (-2.0 * h / CORRELATION).exp()
 }
 
-/// Intervals more than five times as long as usual.
+/// Intervals across which nothing is predicted.
 fn gaps(t: &[f64]) -> Vec<bool> {
-    let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
-    let all = steps.clone();
-    steps.sort_by(f64::total_cmp);
-    let usual = steps[steps.len() / 2];
-    all.into_iter().map(|step| step > 5.0 * usual).collect()
+    let longest = longest_step(t);
+    t.windows(2).map(|w| w[1] - w[0] > longest).collect()
 }

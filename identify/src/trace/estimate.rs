@@ -2,11 +2,13 @@
 //! read beside the curve.
 
 use super::dictionary::Ranges;
-use crate::log::{Record, Warning};
-use crate::machine::States;
+use crate::log::{Record, Warning, stretches};
+use crate::machine::{History, States};
 use crate::regression::{Hold, Readings};
 use crate::smooth::{ChannelNoise, SmoothError, Smoothed, smooth};
 use nalgebra::DVector;
+use std::ops::Range;
+use std::sync::Arc;
 
 /// A record with the curve that is thought to run through it.
 #[derive(Debug, Clone)]
@@ -58,6 +60,42 @@ impl Observed {
             velocity_sd,
             acceleration_sd,
             hold,
+        })
+    }
+
+    /// Stretches of the log, evenly spread over it, with about `samples` samples; `None` if
+    /// there are not many more anyway. What the inputs were in between stays known.
+    pub fn excerpt(&self, samples: usize) -> Option<Self> {
+        let all = self.record.len();
+        if (all as f64) < WORTH_CUTTING * samples as f64 {
+            return None;
+        }
+        let length = samples / STRETCHES;
+        let ranges: Vec<Range<usize>> = (0..STRETCHES)
+            .map(|i| i * (all - length) / (STRETCHES - 1))
+            .map(|start| start..start + length)
+            .collect();
+        let cut = |columns: &[Vec<f64>]| -> Vec<Vec<f64>> {
+            columns.iter().map(|c| stretches(c, &ranges)).collect()
+        };
+        let record = self.record.stretches(&ranges);
+        Some(Self {
+            curve: States {
+                t: record.t.clone(),
+                q: cut(&self.curve.q),
+                v: cut(&self.curve.v),
+                u: record.u.clone(),
+                history: Some(Arc::new(History {
+                    t: self.record.t.clone(),
+                    u: self.record.u.clone(),
+                })),
+                ..States::default()
+            },
+            record,
+            position_sd: self.position_sd.clone(),
+            velocity_sd: self.velocity_sd.clone(),
+            acceleration_sd: self.acceleration_sd.clone(),
+            hold: self.hold,
         })
     }
 
@@ -127,6 +165,11 @@ impl Observed {
         }
     }
 }
+
+/// In how many stretches an excerpt is taken.
+const STRETCHES: usize = 4;
+/// A log is not cut unless it is this many times as long as what is needed.
+const WORTH_CUTTING: f64 = 1.5;
 
 /// A velocity or acceleration whose errors follow one another this closely was
 /// filtered before it was logged: it carries no news, only somebody's idea of it.

@@ -129,20 +129,24 @@ pub fn select(
     progress: &dyn Progress,
 ) -> Result<Selection, SolveError> {
     progress.enter(Stage::Fit, &[]);
-    let start = Explanation {
-        noise: first_noise(dictionary, &observed)?,
-        values: dictionary.defaults.clone(),
-        observed,
+    let part = observed.excerpt(search_samples(dictionary));
+    let is_part = part.is_some();
+    let begin = |observed: Observed| -> Result<Search<'_>, SolveError> {
+        let start = Explanation {
+            noise: first_noise(dictionary, &observed)?,
+            values: dictionary.defaults.clone(),
+            observed,
+        };
+        Ok(Search {
+            dictionary,
+            progress,
+            accepted: Vec::new(),
+            first_round: Vec::new(),
+            current: fit(dictionary, &[], start)?,
+        })
     };
-    let mut search = Search {
-        dictionary,
-        progress,
-        accepted: Vec::new(),
-        first_round: Vec::new(),
-        current: fit(dictionary, &[], start)?,
-    };
-    let nominal_misfit = search.at_floor()?.0;
-    let share_before = search.current.estimate.unexplained;
+    let mut search = begin(part.unwrap_or_else(|| observed.clone()))?;
+    let mut given = Given::of(&search)?;
     loop {
         let (considered, better) = search.step()?;
         if search.first_round.is_empty() {
@@ -160,13 +164,18 @@ pub fn select(
     }
     search.enter(Stage::Question);
     let evidence = search.prune();
+    let mut alike = rivals(dictionary, &search.current.explanation, &search.accepted)?;
+    if is_part {
+        search.enter(Stage::Settle);
+        search.look_at(observed.clone())?;
+        given = Given::of(&begin(observed)?)?;
+    }
     let (reduced_misfit, cost_at_floor) = search.at_floor()?;
     let remaining = Remaining {
-        share_before: share_before.max(0.0).sqrt(),
+        share_before: given.unexplained.max(0.0).sqrt(),
         share_after: search.current.estimate.unexplained.max(0.0).sqrt(),
         evidence: cost_at_floor - search.current.estimate.cost,
     };
-    let mut alike = rivals(dictionary, &search.current.explanation, &search.accepted)?;
     let mut terms: Vec<Term> = search
         .accepted
         .iter()
@@ -188,7 +197,7 @@ pub fn select(
         values: explanation.values,
         reduced_misfit,
         estimate,
-        nominal_misfit,
+        nominal_misfit: given.misfit,
         noise: explanation.noise,
         remaining,
         considered: search.first_round,
@@ -200,6 +209,31 @@ impl Selection {
     /// Which candidates were accepted.
     pub fn accepted(&self) -> Vec<usize> {
         self.terms.iter().map(|term| term.candidate).collect()
+    }
+}
+
+/// Samples that are searched in, where there are many more: of a machine with many
+/// coordinates fewer, as each costs more and says more.
+fn search_samples(dictionary: &Dictionary) -> usize {
+    let n = dictionary.machine.coordinate_count();
+    (SEARCHED / (n * n)).max(FEWEST_SEARCHED)
+}
+
+const SEARCHED: usize = 100_000;
+const FEWEST_SEARCHED: usize = 1000;
+
+/// What the model as given leaves.
+struct Given {
+    misfit: f64,
+    unexplained: f64,
+}
+
+impl Given {
+    fn of(search: &Search<'_>) -> Result<Self, SolveError> {
+        Ok(Self {
+            misfit: search.at_floor()?.0,
+            unexplained: search.current.estimate.unexplained,
+        })
     }
 }
 
@@ -261,6 +295,15 @@ impl Search<'_> {
         let subject = |&c: &usize| self.dictionary.candidates[c].subject.to_string();
         let found: Vec<String> = self.accepted.iter().map(subject).collect();
         self.progress.enter(stage, &found);
+    }
+
+    /// Fits the accepted terms to another part of the log.
+    fn look_at(&mut self, observed: Observed) -> Result<(), SolveError> {
+        let mut explanation = self.current.explanation.clone();
+        let hold = explanation.observed.hold;
+        explanation.observed = Observed { hold, ..observed };
+        self.current = self.sharpened(fit(self.dictionary, &self.accepted, explanation)?);
+        Ok(())
     }
 
     /// Mean squared innovation, and negative log likelihood, if sensor noise alone is to
@@ -490,7 +533,13 @@ impl Search<'_> {
             return;
         };
         let other = self.sharpened(other);
-        if other.cost < self.current.cost - TIE {
+        // In doubt inputs are as they are drawn: straight from sample to sample. To stay,
+        // and to be later by half a sample, is nearly the same.
+        let margin = match other.explanation.observed.hold {
+            Hold::Linear => TIE,
+            Hold::Previous => -TIE,
+        };
+        if other.cost < self.current.cost + margin {
             self.current = other;
         }
     }
@@ -628,6 +677,8 @@ pub fn likelier_hold(dictionary: &Dictionary, observed: &Observed) -> Result<Hol
     if observed.record.u.is_empty() {
         return Ok(Hold::Linear);
     }
+    let part = observed.excerpt(search_samples(dictionary));
+    let observed = part.as_ref().unwrap_or(observed);
     let cost = |hold: Hold| -> Result<f64, SolveError> {
         let observed = Observed {
             hold,
