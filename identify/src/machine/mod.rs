@@ -281,6 +281,11 @@ pub struct SensitivityTape {
 }
 
 impl SensitivityTape {
+    /// How many variables it has derivatives by.
+    pub fn variable_count(&self) -> usize {
+        self.variables
+    }
+
     /// Whether it matters which states it is evaluated with.
     pub fn reads_states(&self) -> bool {
         self.reads_states

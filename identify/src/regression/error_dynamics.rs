@@ -1,7 +1,10 @@
 //! The linear equation of the departure from the logged curve.
 
+use super::sensed::Sensed;
 use crate::log::longest_step;
-use crate::machine::{Machine, Memory, Motion, SensitivityTape, SolveError, States, Trail};
+use crate::machine::{
+    Machine, Memory, Motion, SensitivityTape, Sensors, SolveError, States, Trail,
+};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -15,6 +18,9 @@ pub struct Columns<'a> {
     pub machine: &'a Machine,
     /// Derivatives by some parameters.
     pub tape: &'a SensitivityTape,
+    /// The machine's sensors, with derivatives by the same parameters; `None` if no reading
+    /// depends on them.
+    pub sensors: Option<&'a Sensors>,
     /// Where to take them. These parameters may differ from those of the curve's
     /// machine only in what does not change its motion.
     pub parameters: &'a [f64],
@@ -46,6 +52,8 @@ pub struct ErrorDynamics {
     pub force_scale: DVector<f64>,
     /// Number of columns `p`.
     pub columns: usize,
+    /// What columns change in readings alone.
+    pub sensed: Sensed,
 }
 
 /// One place along the curve.
@@ -107,6 +115,7 @@ impl ErrorDynamics {
         let last = local(&mut curve.slice(end..end + 1), 2, end - 1..end)?.remove(0);
         all.slope.push(with_mobility(&last));
         all.acceleration.push(last.acceleration);
+        all.sensed = Sensed::new(columns, curve, &all.accelerations());
         Ok(all)
     }
 
@@ -123,6 +132,7 @@ impl ErrorDynamics {
             acceleration_scale: DVector::zeros(curve.q.len()),
             force_scale: DVector::zeros(curve.q.len()),
             columns,
+            sensed: Sensed::default(),
         };
         for piece in pieces {
             all.transition.extend(piece.transition);
@@ -139,6 +149,12 @@ impl ErrorDynamics {
             .apply(|x| *x = (*x / samples as f64).sqrt());
         all.force_scale.apply(|x| *x = (*x / samples as f64).sqrt());
         all
+    }
+
+    /// Accelerations along the curve, one column per coordinate.
+    pub fn accelerations(&self) -> Vec<Vec<f64>> {
+        let column = |i: usize| self.acceleration.iter().map(|a| a[(i, 0)]).collect();
+        (0..self.coordinate_count()).map(column).collect()
     }
 
     /// Number of coordinates.

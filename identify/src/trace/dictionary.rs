@@ -7,7 +7,7 @@
 //! candidates' parameters are the columns of the regression.
 
 use super::focus::Focuses;
-use crate::machine::{Machine, SensitivityTape};
+use crate::machine::{Machine, SensitivityTape, Sensors};
 use dynamics_codegen::derive::Variable;
 use dynamics_codegen::dimension::Dimension;
 use dynamics_codegen::graph::ExprId;
@@ -65,7 +65,7 @@ pub struct Candidate {
     pub strengths: Vec<usize>,
     /// Values to try for the shape parameters, all combinations.
     pub shapes: Vec<Vec<(usize, f64)>>,
-    /// Whether it is about an input channel.
+    /// Whether it is about a channel: an input or a sensor.
     pub channel: bool,
 }
 
@@ -83,6 +83,8 @@ pub struct Dictionary {
     pub machine: Machine,
     /// Derivatives by every parameter.
     pub by_parameter: SensitivityTape,
+    /// What sensors read, with derivatives by every parameter.
+    pub sensors: Sensors,
     /// All candidates.
     pub candidates: Vec<Candidate>,
     /// Per further shape, counted from one: the strengths of the candidates that
@@ -143,6 +145,7 @@ impl Dictionary {
         }
         let all: Vec<Variable> = (0..defaults.len()).map(Variable::Parameter).collect();
         let by_parameter = machine.sensitivity(&all);
+        let sensors = machine.sensors(&all);
         let own = plain.model.parameters.len();
         let mut candidates: Vec<Candidate> = (0..own)
             .map(|index| Candidate {
@@ -162,13 +165,18 @@ impl Dictionary {
                 parameters: effect.parameters.clone(),
                 strengths: Vec::new(),
                 shapes: vec![Vec::new()],
-                channel: effect.on.iter().any(|(kind, _)| *kind == PortKind::Input),
+                channel: effect.on.iter().any(|(kind, _)| *kind == PortKind::Input)
+                    || effect
+                        .parameters
+                        .iter()
+                        .any(|p| sensors.sensing.contains(p)),
             });
         }
         let mut dictionary = Self {
             machine,
             focuses: Focuses::new(name, text, library),
             by_parameter,
+            sensors,
             candidates,
             by_shape: Vec::new(),
             defaults,
@@ -263,6 +271,7 @@ impl Dictionary {
         outputs.extend(compiled.system.mass_matrix.iter().flatten());
         outputs.extend(compiled.system.constraint_matrix.iter().flatten());
         outputs.extend(&compiled.system.constraint_bias);
+        outputs.extend(&compiled.system.measured);
         outputs.extend(&compiled.system.state_rates);
         outputs.extend(&compiled.system.initial_states);
         let parameters = &compiled.model.parameters;

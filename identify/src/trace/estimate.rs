@@ -2,9 +2,10 @@
 //! read beside the curve.
 
 use super::dictionary::Ranges;
+use super::focus::Focus;
 use crate::log::{Record, Warning, stretches};
 use crate::machine::{History, States};
-use crate::regression::{Hold, Readings};
+use crate::regression::{Hold, Readings, derivative, divided};
 use crate::smooth::{ChannelNoise, SmoothError, Smoothed, smooth};
 use nalgebra::DVector;
 use std::ops::Range;
@@ -109,8 +110,36 @@ impl Observed {
         sensors.into_iter().flatten().for_each(|sd| *sd *= factor);
     }
 
-    /// What the sensors read beside the curve.
-    pub fn readings(&self) -> Readings {
+    /// What the sensors of `focus`, with these of the dictionary's values, read beside the
+    /// curve, along which the accelerations are those given.
+    pub fn readings(&self, focus: &Focus, values: &[f64], accelerations: &[Vec<f64>]) -> Readings {
+        if !focus.machine.has_sensor_errors() {
+            return self.plain_readings();
+        }
+        let values = focus.values(values);
+        let states = focus.machine.at_rest(&self.curve, &values);
+        let read = focus.sensors.read(&states, accelerations, &values);
+        let beside = |y: &[f64], x: &[f64], slope: &[f64]| {
+            let apart: Vec<f64> = y.iter().zip(x).map(|(y, x)| y - x).collect();
+            divided(&apart, slope)
+        };
+        let channels = |i: usize| (&read.q[i][..], &read.v[i][..], &read.slope[i][..]);
+        let mut readings = self.plain_readings();
+        for i in 0..self.record.q.len() {
+            let (q, v, slope) = channels(i);
+            readings.position[i] = beside(&self.record.q[i], q, slope);
+            readings.velocity[i] = self.record.dq[i].as_ref().map(|y| beside(y, v, slope));
+            // What is read of the acceleration beyond the acceleration itself.
+            let (curve_v, t) = (&self.curve.v[i], &self.curve.t);
+            let beyond: Vec<f64> = v.iter().zip(curve_v).map(|(read, v)| read - v).collect();
+            let beyond = derivative(t, &beyond);
+            let corrected = |y: &Vec<f64>| y.iter().zip(&beyond).map(|(y, b)| y - b).collect();
+            readings.acceleration[i] = self.record.ddq[i].as_ref().map(corrected);
+        }
+        readings
+    }
+
+    fn plain_readings(&self) -> Readings {
         let beside = |y: &Vec<f64>, x: &Vec<f64>| y.iter().zip(x).map(|(y, x)| y - x).collect();
         let rates = self.record.dq.iter().zip(&self.curve.v);
         Readings {

@@ -5,7 +5,7 @@
 //! model that never heard of them moves in the same way at a fraction of the cost.
 
 use super::dictionary::{Dictionary, Subject};
-use crate::machine::{Machine, SensitivityTape};
+use crate::machine::{Machine, SensitivityTape, Sensors};
 use dynamics_codegen::derive::Variable;
 use dynamics_codegen::syntax::written_name;
 use dynamics_codegen::{Compiled, Library, Report, Variables, compile_keeping};
@@ -22,6 +22,8 @@ pub struct Focus {
     pub slopes: SensitivityTape,
     /// Derivatives by the candidates' parameters, in the candidates' order.
     pub by_parameter: SensitivityTape,
+    /// What sensors read, with derivatives by the same.
+    pub sensors: Sensors,
     /// Per parameter of the model: which one of the dictionary's it is.
     places: Vec<usize>,
 }
@@ -56,6 +58,7 @@ impl Focus {
         Self {
             slopes: machine.sensitivity(&state),
             by_parameter: machine.sensitivity(variables),
+            sensors: machine.sensors(variables),
             machine,
             places,
         }

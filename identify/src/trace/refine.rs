@@ -189,6 +189,7 @@ fn refine_some(
         let columns = [Columns {
             machine: &focus.machine,
             tape: &focus.by_parameter,
+            sensors: Some(&focus.sensors),
             parameters: &values,
         }];
         let dynamics = ErrorDynamics::new(
@@ -206,7 +207,9 @@ fn refine_some(
             (Err(error), None) => return Err(error),
         };
         let next = dynamics.and_then(|dynamics| {
-            let readings = explanation.observed.readings();
+            let accelerations = dynamics.accelerations();
+            let observed = &explanation.observed;
+            let readings = observed.readings(&focus, &explanation.values, &accelerations);
             let noise = &mut explanation.noise;
             let adapt = if step > held {
                 Adapt::ToData

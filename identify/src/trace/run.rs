@@ -1,5 +1,6 @@
 //! The whole loop: log in, findings and patched model out.
 
+use super::corrected::corrected;
 use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use super::finding::{Finding, Verdict, findings, verdict};
@@ -268,7 +269,8 @@ fn select_with_slow_errors(
             hold: selection.observed.hold,
             horizon: JUDGED_HORIZON,
         };
-        let score = scoring.score(&start.record).ok()?;
+        let record = corrected(&start.record, &focus, scoring.values).ok()?;
+        let score = scoring.score(&record).ok()?;
         Some(score.rollout.errors.total).filter(|error| error.is_finite())
     };
     let mut lowest = prediction_error(&best).unwrap_or(f64::INFINITY);
@@ -471,7 +473,8 @@ fn judge(
     let after = scoring(&patched.machine, &patched_values);
     let floor = after;
     let before = before.look(test).map_err(failed)?;
-    let after = after.look(test).map_err(failed)?;
+    let faultless = corrected(test, &patched, &patched_values)?;
+    let after = after.look(&faultless).map_err(failed)?;
     // The states of the test log as the patched model sees them.
     let observed = Observed::new(test.clone(), hold)?;
     let observed = smooth(dictionary, &accepted, observed, &selection.values)

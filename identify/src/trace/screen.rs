@@ -73,12 +73,14 @@ impl<'a> Screen<'a> {
         let mut columns = vec![Columns {
             machine,
             tape: &dictionary.by_parameter,
+            sensors: Some(&dictionary.sensors),
             parameters: &explanation.values,
         }];
         for ((_, tape), parameters) in dictionary.by_shape.iter().zip(&shaped) {
             columns.push(Columns {
                 machine,
                 tape,
+                sensors: None,
                 parameters,
             });
         }
@@ -90,12 +92,17 @@ impl<'a> Screen<'a> {
             explanation.observed.hold,
             &focus.values(&explanation.values),
         )?;
+        let accelerations = dynamics.accelerations();
+        let values = &explanation.values;
+        let readings = explanation
+            .observed
+            .readings(&focus, values, &accelerations);
         Ok(Self {
             dictionary,
             explanation,
             base: dictionary.parameters_of(accepted),
             dynamics,
-            readings: explanation.observed.readings(),
+            readings,
             options: options(dictionary, accepted),
         })
     }

@@ -314,7 +314,7 @@ impl Search<'_> {
         } = &self.current.explanation;
         let focus = self.dictionary.focus(&self.accepted);
         let dynamics = linearised(&focus, observed, values)?;
-        let readings = observed.readings();
+        let readings = observed.readings(&focus, values, &dynamics.accelerations());
         let settled = settle(&dynamics, &readings, &[], &mut floor(&dynamics), Adapt::Not);
         let rows = settled.gram.rows().max(1) as f64;
         Ok((settled.gram.data_misfit() / rows, settled.cost()))

@@ -184,7 +184,7 @@ fn autocorrelations(
     values: &[f64],
 ) -> Result<Vec<Vec<f64>>, SolveError> {
     let dynamics = linearised(focus, observed, values)?;
-    let readings = observed.readings();
+    let readings = observed.readings(focus, values, &dynamics.accelerations());
     let noise = floor(&dynamics);
     let whitener = Whitener::new(&dynamics, &readings, &noise);
     let mut sequences = vec![Vec::new(); observed.record.q.len()];
