@@ -45,7 +45,7 @@ pub struct Arguments {
     apply: bool,
 
     /// A folder for the report (`report.html`, `report.json`, `series.json`, `summary.txt`,
-    /// `model.diff`, the model with the findings); made if it is not there
+    /// `model.diff`, the model with the findings, forces without a name as processes); made if it is not there
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
 
@@ -131,6 +131,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         write(&folder.join("model.diff"), &diff)?;
         let series = serde_json::to_string(&outcome.details)?;
         write(&folder.join("series.json"), &series)?;
+        for force in outcome.unnamed.iter().flat_map(|unnamed| &unnamed.forces) {
+            let file = format!("force_{}.gp.json", file_safe(&force.coordinate));
+            write(&folder.join(file), &force.saved)?;
+        }
         let page = Page {
             outcome: &outcome,
             model: &loaded.compiled.model,
@@ -199,6 +203,12 @@ fn run_trace(
         TraceError::Model(report) => Mistake::from(*report).into(),
         other => Mistake::new(other.to_string()).into(),
     })
+}
+
+/// A name as part of a file's name.
+fn file_safe(name: &str) -> String {
+    let safe = |c: char| if c.is_alphanumeric() || c == '-' { c } else { '_' };
+    name.chars().map(safe).collect()
 }
 
 /// The command line as a shell reads it, with the seed.

@@ -19,6 +19,8 @@ pub enum Stage {
     Settle,
     /// Errors before and after on the log that is judged by.
     Judge,
+    /// A force without a name is looked at.
+    Look,
 }
 
 impl fmt::Display for Stage {
@@ -31,6 +33,7 @@ impl fmt::Display for Stage {
             Self::Question => "question",
             Self::Settle => "settle",
             Self::Judge => "judge",
+            Self::Look => "look",
         })
     }
 }

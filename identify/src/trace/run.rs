@@ -4,6 +4,7 @@ use super::corrected::corrected;
 use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use super::finding::{Finding, Verdict, findings, verdict};
+use super::microscope::{Unnamed, look};
 use super::patch::patch;
 use super::progress::{Progress, Stage};
 use super::score::{Score, ScoreError, Scoring};
@@ -73,6 +74,9 @@ pub struct Outcome {
     pub noise_floor: Score,
     /// What the findings leave unexplained.
     pub remaining: Remaining,
+    /// What has no name, if the verdict says so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unnamed: Option<Unnamed>,
     /// Mean squared whitened prediction error on the training data, of the model as given.
     pub misfit_before: f64,
     /// The same of the patched model; one if sensor noise explains it.
@@ -204,6 +208,39 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     progress.enter(Stage::Judge, &[]);
     let (scores, series) = judge(&dictionary, &selection, &test, request, hold)?;
     let [before, after, noise_floor] = scores;
+    let sources = observed.record.warnings.iter().chain(&test.warnings);
+    let mut warnings: Vec<String> = sources.map(ToString::to_string).collect();
+    let unnamed = match verdict {
+        Verdict::Unknown => {
+            let focus = dictionary.focus(&[]);
+            let scoring = Scoring {
+                machine: &focus.machine,
+                values: &focus.values(&dictionary.defaults),
+                hold,
+                horizon: request.horizon,
+            };
+            progress.enter(Stage::Look, &[]);
+            let errors = (before.acceleration.total, noise_floor.acceleration.total);
+            let seen = look(
+                &dictionary,
+                &selection,
+                &scoring,
+                &test,
+                errors,
+                request.seed,
+            );
+            match seen {
+                Ok(unnamed) => Some(unnamed),
+                Err(error) => {
+                    warnings.push(format!(
+                        "the unexplained force cannot be described: {error}"
+                    ));
+                    None
+                }
+            }
+        }
+        _ => None,
+    };
     let provenance = format!(
         "dynamics trace, {}: held-out acceleration error {:.3} -> {:.3}, rollout {:.3} -> {:.3} (seed {})",
         split.train_log,
@@ -213,12 +250,6 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         after.rollout.errors.total,
         request.seed
     );
-    let warnings = observed
-        .record
-        .warnings
-        .iter()
-        .chain(&test.warnings)
-        .map(ToString::to_string);
     Ok(Outcome {
         verdict,
         // What does not explain the log is not written into the model.
@@ -230,6 +261,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         before,
         after,
         noise_floor,
+        unnamed,
         remaining: selection.remaining,
         misfit_before: selection.nominal_misfit,
         misfit_after: selection.reduced_misfit,
@@ -237,7 +269,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         input_hold: hold,
         split,
         seed: request.seed,
-        warnings: warnings.collect(),
+        warnings,
         details: Details {
             considered: weighed(&dictionary, &selection),
             series,

@@ -5,6 +5,7 @@ use crate::log::Record;
 use crate::machine::{Machine, Rollout, RolloutOptions, Simulated, SolveError, States};
 use crate::regression::Hold;
 use crate::smooth::{SgStates, SmoothError, savgol_states};
+use nalgebra::DVector;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -96,7 +97,7 @@ impl Scoring<'_> {
     /// The score with the curves that it is made from.
     pub fn look(&self, record: &Record) -> Result<Look, ScoreError> {
         let states = savgol_states(record)?;
-        let (acceleration, force, missing) = self.one_step(record, &states)?;
+        let (acceleration, force, missing) = self.one_step(record, &states, &[])?;
         let (rollout, predicted) = self.rollout(record, &states);
         let inner = inner_samples(record, &states);
         Ok(Look {
@@ -131,11 +132,25 @@ impl Scoring<'_> {
         self.score(&with_noise(clean, observed, seed))
     }
 
-    /// Acceleration errors, force errors, and the latter per coordinate and sample.
+    /// Acceleration and force errors with generalised forces (per coordinate and sample)
+    /// added to those of the model.
+    pub fn one_step_with(
+        &self,
+        record: &Record,
+        states: &SgStates,
+        added: &[Vec<f64>],
+    ) -> Result<(Errors, Errors), ScoreError> {
+        let (acceleration, force, _) = self.one_step(record, states, added)?;
+        Ok((acceleration, force))
+    }
+
+    /// Acceleration errors, force errors, and the latter per coordinate and sample. What is
+    /// `added` to the model's forces may be empty.
     fn one_step(
         &self,
         record: &Record,
         states: &SgStates,
+        added: &[Vec<f64>],
     ) -> Result<(Errors, Errors, Vec<Vec<f64>>), ScoreError> {
         let at = States {
             t: record.t.clone(),
@@ -145,8 +160,14 @@ impl Scoring<'_> {
             ..States::default()
         };
         let at = self.machine.remember(&at, self.hold, self.values)?;
-        let motions = self.machine.motion(&at, self.values)?;
+        let mut motions = self.machine.motion(&at, self.values)?;
         let n = record.q.len();
+        if !added.is_empty() {
+            for (sample, motion) in motions.iter_mut().enumerate() {
+                let force = DVector::from_fn(n, |i, _| added[i][sample]);
+                motion.acceleration += motion.factorisation.mobility() * force;
+            }
+        }
         let inner = inner_samples(record, states);
         let pick = |values: &[f64]| inner.iter().map(|&k| values[k]).collect::<Vec<f64>>();
         let misses: Vec<Vec<f64>> = (0..n)

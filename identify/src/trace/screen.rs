@@ -185,7 +185,7 @@ impl<'a> Screen<'a> {
                 let fit = gram.fit(&with);
                 let gain = 0.5 * (base_misfit - fit.misfit) / scale;
                 // Not a number is no gain.
-                if !(gain > a.gain.max(b.gain)) {
+                if gain.is_nan() || gain <= a.gain.max(b.gain) {
                     continue;
                 }
                 let own = &fit.coefficients.as_slice()[base.len()..];
