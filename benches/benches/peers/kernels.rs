@@ -66,15 +66,15 @@ impl<T: Real> Kernel<T> {
         start.elapsed().as_nanos() as f64 / count as f64
     }
 
-    /// Compares all results with CasADi's.
-    pub fn compare(&self, driver: &mut Driver) -> Result<(), String> {
+    /// Compares all results with those of CasADi's function `casadi`.
+    pub fn compare(&self, driver: &mut Driver, casadi: &str) -> Result<(), String> {
         let tolerance = if T::epsilon().to_f64() < 1e-10 {
             1e-9
         } else {
             2e-3
         };
         for (index, state) in self.states.iter().enumerate() {
-            let theirs = driver.values(self.casadi, index)?;
+            let theirs = driver.values(casadi, index)?;
             for (place, ours) in (self.value)(state).iter().enumerate() {
                 let theirs = &theirs[128 * place..][..ours.len()];
                 let size = theirs.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
@@ -82,7 +82,7 @@ impl<T: Real> Kernel<T> {
                 let gap = gaps.fold(0.0, f64::max) / size;
                 if gap.is_nan() || gap > tolerance {
                     return Err(format!(
-                        "{}: result {place} at state {index} is {gap:.1e} off CasADi's\n{ours:?}\n{theirs:?}",
+                        "{}: result {place} at state {index} is {gap:.1e} off CasADi's {casadi}\n{ours:?}\n{theirs:?}",
                         self.name
                     ));
                 }
