@@ -236,14 +236,15 @@ impl<E: Real> Table<E> {
     }
 }
 
-/// States in columns for the batched call; results stay in the second cache.
+/// States in columns for the batched call.
 pub struct Batch<L: Lanes> {
     states: Table<L::Element>,
     results: Table<L::Element>,
 }
 
-/// States per call: whole lines of the cache, and no power of two.
-pub const SAMPLES: usize = 240;
+/// States per call: whole lines of the cache, and as many as stay, with their results, in the
+/// first cache. Who has more calls again.
+pub const SAMPLES: usize = 64;
 /// Mass matrix and bias force.
 const RESULTS: usize = 56;
 

@@ -123,7 +123,7 @@ where
         best.unsnapped = best.unsnapped.min(driver.time(UNSNAPPED, 6400)?);
         // Short pieces in a row: the first of them wakes the wide units up.
         for _ in 0..10 {
-            best.ours = best.ours.min(batch.time(40));
+            best.ours = best.ours.min(batch.time(150));
         }
     }
     Ok(best)
