@@ -844,9 +844,9 @@ impl<T: Scalar> ::dynamics::Entries<T> for EquationOfMotion<T> {
     const LENGTH: usize = 56;
 
     #[inline(always)]
-    fn each(&self, take: &mut impl FnMut(T)) {
-        self.mass_matrix.each(take);
-        self.force.each(take);
+    fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {
+        ::dynamics::Entries::each_of(results.map(|result| &result.mass_matrix), take);
+        ::dynamics::Entries::each_of(results.map(|result| &result.force), take);
     }
 }
 

@@ -838,13 +838,13 @@ impl<T: Scalar> ::dynamics::Entries<T> for EquationOfMotion<T> {
     const LENGTH: usize = 76;
 
     #[inline(always)]
-    fn each(&self, take: &mut impl FnMut(T)) {
-        self.mass_matrix.each(take);
-        self.force.each(take);
-        self.constraint_jacobian.each(take);
-        self.constraint_bias.each(take);
-        self.constraint_residual.each(take);
-        self.constraint_rate.each(take);
+    fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {
+        ::dynamics::Entries::each_of(results.map(|result| &result.mass_matrix), take);
+        ::dynamics::Entries::each_of(results.map(|result| &result.force), take);
+        ::dynamics::Entries::each_of(results.map(|result| &result.constraint_jacobian), take);
+        ::dynamics::Entries::each_of(results.map(|result| &result.constraint_bias), take);
+        ::dynamics::Entries::each_of(results.map(|result| &result.constraint_residual), take);
+        ::dynamics::Entries::each_of(results.map(|result| &result.constraint_rate), take);
     }
 }
 

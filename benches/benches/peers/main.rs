@@ -20,7 +20,7 @@ mod native;
 mod report;
 
 use driver::{Driver, Precision, UNSNAPPED};
-use kernels::{Batch, Kernel, kernels};
+use kernels::{Batch, Kernel, SAMPLES, kernels};
 use report::{Batched, Row};
 
 /// Rounds per function and side.
@@ -55,8 +55,8 @@ fn run() -> Result<(), String> {
         };
         println!("{}", report::table(precision, &single));
         let batched = match precision {
-            Precision::Double => batch(&mut driver, &mut Batch::<dynamics::batch::WideF64>::new())?,
-            Precision::Single => batch(&mut driver, &mut Batch::<dynamics::batch::WideF32>::new())?,
+            Precision::Double => batch(&mut driver, Batch::<dynamics::batch::WideF64>::new)?,
+            Precision::Single => batch(&mut driver, Batch::<dynamics::batch::WideF32>::new)?,
         };
         println!("{}", report::batched(precision, &batched));
         rows.push(single);
@@ -108,22 +108,27 @@ where
 
 /// Times mass matrix and bias force of many states at once, in turns with CasADi's C, one
 /// state after another.
-fn batch<L>(driver: &mut Driver, batch: &mut Batch<L>) -> Result<Batched, String>
+fn batch<L>(driver: &mut Driver, new: fn(usize) -> Batch<L>) -> Result<Batched, String>
 where
     L: dynamics::batch::Lanes,
 {
-    batch.compare()?;
+    let mut batches = SAMPLES.map(new);
     let mut best = Batched {
         snapped: f64::INFINITY,
         unsnapped: f64::INFINITY,
-        ours: f64::INFINITY,
+        ours: [f64::INFINITY; SAMPLES.len()],
     };
+    for batch in &mut batches {
+        batch.compare()?;
+    }
     for _ in 0..ROUNDS {
         best.snapped = best.snapped.min(driver.time(SNAPPED, 6400)?);
         best.unsnapped = best.unsnapped.min(driver.time(UNSNAPPED, 6400)?);
-        // Short pieces in a row: the first of them wakes the wide units up.
-        for _ in 0..10 {
-            best.ours = best.ours.min(batch.time(150));
+        for (batch, best) in batches.iter_mut().zip(&mut best.ours) {
+            // Short pieces in a row: the first of them wakes the wide units up.
+            for _ in 0..10 {
+                *best = best.min(batch.time());
+            }
         }
     }
     Ok(best)
