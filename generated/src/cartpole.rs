@@ -215,8 +215,10 @@ impl<T: Scalar> ::dynamics::Entries<T> for EquationOfMotion<T> {
 
     #[inline(always)]
     fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {
-        ::dynamics::Entries::each_of(results.map(|result| &result.mass_matrix), take);
-        ::dynamics::Entries::each_of(results.map(|result| &result.force), take);
+        let part = results.map(|result| &result.mass_matrix);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.force);
+        ::dynamics::Entries::each_of(part, take);
     }
 }
 

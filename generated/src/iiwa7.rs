@@ -850,8 +850,10 @@ impl<T: Scalar> ::dynamics::Entries<T> for EquationOfMotion<T> {
 
     #[inline(always)]
     fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {
-        ::dynamics::Entries::each_of(results.map(|result| &result.mass_matrix), take);
-        ::dynamics::Entries::each_of(results.map(|result| &result.force), take);
+        let part = results.map(|result| &result.mass_matrix);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.force);
+        ::dynamics::Entries::each_of(part, take);
     }
 }
 
@@ -1275,8 +1277,10 @@ impl<T: Scalar> ::dynamics::Entries<T> for MassMatrixAndBiasForce<T> {
 
     #[inline(always)]
     fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {
-        ::dynamics::Entries::each_of(results.map(|result| &result.mass_matrix), take);
-        ::dynamics::Entries::each_of(results.map(|result| &result.bias_force), take);
+        let part = results.map(|result| &result.mass_matrix);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.bias_force);
+        ::dynamics::Entries::each_of(part, take);
     }
 }
 
@@ -1950,8 +1954,10 @@ impl<T: Scalar> ::dynamics::Entries<T> for InverseDynamicsDerivatives<T> {
 
     #[inline(always)]
     fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {
-        ::dynamics::Entries::each_of(results.map(|result| &result.inverse_dynamics_by_position), take);
-        ::dynamics::Entries::each_of(results.map(|result| &result.inverse_dynamics_by_velocity), take);
+        let part = results.map(|result| &result.inverse_dynamics_by_position);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.inverse_dynamics_by_velocity);
+        ::dynamics::Entries::each_of(part, take);
     }
 }
 
@@ -3556,10 +3562,14 @@ impl<T: Scalar> ::dynamics::Entries<T> for ForwardDynamicsDerivatives<T> {
 
     #[inline(always)]
     fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {
-        ::dynamics::Entries::each_of(results.map(|result| &result.forward_dynamics), take);
-        ::dynamics::Entries::each_of(results.map(|result| &result.forward_dynamics_by_position), take);
-        ::dynamics::Entries::each_of(results.map(|result| &result.forward_dynamics_by_velocity), take);
-        ::dynamics::Entries::each_of(results.map(|result| &result.forward_dynamics_by_input), take);
+        let part = results.map(|result| &result.forward_dynamics);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.forward_dynamics_by_position);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.forward_dynamics_by_velocity);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.forward_dynamics_by_input);
+        ::dynamics::Entries::each_of(part, take);
     }
 }
 

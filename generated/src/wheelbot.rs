@@ -847,12 +847,18 @@ impl<T: Scalar> ::dynamics::Entries<T> for EquationOfMotion<T> {
 
     #[inline(always)]
     fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {
-        ::dynamics::Entries::each_of(results.map(|result| &result.mass_matrix), take);
-        ::dynamics::Entries::each_of(results.map(|result| &result.force), take);
-        ::dynamics::Entries::each_of(results.map(|result| &result.constraint_jacobian), take);
-        ::dynamics::Entries::each_of(results.map(|result| &result.constraint_bias), take);
-        ::dynamics::Entries::each_of(results.map(|result| &result.constraint_residual), take);
-        ::dynamics::Entries::each_of(results.map(|result| &result.constraint_rate), take);
+        let part = results.map(|result| &result.mass_matrix);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.force);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constraint_jacobian);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constraint_bias);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constraint_residual);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constraint_rate);
+        ::dynamics::Entries::each_of(part, take);
     }
 }
 
@@ -1196,8 +1202,10 @@ impl<T: Scalar> ::dynamics::Entries<T> for ConstrainedDynamics<T> {
 
     #[inline(always)]
     fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {
-        ::dynamics::Entries::each_of(results.map(|result| &result.constrained_acceleration), take);
-        ::dynamics::Entries::each_of(results.map(|result| &result.constrained_multipliers), take);
+        let part = results.map(|result| &result.constrained_acceleration);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constrained_multipliers);
+        ::dynamics::Entries::each_of(part, take);
     }
 }
 
@@ -1594,14 +1602,22 @@ impl<T: Scalar> ::dynamics::Entries<T> for ConstrainedDynamicsDerivatives<T> {
 
     #[inline(always)]
     fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {
-        ::dynamics::Entries::each_of(results.map(|result| &result.constrained_acceleration), take);
-        ::dynamics::Entries::each_of(results.map(|result| &result.constrained_multipliers), take);
-        ::dynamics::Entries::each_of(results.map(|result| &result.constrained_acceleration_by_position), take);
-        ::dynamics::Entries::each_of(results.map(|result| &result.constrained_acceleration_by_velocity), take);
-        ::dynamics::Entries::each_of(results.map(|result| &result.constrained_acceleration_by_input), take);
-        ::dynamics::Entries::each_of(results.map(|result| &result.constrained_multipliers_by_position), take);
-        ::dynamics::Entries::each_of(results.map(|result| &result.constrained_multipliers_by_velocity), take);
-        ::dynamics::Entries::each_of(results.map(|result| &result.constrained_multipliers_by_input), take);
+        let part = results.map(|result| &result.constrained_acceleration);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constrained_multipliers);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constrained_acceleration_by_position);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constrained_acceleration_by_velocity);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constrained_acceleration_by_input);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constrained_multipliers_by_position);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constrained_multipliers_by_velocity);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constrained_multipliers_by_input);
+        ::dynamics::Entries::each_of(part, take);
     }
 }
 

@@ -28,6 +28,19 @@ fn c_files_are_current() {
     report(&wrong);
 }
 
+/// A misspelt name would be passed over.
+#[test]
+fn every_request_names_a_model() {
+    let path = files::root().join("generated/functions.txt");
+    let text = std::fs::read_to_string(path).expect("generated/functions.txt is there");
+    let models = models::all();
+    for line in text.lines().filter(|line| !line.starts_with('#')) {
+        let name = line.split(':').next().expect("the first part");
+        let known = models.iter().any(|(_, c)| c.model.name == name);
+        assert!(known, "generated/functions.txt: there is no model `{name}`");
+    }
+}
+
 fn ending(files: &[(String, String)], ending: &str) -> Vec<(String, String)> {
     files
         .iter()

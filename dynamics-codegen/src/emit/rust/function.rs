@@ -75,8 +75,11 @@ impl Unit<'_> {
                 "fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {";
             w.block(start, "}", |w| {
                 for quantity in &function.quantities {
-                    let of_all = format!("results.map(|result| &result.{})", quantity.name);
-                    w.line(format!("::dynamics::Entries::each_of({of_all}, take);"));
+                    w.line(format!(
+                        "let part = results.map(|result| &result.{});",
+                        quantity.name
+                    ));
+                    w.line("::dynamics::Entries::each_of(part, take);");
                 }
             });
         });
