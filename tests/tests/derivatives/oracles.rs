@@ -1,19 +1,21 @@
 //! Emitted derivatives, function by function, against programs that share no code with ours:
-//! Pinocchio for two arms, an independent derivation for the Wheelbot.
+//! Pinocchio for three arms, an independent derivation for the Wheelbot.
 //!
 //! Neither gives `∂M, ∂Q_C, ∂A, ∂b` by themselves. They are put into the derivative of the
 //! equation of motion, where everything else is theirs:
 //! `∂τ/∂q = (∂M/∂q) a − ∂Q_C/∂q` and `∂τ/∂v = −∂Q_C/∂v` at an acceleration that has nothing to
 //! do with the state, and `M ∂a + ∂M a = ∂Q_C + ∂Aᵀ λ + Aᵀ ∂λ`, `A ∂a + ∂A a = ∂b`.
 
-use super::full::{call_iiwa7, call_panda, call_wheelbot};
+use super::full::{call_iiwa7, call_iiwa7_plane, call_panda, call_wheelbot};
 use super::{Call, largest};
-use dynamics::nalgebra::{DMatrix, DVector};
+use dynamics::nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use integration_tests::reference::Deviations;
 use integration_tests::{files::root, models, shared};
 use serde_json::Value;
 use std::path::Path;
 
+/// Where nothing is differentiated, less what inverting `M` costs.
+const VALUES: f64 = 1e-10;
 const ARMS: f64 = 1e-8;
 const WHEELBOT: f64 = 1e-7;
 
@@ -122,6 +124,60 @@ fn panda_agrees_with_pinocchio() {
         motion: ["a", "da_dq", "da_dv", "da_dtau"],
     };
     check_arm("panda", call_panda::call, &expected, &names);
+}
+
+/// The arm on a plane: its constraint made of Pinocchio's frame, Jacobian and drift of the
+/// flange, and the motion solved from Pinocchio's `M` and bias.
+#[test]
+fn an_arm_on_a_plane_agrees_with_pinocchio() {
+    const TOOL: f64 = 0.12;
+    let Some(path) = shared::file("oracles/oracle_iiwa_snap.json") else {
+        return;
+    };
+    let oracle = read(&path);
+    let normal = Vector3::new(0.3, -0.2, 0.9);
+    let parameters = [TOOL, normal.x, normal.y, normal.z, 0.5];
+    let mut worst = Deviations::default();
+    let states = oracle["states"].as_array().expect("states");
+    for (index, state) in states.iter().enumerate() {
+        let of = |key: &str| numbers(&state[key]);
+        let flange = DMatrix::from_row_slice(6, 7, &of("J"));
+        let (linear, angular) = (flange.rows(0, 3), flange.rows(3, 3));
+        let tool = Matrix3::from_row_slice(&of("ee_R")) * Vector3::new(0.0, 0.0, TOOL);
+        let jacobian = linear - tool.cross_matrix() * angular;
+        let velocity = DVector::from_vec(of("qd"));
+        let turn: Vector3<f64> = (angular * &velocity).fixed_rows::<3>(0).into_owned();
+        let drift = of("Jdot_qd");
+        let drift = Vector3::from_column_slice(&drift[..3])
+            + Vector3::from_column_slice(&drift[3..]).cross(&tool)
+            + turn.cross(&turn.cross(&tool));
+        let row = normal.transpose() * jacobian;
+        let b = -normal.dot(&drift);
+        let inverse = DMatrix::from_row_slice(7, 7, &of("Minv"));
+        let force = DVector::from_vec(of("tau")) - DVector::from_vec(of("bias"));
+        let mobility = (&row * &inverse * row.transpose())[(0, 0)];
+        let lambda = (b - (&row * &inverse * &force)[(0, 0)]) / mobility;
+        let a = &inverse * (force + row.transpose() * lambda);
+        let by_input = &inverse - &inverse * row.transpose() * &row * &inverse / mobility;
+
+        let own = [vec![0.0], of("q"), of("qd"), of("tau"), parameters.to_vec()].concat();
+        let arguments = [own, vec![0.0; 8]].concat();
+        let call = |function: &str| call_iiwa7_plane::call(function, &arguments);
+        let place = format!("iiwa7_plane, state {index}");
+        let mut check = |what: &str, found: &[f64], expected: &[f64]| {
+            worst.check((&place, what), found, expected, VALUES);
+        };
+        check("A", &call("constraint_jacobian")[0], row.as_slice());
+        check("b", &call("constraint_bias")[0], &[b]);
+        let motion = call("constrained_dynamics_derivatives");
+        check("a", &motion[0], a.as_slice());
+        check("λ", &motion[1], &[lambda]);
+        check("∂a/∂u", &motion[4], &by_rows(&by_input));
+        let motion = call("constrained_dynamics");
+        check("a", &motion[0], a.as_slice());
+        check("λ", &motion[1], &[lambda]);
+    }
+    println!("iiwa7_plane, emitted: {}", worst.summary());
 }
 
 /// One case of the Wheelbot: their figures, and our functions there.
