@@ -41,7 +41,10 @@ pub fn table(precision: Precision, rows: &[Row]) -> String {
     let mut out = String::new();
     let (title, note) = match precision {
         Precision::Double => ("f64", ""),
-        Precision::Single => ("f32", " (CasADi's float computes sines in double; unsnapped, its products are subnormal)"),
+        Precision::Single => (
+            "f32",
+            " (CasADi's float computes sines in double; unsnapped, its products are subnormal)",
+        ),
     };
     let _ = writeln!(
         out,
@@ -92,15 +95,15 @@ pub fn batched(precision: Precision, times: &Batched) -> String {
     let met = |met: bool| if met { "met" } else { "missed" };
     let mut out = format!(
         "{title}, mass matrix and bias force of many states, million states per second\n\
-         CasADi's C, one state after another: {:.1} as it comes, {:.1} snapped\n",
+         CasADi's C, one state after another: {:.1} as it comes, {:.1} snapped",
         1e3 / times.unsnapped,
         1e3 / times.snapped,
     );
     for (samples, ours) in SAMPLES.into_iter().zip(times.ours) {
         let (rate, times_as_many) = (1e3 / ours, times.unsnapped / ours);
-        let _ = writeln!(
+        let _ = write!(
             out,
-            "ours, in lanes, {samples:>3} states per call {rate:>6.1} (goal {goal:.0}: {}), \
+            "\nours, in lanes, {samples:>3} states per call {rate:>6.1} (goal {goal:.0}: {}), \
              {times_as_many:.1} times as many as it comes (goal {TIMES:.0}: {}), {:.1} as snapped",
             met(rate >= goal),
             met(times_as_many >= TIMES),
