@@ -137,7 +137,7 @@ fn compile_urdf(
     library.add_file(FILE, name, text);
     let options = match variables {
         Variables::All => ";",
-        Variables::Only(_) => " { parameters: all; }",
+        Variables::Only(_) | Variables::Except(_) => " { parameters: all; }",
     };
     let model = model_with_urdf(FILE, options);
     let compiled = compile_keeping(name, &model, &library, variables);

@@ -35,6 +35,7 @@ fn accelerations_and_multipliers_agree() {
             q: column(&q),
             v: column(&v),
             u: vec![vec![u]],
+            history: None,
             memory: Memory {
                 delayed: vec![vec![0.4]],
                 delay_rate: vec![vec![0.0]],

@@ -4,6 +4,7 @@ use crate::log::LogArguments;
 use crate::mistake::Mistake;
 use crate::model::{Loaded, ModelArguments};
 use crate::output::{self, WholeFile};
+use crate::stages::Stages;
 use clap::{Args, ValueEnum};
 use identify::log::Log;
 use identify::regression::Hold;
@@ -102,7 +103,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let help = "trace that model, or move it away";
         return Err(Mistake::new(message).help(help).into());
     }
-    let outcome = run_trace(arguments, &loaded, &text, &train, test.as_ref())?;
+    let stages = Stages::new();
+    let outcome = run_trace(arguments, &loaded, &text, (&train, test.as_ref()), &stages);
+    let took = stages.finish();
+    let outcome = outcome?;
     for warning in &outcome.warnings {
         output::complain(&format!("warning: {warning}"));
     }
@@ -143,8 +147,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut out = output::stdout();
     if arguments.json {
         writeln!(out, "{json}")?;
+        output::complain(&format!("Took {took}"));
     } else {
-        write!(out, "{summary}")?;
+        write!(out, "{summary}\nTook {took}\n")?;
         if !diff.is_empty() {
             let applied = if arguments.apply {
                 "Written into"
@@ -161,8 +166,8 @@ fn run_trace(
     arguments: &Arguments,
     loaded: &Loaded,
     text: &str,
-    train: &Log,
-    test: Option<&Log>,
+    (train, test): (&Log, Option<&Log>),
+    stages: &Stages,
 ) -> anyhow::Result<Outcome> {
     let named = loaded
         .compiled
@@ -188,6 +193,7 @@ fn run_trace(
         }),
         horizon: arguments.horizon,
         seed: arguments.seed,
+        progress: stages,
     };
     trace(&request).map_err(|error| match error {
         TraceError::Model(report) => Mistake::from(*report).into(),

@@ -6,14 +6,18 @@
 
 use super::dictionary::{Candidate, Dictionary, Subject};
 use super::estimate::Observed;
-use super::refine::{Adapt, Estimate, Explanation, SMALLEST_SHARE, floor, refine, settle};
+use super::focus::Focus;
+use super::progress::{Progress, Stage};
+use super::refine::{
+    Adapt, Estimate, Explanation, SMALLEST_SHARE, floor, refine, refine_curve, settle,
+};
 use super::rivals::rivals;
-use super::screen::{Considered, Screen};
-use crate::machine::{SensitivityTape, SolveError};
+use super::screen::{Considered, Pair, Screen};
+use crate::machine::SolveError;
 use crate::regression::{Columns, ErrorDynamics, Hold, ProcessNoise};
-use dynamics_codegen::derive::Variable;
 use nalgebra::DVector;
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 
 /// A term that was accepted.
 #[derive(Debug, Clone)]
@@ -74,6 +78,10 @@ const LEADER_SHARE: f64 = 0.2;
 /// How many of them have their noise adapted, and how many of these are fitted.
 const MAX_PROFILED: usize = 16;
 const MAX_LEADERS: usize = 5;
+/// A pair in the stead of a rich effect must have this share of its gain by a linear fit.
+const PAIR_SHARE: f64 = 0.9;
+/// How many candidates are looked at two at a time.
+const MAX_PAIRED: usize = 64;
 /// Nats behind the best profile beyond which a leader is not fitted.
 const FAR_BEHIND: f64 = 200.0;
 /// Terms at most.
@@ -102,6 +110,7 @@ struct Attempt {
 
 struct Search<'a> {
     dictionary: &'a Dictionary,
+    progress: &'a dyn Progress,
     accepted: Vec<usize>,
     current: Attempt,
     /// What every candidate was worth beside the model as given.
@@ -117,20 +126,27 @@ pub fn select(
     dictionary: &Dictionary,
     observed: Observed,
     free_hold: bool,
+    progress: &dyn Progress,
 ) -> Result<Selection, SolveError> {
-    let start = Explanation {
-        noise: first_noise(dictionary, &observed)?,
-        values: dictionary.defaults.clone(),
-        observed,
+    progress.enter(Stage::Fit, &[]);
+    let part = observed.excerpt(search_samples(dictionary));
+    let is_part = part.is_some();
+    let begin = |observed: Observed| -> Result<Search<'_>, SolveError> {
+        let start = Explanation {
+            noise: first_noise(dictionary, &observed)?,
+            values: dictionary.defaults.clone(),
+            observed,
+        };
+        Ok(Search {
+            dictionary,
+            progress,
+            accepted: Vec::new(),
+            first_round: Vec::new(),
+            current: fit(dictionary, &[], start)?,
+        })
     };
-    let mut search = Search {
-        dictionary,
-        accepted: Vec::new(),
-        first_round: Vec::new(),
-        current: fit(dictionary, &[], start)?,
-    };
-    let nominal_misfit = search.at_floor()?.0;
-    let share_before = search.current.estimate.unexplained;
+    let mut search = begin(part.unwrap_or_else(|| observed.clone()))?;
+    let mut given = Given::of(&search)?;
     loop {
         let (considered, better) = search.step()?;
         if search.first_round.is_empty() {
@@ -146,14 +162,20 @@ pub fn select(
             break;
         }
     }
+    search.enter(Stage::Question);
     let evidence = search.prune();
+    let mut alike = rivals(dictionary, &search.current.explanation, &search.accepted)?;
+    if is_part {
+        search.enter(Stage::Settle);
+        search.look_at(observed.clone())?;
+        given = Given::of(&begin(observed)?)?;
+    }
     let (reduced_misfit, cost_at_floor) = search.at_floor()?;
     let remaining = Remaining {
-        share_before: share_before.max(0.0).sqrt(),
+        share_before: given.unexplained.max(0.0).sqrt(),
         share_after: search.current.estimate.unexplained.max(0.0).sqrt(),
         evidence: cost_at_floor - search.current.estimate.cost,
     };
-    let mut alike = rivals(dictionary, &search.current.explanation, &search.accepted)?;
     let mut terms: Vec<Term> = search
         .accepted
         .iter()
@@ -175,7 +197,7 @@ pub fn select(
         values: explanation.values,
         reduced_misfit,
         estimate,
-        nominal_misfit,
+        nominal_misfit: given.misfit,
         noise: explanation.noise,
         remaining,
         considered: search.first_round,
@@ -183,9 +205,41 @@ pub fn select(
     })
 }
 
+impl Selection {
+    /// Which candidates were accepted.
+    pub fn accepted(&self) -> Vec<usize> {
+        self.terms.iter().map(|term| term.candidate).collect()
+    }
+}
+
+/// Samples that are searched in, where there are many more: of a machine with many
+/// coordinates fewer, as each costs more and says more.
+fn search_samples(dictionary: &Dictionary) -> usize {
+    let n = dictionary.machine.coordinate_count();
+    (SEARCHED / (n * n)).max(FEWEST_SEARCHED)
+}
+
+const SEARCHED: usize = 100_000;
+const FEWEST_SEARCHED: usize = 1000;
+
+/// What the model as given leaves.
+struct Given {
+    misfit: f64,
+    unexplained: f64,
+}
+
+impl Given {
+    fn of(search: &Search<'_>) -> Result<Self, SolveError> {
+        Ok(Self {
+            misfit: search.at_floor()?.0,
+            unexplained: search.current.estimate.unexplained,
+        })
+    }
+}
+
 /// Some unexplained force to begin with.
 fn first_noise(dictionary: &Dictionary, observed: &Observed) -> Result<ProcessNoise, SolveError> {
-    let dynamics = linearised(dictionary, observed, &dictionary.defaults)?;
+    let dynamics = linearised(&dictionary.focus(&[]), observed, &dictionary.defaults)?;
     Ok(ProcessNoise {
         force_sd: dynamics.force_scale * FIRST_SHARE,
     })
@@ -193,19 +247,21 @@ fn first_noise(dictionary: &Dictionary, observed: &Observed) -> Result<ProcessNo
 
 const FIRST_SHARE: f64 = 0.1;
 
+/// The departure's equation, without columns, for `focus` with these of the dictionary's
+/// values.
 pub(super) fn linearised(
-    dictionary: &Dictionary,
+    focus: &Focus,
     observed: &Observed,
     values: &[f64],
 ) -> Result<ErrorDynamics, SolveError> {
     let none: [Columns<'_>; 0] = [];
     ErrorDynamics::new(
-        &dictionary.machine,
-        &dictionary.slopes,
+        &focus.machine,
+        &focus.slopes,
         &none,
         &observed.curve,
         observed.hold,
-        values,
+        &focus.values(values),
     )
 }
 
@@ -225,35 +281,40 @@ fn fit_holding(
     mut explanation: Explanation,
     held: usize,
 ) -> Result<Attempt, SolveError> {
-    let parameters = dictionary.parameters_of(candidates);
-    let tape = tape_for(dictionary, &parameters);
-    let estimate = refine(dictionary, &tape, &parameters, &mut explanation, held)?;
+    let estimate = refine(dictionary, candidates, &mut explanation, held)?;
     Ok(Attempt {
         candidates: candidates.to_vec(),
-        cost: estimate.cost + 0.5 * parameters.len() as f64 * (estimate.rows as f64).ln(),
+        cost: estimate.cost + 0.5 * estimate.parameters.len() as f64 * (estimate.rows as f64).ln(),
         estimate,
         explanation,
     })
 }
 
-fn tape_for(dictionary: &Dictionary, parameters: &[usize]) -> SensitivityTape {
-    let variables: Vec<Variable> = parameters
-        .iter()
-        .copied()
-        .map(Variable::Parameter)
-        .collect();
-    dictionary.machine.clone().sensitivity(&variables)
-}
-
 impl Search<'_> {
+    fn enter(&self, stage: Stage) {
+        let subject = |&c: &usize| self.dictionary.candidates[c].subject.to_string();
+        let found: Vec<String> = self.accepted.iter().map(subject).collect();
+        self.progress.enter(stage, &found);
+    }
+
+    /// Fits the accepted terms to another part of the log.
+    fn look_at(&mut self, observed: Observed) -> Result<(), SolveError> {
+        let mut explanation = self.current.explanation.clone();
+        let hold = explanation.observed.hold;
+        explanation.observed = Observed { hold, ..observed };
+        self.current = self.sharpened(fit(self.dictionary, &self.accepted, explanation)?);
+        Ok(())
+    }
+
     /// Mean squared innovation, and negative log likelihood, if sensor noise alone is to
     /// blame for what remains.
     fn at_floor(&self) -> Result<(f64, f64), SolveError> {
         let Explanation {
             observed, values, ..
         } = &self.current.explanation;
-        let dynamics = linearised(self.dictionary, observed, values)?;
-        let readings = observed.readings();
+        let focus = self.dictionary.focus(&self.accepted);
+        let dynamics = linearised(&focus, observed, values)?;
+        let readings = observed.readings(&focus, values, &dynamics.accelerations());
         let settled = settle(&dynamics, &readings, &[], &mut floor(&dynamics), Adapt::Not);
         let rows = settled.gram.rows().max(1) as f64;
         Ok((settled.gram.data_misfit() / rows, settled.cost()))
@@ -262,9 +323,11 @@ impl Search<'_> {
     /// All candidates' worth now, and the explanation with the best of them if it earns
     /// its place.
     fn step(&self) -> Result<(Vec<Considered>, Option<Attempt>), SolveError> {
+        self.enter(Stage::Screen);
         let screen = Screen::new(self.dictionary, &self.current.explanation, &self.accepted)?;
         let considered = screen.considered(&screen.grams());
         let leaders = leaders(&screen, &considered, self.dictionary);
+        self.enter(Stage::Fit);
         // A candidate under which the machine cannot move is no explanation.
         let tried = leaders
             .into_par_iter()
@@ -289,11 +352,14 @@ impl Search<'_> {
         let Some(whole) = position.map(|position| tried.swap_remove(position)) else {
             return Ok((considered, None));
         };
-        let chosen = match self.in_two_parts(&whole, &considered) {
+        let chosen = match self.in_two_parts(&screen, &whole, &considered) {
             Some(parts) => parts,
             None => whole,
         };
-        Ok((considered, Some(self.sharpened(chosen))))
+        let chosen = self.sharpened(chosen);
+        let both = self.at_once(&screen, &chosen, &considered);
+        let both = both.map(|both| self.sharpened(both));
+        Ok((considered, Some(both.unwrap_or(chosen))))
     }
 
     /// Whether an attempt is worth its price.
@@ -329,34 +395,82 @@ impl Search<'_> {
 
     /// Two simple effects at the place of a rich one that explain the log as well with
     /// fewer parameters: Coulomb and viscous friction, not Stribeck's.
-    fn in_two_parts(&self, whole: &Attempt, considered: &[Considered]) -> Option<Attempt> {
+    fn in_two_parts(
+        &self,
+        screen: &Screen<'_>,
+        whole: &Attempt,
+        considered: &[Considered],
+    ) -> Option<Attempt> {
         let &rich = whole.candidates.last()?;
+        let rich_gain = considered.iter().find(|c| c.candidate == rich)?.gain;
         let on = self.dictionary.candidates[rich].subject.on();
+        let size = |c: &Considered| self.dictionary.candidates[c.candidate].size();
+        let rich_size = self.dictionary.candidates[rich].size();
         let simple: Vec<&Considered> = considered
             .iter()
             .filter(|c| c.candidate != rich && c.gain > 0.0)
             .filter(|c| self.dictionary.candidates[c.candidate].subject.on() == on)
             .collect();
-        let mut best: Option<Attempt> = None;
-        for (index, first) in simple.iter().enumerate() {
-            for second in &simple[index + 1..] {
-                if self.size(first.candidate) + self.size(second.candidate) >= self.size(rich) {
-                    continue;
-                }
-                let Ok(parts) = self.attempt(&[first, second]) else {
-                    continue;
-                };
-                let limit = best.as_ref().map_or(whole.cost + TIE, |best| best.cost);
-                if parts.cost < limit && self.is_possible(&parts) && self.earns(&parts) {
-                    best = Some(parts);
-                }
-            }
-        }
-        best
+        let mut pairs = screen.pairs(&simple, |a, b| size(a) + size(b) < rich_size);
+        pairs.retain(|pair| pair.gain > PAIR_SHARE * rich_gain);
+        pairs.truncate(MAX_LEADERS);
+        let parts = self.attempt_pairs(&pairs);
+        parts
+            .filter(|parts| parts.cost < whole.cost + TIE)
+            .filter(|parts| self.is_possible(parts) && self.earns(parts))
+            .min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
-    fn size(&self, candidate: usize) -> usize {
-        self.dictionary.candidates[candidate].parameters.len()
+    fn attempt_pairs(&self, pairs: &[Pair]) -> impl Iterator<Item = Attempt> + use<> {
+        let both = |pair: &Pair| self.attempt(&[&pair.members[0], &pair.members[1]]).ok();
+        let attempts: Vec<_> = pairs.par_iter().map(both).collect();
+        attempts.into_iter().flatten()
+    }
+
+    /// Two candidates that only together explain the log: taken one after the other, the
+    /// first might have been something that resembles both. Better than `single` by what a
+    /// further term must bring.
+    fn at_once(
+        &self,
+        screen: &Screen<'_>,
+        single: &Attempt,
+        considered: &[Considered],
+    ) -> Option<Attempt> {
+        if single.estimate.unexplained <= NO_EXCESS * SMALLEST_SHARE * SMALLEST_SHARE {
+            return None;
+        }
+        let likely = considered.iter().filter(|c| c.score > MARGIN);
+        let singles: Vec<&Considered> = likely
+            .take(MAX_PAIRED)
+            .flat_map(|c| std::iter::once(c).chain(&c.other_shapes))
+            .collect();
+        let mut pairs = screen.pairs(&singles, |_, _| true);
+        // Each pair in its best shapes.
+        let mut seen = BTreeSet::new();
+        pairs.retain(|pair| seen.insert(pair.members.each_ref().map(|c| c.candidate)));
+        pairs.truncate(MAX_PROFILED);
+        let rows = screen.dynamics.t.len() as f64;
+        let mut profiled: Vec<(f64, Pair)> = pairs
+            .into_par_iter()
+            .map(|pair| {
+                let [a, b] = &pair.members;
+                let size = |c: &Considered| self.dictionary.candidates[c.candidate].size();
+                let price = 0.5 * (size(a) + size(b)) as f64 * rows.ln();
+                (screen.profile(&[a, b]) + price, pair)
+            })
+            .collect();
+        profiled.sort_by(|a, b| a.0.total_cmp(&b.0));
+        profiled.truncate(MAX_LEADERS);
+        let pairs: Vec<Pair> = profiled.into_iter().map(|(_, pair)| pair).collect();
+        let search_price = (self.dictionary.candidates.len() as f64).ln();
+        let limit = single.cost - search_price - MARGIN;
+        self.attempt_pairs(&pairs)
+            .filter(|both| both.cost < limit && self.is_possible(both) && self.earns(both))
+            .filter(|both| {
+                let (before, after) = (single.estimate.unexplained, both.estimate.unexplained);
+                after < (1.0 - LEAST_REMOVED) * before
+            })
+            .min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
     /// The accepted terms and some more, fitted together.
@@ -419,7 +533,13 @@ impl Search<'_> {
             return;
         };
         let other = self.sharpened(other);
-        if other.cost < self.current.cost - TIE {
+        // In doubt inputs are as they are drawn: straight from sample to sample. To stay,
+        // and to be later by half a sample, is nearly the same.
+        let margin = match other.explanation.observed.hold {
+            Hold::Linear => TIE,
+            Hold::Previous => -TIE,
+        };
+        if other.cost < self.current.cost + margin {
             self.current = other;
         }
     }
@@ -511,7 +631,7 @@ fn leaders<'a>(
         .map(|c| {
             let size = dictionary.candidates[c.candidate].parameters.len() as f64;
             let shapes = std::iter::once(c).chain(&c.other_shapes);
-            let profiles = shapes.map(|shape| (screen.profile(shape), shape));
+            let profiles = shapes.map(|shape| (screen.profile(&[shape]), shape));
             let mut profiles: Vec<(f64, &Considered)> = profiles
                 .map(|(cost, shape)| (cost + 0.5 * size * rows.ln(), shape))
                 .collect();
@@ -557,6 +677,8 @@ pub fn likelier_hold(dictionary: &Dictionary, observed: &Observed) -> Result<Hol
     if observed.record.u.is_empty() {
         return Ok(Hold::Linear);
     }
+    let part = observed.excerpt(search_samples(dictionary));
+    let observed = part.as_ref().unwrap_or(observed);
     let cost = |hold: Hold| -> Result<f64, SolveError> {
         let observed = Observed {
             hold,
@@ -583,16 +705,18 @@ pub fn likelier_hold(dictionary: &Dictionary, observed: &Observed) -> Result<Hol
 /// If the equation of motion cannot be solved along the curve.
 pub(super) fn smooth(
     dictionary: &Dictionary,
+    accepted: &[usize],
     observed: Observed,
     values: &[f64],
 ) -> Result<Observed, SolveError> {
-    let dynamics = linearised(dictionary, &observed, values)?;
-    let explanation = Explanation {
+    let dynamics = linearised(&dictionary.focus(accepted), &observed, values)?;
+    let mut explanation = Explanation {
         noise: ProcessNoise {
             force_sd: DVector::from(dynamics.force_scale * FIRST_SHARE),
         },
         values: values.to_vec(),
         observed,
     };
-    Ok(fit(dictionary, &[], explanation)?.explanation.observed)
+    refine_curve(dictionary, accepted, &mut explanation)?;
+    Ok(explanation.observed)
 }
