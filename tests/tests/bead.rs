@@ -222,6 +222,7 @@ fn the_machine_agrees_with_casadi() {
                 z: columns("z"),
                 slopes: Vec::new(),
             },
+            ..States::default()
         };
         let values: Vec<f64> = reference
             .parameters
