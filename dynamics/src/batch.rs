@@ -335,6 +335,31 @@ mod tests {
         agrees::<wide::f32x16>(1e-6);
     }
 
+    /// As many results as are computed one vector at a time.
+    #[test]
+    fn many_results_come_in_order() {
+        const RESULTS: usize = MANY + 2;
+        let q: Vec<f64> = (0..37).map(f64::from).collect();
+        let states = Columns {
+            t: &q,
+            q: [&q],
+            v: [&q],
+            u: [],
+            z: [],
+        };
+        let mut results = vec![vec![0.0; q.len()]; RESULTS];
+        let mut out: Vec<&mut [f64]> = results.iter_mut().map(Vec::as_mut_slice).collect();
+        let multiples = |x: &Point<wide::f64x4, 1, 0, 0>| -> [wide::f64x4; RESULTS] {
+            core::array::from_fn(|k| x.q[0] * wide::f64x4::from_f64(k as f64))
+        };
+        assert_eq!(evaluate(&states, &mut out, multiples), Ok(()));
+        for (k, column) in results.iter().enumerate() {
+            for (found, q) in column.iter().zip(&q) {
+                assert_eq!(*found, q * k as f64);
+            }
+        }
+    }
+
     #[test]
     fn columns_that_do_not_fit_are_named() {
         let states = |v: [&'static [f64]; 2]| Columns::<f64, 2, 1, 0> {
