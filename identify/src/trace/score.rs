@@ -49,6 +49,28 @@ pub struct Score {
     pub rollout: RolloutErrors,
 }
 
+impl Errors {
+    /// What is left in the mean of squares when another error is taken out.
+    fn less(&self, other: &Self) -> Self {
+        let rest = |a: f64, b: f64| (a * a - b * b).max(0.0).sqrt();
+        let others = other.per_coordinate.values();
+        let pairs = self.per_coordinate.iter().zip(others);
+        Self {
+            per_coordinate: pairs.map(|((k, &a), &b)| (k.clone(), rest(a, b))).collect(),
+            total: rest(self.total, other.total),
+        }
+    }
+}
+
+impl Score {
+    fn less(mut self, other: &Self) -> Self {
+        self.acceleration = self.acceleration.less(&other.acceleration);
+        self.force = self.force.less(&other.force);
+        self.rollout.errors = self.rollout.errors.less(&other.rollout.errors);
+        self
+    }
+}
+
 /// What a score is computed with.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Scoring<'a> {
@@ -113,8 +135,9 @@ impl Scoring<'_> {
         })
     }
 
-    /// The score that remains because of sensor noise alone: the log that the model
-    /// itself would give, seen through sensors as noisy as these.
+    /// The score that remains because of sensor noise alone: the curve seen through sensors
+    /// as noisy as these, less what the curve itself is beside the model where forces remain
+    /// that nothing explains.
     pub fn noise_floor(&self, observed: &Observed, seed: u64) -> Result<Score, ScoreError> {
         let curve = &observed.curve;
         let along = self.machine.remember(curve, self.hold, self.values)?;
@@ -129,7 +152,9 @@ impl Scoring<'_> {
                 clean.ddq[i] = Some(motions.iter().map(|m| m.acceleration[i]).collect());
             }
         }
-        self.score(&with_noise(clean, observed, seed))
+        let own = self.score(&clean)?;
+        let noisy = self.score(&with_noise(clean, observed, seed))?;
+        Ok(noisy.less(&own))
     }
 
     /// Acceleration and force errors with generalised forces (per coordinate and sample)
