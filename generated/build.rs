@@ -14,6 +14,7 @@ fn main() {
 
 #[cfg(feature = "regenerate")]
 mod regenerate {
+    use dynamics_codegen::emit::{Emission, Functions};
     use dynamics_codegen::{Library, compile_bytes, emit};
     use std::path::{Path, PathBuf};
 
@@ -32,12 +33,30 @@ mod regenerate {
                 compile_bytes(&name, &bytes, &library).map_err(|report| report.render())?;
             models.push((name, compiled));
         }
+        println!("cargo::rerun-if-changed=functions.txt");
+        let list =
+            std::fs::read_to_string("functions.txt").map_err(|e| format!("functions.txt: {e}"))?;
+        let mut emissions = Vec::new();
+        for (path, compiled) in &models {
+            let functions = requested(&list, &compiled.model.name)?;
+            let emission = Emission::new(compiled, path, &functions);
+            emissions.push(emission.map_err(|e| format!("functions.txt: {path}: {e}"))?);
+        }
         let out = PathBuf::from(std::env::var("OUT_DIR").map_err(|e| e.to_string())?);
-        for file in emit::rust_crate(&models).map_err(|e| e.to_string())? {
+        for file in emit::rust_crate_of(&emissions).map_err(|e| e.to_string())? {
             let path = out.join(&file.name);
             std::fs::write(&path, file.text).map_err(|e| format!("{}: {e}", path.display()))?;
         }
         Ok(())
+    }
+
+    /// The functions that the list asks for beside a model's terms.
+    fn requested(list: &str, model: &str) -> Result<Functions, String> {
+        let lines = list.lines().filter(|line| !line.starts_with('#'));
+        let own = lines.filter_map(|line| line.split_once(':'));
+        let own = own.filter(|(name, _)| *name == model).map(|(_, own)| own);
+        let functions = own.collect::<String>().parse();
+        functions.map_err(|e| format!("functions.txt: {model}: {e}"))
     }
 
     /// The model files of a folder, sorted: the order of a folder is not the same on

@@ -33,7 +33,8 @@ const ROBOTS: [&str; 2] = ["../models/iiwa7.urdf", "../models/panda.urdf"];
 
 /// The functions of a robot.
 const ROBOT: &str = "mass_matrix+bias_force,inverse_dynamics,inverse_dynamics_derivatives,\
-    forward_dynamics,forward_dynamics_derivatives,force_residual,residual_derivatives";
+    forward_dynamics,forward_dynamics_derivatives,force_residual,residual_derivatives,\
+    mass_matrix_by_position,bias_force_by_position,bias_force_by_velocity";
 
 /// And of one with constraints.
 const CONSTRAINED: &str =

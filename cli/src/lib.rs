@@ -16,6 +16,7 @@ pub mod noise;
 pub mod output;
 pub mod page;
 pub mod parameters;
+pub mod stages;
 pub mod state;
 pub mod summary;
 

@@ -137,10 +137,12 @@ fn compile_urdf(
     library.add_file(FILE, name, text);
     let options = match variables {
         Variables::All => ";",
-        Variables::Only(_) => " { parameters: all; }",
+        Variables::Only(_) | Variables::Except(_) => " { parameters: all; }",
     };
     let model = model_with_urdf(FILE, options);
-    let mut compiled = compile_keeping(name, &model, &library, variables)?;
+    let compiled = compile_keeping(name, &model, &library, variables);
+    let mut compiled = compiled.map_err(|report| about_robot(report, text))?;
+    compiled.warnings = about_robot(compiled.warnings, text);
     if let Some(robot) = &mut compiled.model.robot {
         robot.file = name.to_string();
         if !robot.name.is_empty() {
@@ -148,6 +150,32 @@ fn compile_urdf(
         }
     }
     Ok(compiled)
+}
+
+/// Findings about a robot description by itself: what points into the model that was put
+/// around it, which its author has never seen, points at the `<robot …>` of the text instead,
+/// or is left out where it only explains.
+fn about_robot(mut report: Report, text: &str) -> Report {
+    let mut ids = report.sources.ids();
+    let around = ids.next();
+    let Some(robot) = ids.find(|&id| report.sources.get(id).text == text) else {
+        return report;
+    };
+    let start = text.find("<robot").unwrap_or(0);
+    let length = text[start..].find('>').map_or(0, |end| end + 1);
+    let whole = Span {
+        source: robot,
+        start,
+        end: start + length,
+    };
+    for diagnostic in &mut report.diagnostics {
+        let seen = |span: Span| Some(span.source) != around;
+        diagnostic.secondary.retain(|label| seen(label.span));
+        if !seen(diagnostic.primary.span) {
+            diagnostic.primary.span = whole;
+        }
+    }
+    report
 }
 
 /// As [`compile`], for bytes as they come from a file.

@@ -61,6 +61,11 @@ impl Sources {
         self.0.iter()
     }
 
+    /// What identifies the texts, in the same order.
+    pub fn ids(&self) -> impl Iterator<Item = SourceId> + use<> {
+        (0..self.0.len()).map(SourceId)
+    }
+
     /// The text behind an identifier.
     pub fn get(&self, id: SourceId) -> &Source {
         &self.0[id.0]

@@ -210,6 +210,24 @@ fn a_very_long_chain_is_refused() {
     );
 }
 
+/// A robot description by itself is all that its author knows of: no finding points
+/// elsewhere.
+#[test]
+fn findings_about_a_robot_alone_point_into_it() {
+    let stiff = "<?xml version=\"1.0\"?>\n<robot name=\"post\">\n<link name=\"l0\"/>\n</robot>\n";
+    let wobbly = "<robot name=\"arm\"><link name=\"a\"/><link name=\"b\"/><joint name=\"j\" \
+        type=\"continuous\"><parent link=\"a\"/><child link=\"b\"/><axis xyz=\"0 0 1\"/></joint></robot>";
+    for (text, place) in [(stiff, "post.urdf:2:1"), (wobbly, "post.urdf:1:64")] {
+        let said = match compile("post.urdf", text, &Library::empty()) {
+            Ok(compiled) => compiled.warnings.render(),
+            Err(report) => report.to_string(),
+        };
+        println!("{said}");
+        assert!(said.contains(place), "{said}");
+        assert!(!said.contains("urdf \""), "{said}");
+    }
+}
+
 /// Frames may lean on each other in any order, but not without end.
 #[test]
 fn a_very_long_chain_of_frames_is_refused() {

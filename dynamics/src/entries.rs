@@ -17,16 +17,26 @@ pub trait Entries<T> {
     /// How many numbers.
     const LENGTH: usize;
 
+    /// Hands on every entry of several results, the same entry of all of them at a time; the
+    /// last index of arrays fastest.
+    fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R]));
+
     /// Hands on every entry, the last index of arrays fastest.
-    fn each(&self, take: &mut impl FnMut(T));
+    #[inline(always)]
+    fn each(&self, take: &mut impl FnMut(T))
+    where
+        T: Copy,
+    {
+        Self::each_of([self], &mut |[entry]| take(*entry));
+    }
 }
 
 impl<T: Scalar> Entries<T> for T {
     const LENGTH: usize = 1;
 
     #[inline(always)]
-    fn each(&self, take: &mut impl FnMut(T)) {
-        take(*self);
+    fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {
+        take(results);
     }
 }
 
@@ -34,9 +44,9 @@ impl<T: Scalar, A: Entries<T>, const K: usize> Entries<T> for [A; K] {
     const LENGTH: usize = K * A::LENGTH;
 
     #[inline(always)]
-    fn each(&self, take: &mut impl FnMut(T)) {
-        for part in self {
-            part.each(take);
+    fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {
+        for i in 0..K {
+            A::each_of(results.map(|array| &array[i]), take);
         }
     }
 }
@@ -45,8 +55,8 @@ impl<T: Scalar, A: Entries<T>, B: Entries<T>> Entries<T> for (A, B) {
     const LENGTH: usize = A::LENGTH + B::LENGTH;
 
     #[inline(always)]
-    fn each(&self, take: &mut impl FnMut(T)) {
-        self.0.each(take);
-        self.1.each(take);
+    fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {
+        A::each_of(results.map(|pair| &pair.0), take);
+        B::each_of(results.map(|pair| &pair.1), take);
     }
 }

@@ -3,16 +3,21 @@
  *
  * Model:      models/iiwa7.urdf
  * Digest:     354ff5bf9f203dcb (FNV-1a of the model and the effects it names)
- * Regenerate: dynamics generate models/iiwa7.urdf --to c --out <this folder>
+ * Regenerate: dynamics generate models/iiwa7.urdf --to c --functions mass_matrix+bias_force,inverse_dynamics,inverse_dynamics_derivatives,forward_dynamics,forward_dynamics_derivatives --out <this folder>
  *
  * Operations; what a function shares inside itself is counted once:
- * function                total    + -      *      /  sin cos  other
- * mass_matrix               224     99    115      0       10      0
- * bias_force                380    172    198      0       10      0
- * applied_force               0      0      0      0        0      0
- * input_matrix                0      0      0      0        0      0
- * force                     384    176    198      0       10      0
- * equation_of_motion        598    275    313      0       10      0
+ * function                      total    + -      *      /  sin cos  other
+ * mass_matrix                     224     99    115      0       10      0
+ * bias_force                      380    172    198      0       10      0
+ * applied_force                     0      0      0      0        0      0
+ * input_matrix                      0      0      0      0        0      0
+ * force                           384    176    198      0       10      0
+ * equation_of_motion              598    275    313      0       10      0
+ * mass_matrix_and_bias_force      594    271    313      0       10      0
+ * inverse_dynamics                404    188    206      0       10      0
+ * inverse_dynamics_derivatives   1894    872   1012      0       10      0
+ * forward_dynamics                806    362    429      5       10      0
+ * forward_dynamics_derivatives   3695   1707   1973      5       10      0
  */
 
 #ifndef DYNAMICS_iiwa7_H
@@ -122,6 +127,108 @@ void iiwa7_equation_of_motion(
     const iiwa7_parameters *p,
     const iiwa7_point *x,
     iiwa7_equation *out);
+
+/* mass_matrix, bias_force. */
+typedef struct iiwa7_mass_matrix_and_bias_force_result {
+    /*
+     * Generalised inertia M(q), symmetric.
+     * Rows: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+     * Columns: j1 (rad/s^2), j2 (rad/s^2), j3 (rad/s^2), j4 (rad/s^2), j5 (rad/s^2), j6 (rad/s^2), j7 (rad/s^2).
+     * The unit of an entry is its row's over its column's.
+     */
+    iiwa7_real mass_matrix[7][7];
+    /*
+     * Bias force Q_C: fictitious and conservative forces, on the right-hand side.
+     * Entries: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+     */
+    iiwa7_real bias_force[7];
+} iiwa7_mass_matrix_and_bias_force_result;
+
+/* mass_matrix, bias_force; shared terms are computed once. */
+void iiwa7_mass_matrix_and_bias_force(
+    const iiwa7_parameters *p,
+    const iiwa7_point *x,
+    iiwa7_mass_matrix_and_bias_force_result *out);
+
+/*
+ * Inverse dynamics τ = M a − Q_C − Q_D: what inputs and constraints must supply for the stated acceleration a.
+ * Entries: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+ */
+void iiwa7_inverse_dynamics(
+    const iiwa7_parameters *p,
+    const iiwa7_point *x,
+    const iiwa7_real a[7],
+    iiwa7_real out[7]);
+
+/* inverse_dynamics_by_position, inverse_dynamics_by_velocity. */
+typedef struct iiwa7_inverse_dynamics_derivatives_result {
+    /*
+     * Derivative by the positions q of: Inverse dynamics τ = M a − Q_C − Q_D: what inputs and constraints must supply for the stated acceleration a.
+     * Rows: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+     * Columns: j1 (rad), j2 (rad), j3 (rad), j4 (rad), j5 (rad), j6 (rad), j7 (rad).
+     * The unit of an entry is its row's over its column's.
+     */
+    iiwa7_real inverse_dynamics_by_position[7][7];
+    /*
+     * Derivative by the velocities v of: Inverse dynamics τ = M a − Q_C − Q_D: what inputs and constraints must supply for the stated acceleration a.
+     * Rows: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+     * Columns: j1 (rad/s), j2 (rad/s), j3 (rad/s), j4 (rad/s), j5 (rad/s), j6 (rad/s), j7 (rad/s).
+     * The unit of an entry is its row's over its column's.
+     */
+    iiwa7_real inverse_dynamics_by_velocity[7][7];
+} iiwa7_inverse_dynamics_derivatives_result;
+
+/* inverse_dynamics_by_position, inverse_dynamics_by_velocity; shared terms are computed once. */
+void iiwa7_inverse_dynamics_derivatives(
+    const iiwa7_parameters *p,
+    const iiwa7_point *x,
+    const iiwa7_real a[7],
+    iiwa7_inverse_dynamics_derivatives_result *out);
+
+/*
+ * Forward dynamics a = M⁻¹ Q, as if there were no constraint; M must be positive definite.
+ * Entries: j1 (rad/s^2), j2 (rad/s^2), j3 (rad/s^2), j4 (rad/s^2), j5 (rad/s^2), j6 (rad/s^2), j7 (rad/s^2).
+ */
+void iiwa7_forward_dynamics(
+    const iiwa7_parameters *p,
+    const iiwa7_point *x,
+    iiwa7_real out[7]);
+
+/* forward_dynamics, forward_dynamics_by_position, forward_dynamics_by_velocity, forward_dynamics_by_input. */
+typedef struct iiwa7_forward_dynamics_derivatives_result {
+    /*
+     * Forward dynamics a = M⁻¹ Q, as if there were no constraint; M must be positive definite.
+     * Entries: j1 (rad/s^2), j2 (rad/s^2), j3 (rad/s^2), j4 (rad/s^2), j5 (rad/s^2), j6 (rad/s^2), j7 (rad/s^2).
+     */
+    iiwa7_real forward_dynamics[7];
+    /*
+     * Derivative by the positions q of: Forward dynamics a = M⁻¹ Q, as if there were no constraint; M must be positive definite.
+     * Rows: j1 (rad/s^2), j2 (rad/s^2), j3 (rad/s^2), j4 (rad/s^2), j5 (rad/s^2), j6 (rad/s^2), j7 (rad/s^2).
+     * Columns: j1 (rad), j2 (rad), j3 (rad), j4 (rad), j5 (rad), j6 (rad), j7 (rad).
+     * The unit of an entry is its row's over its column's.
+     */
+    iiwa7_real forward_dynamics_by_position[7][7];
+    /*
+     * Derivative by the velocities v of: Forward dynamics a = M⁻¹ Q, as if there were no constraint; M must be positive definite.
+     * Rows: j1 (rad/s^2), j2 (rad/s^2), j3 (rad/s^2), j4 (rad/s^2), j5 (rad/s^2), j6 (rad/s^2), j7 (rad/s^2).
+     * Columns: j1 (rad/s), j2 (rad/s), j3 (rad/s), j4 (rad/s), j5 (rad/s), j6 (rad/s), j7 (rad/s).
+     * The unit of an entry is its row's over its column's.
+     */
+    iiwa7_real forward_dynamics_by_velocity[7][7];
+    /*
+     * Derivative by the inputs u of: Forward dynamics a = M⁻¹ Q, as if there were no constraint; M must be positive definite.
+     * Rows: j1 (rad/s^2), j2 (rad/s^2), j3 (rad/s^2), j4 (rad/s^2), j5 (rad/s^2), j6 (rad/s^2), j7 (rad/s^2).
+     * Columns: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+     * The unit of an entry is its row's over its column's.
+     */
+    iiwa7_real forward_dynamics_by_input[7][7];
+} iiwa7_forward_dynamics_derivatives_result;
+
+/* forward_dynamics, forward_dynamics_by_position, forward_dynamics_by_velocity, forward_dynamics_by_input; shared terms are computed once. */
+void iiwa7_forward_dynamics_derivatives(
+    const iiwa7_parameters *p,
+    const iiwa7_point *x,
+    iiwa7_forward_dynamics_derivatives_result *out);
 
 #ifdef __cplusplus
 }

@@ -3,16 +3,21 @@
  *
  * Model:      models/panda.urdf
  * Digest:     3f31d933c1170c34 (FNV-1a of the model and the effects it names)
- * Regenerate: dynamics generate models/panda.urdf --to c --out <this folder>
+ * Regenerate: dynamics generate models/panda.urdf --to c --functions mass_matrix+bias_force,inverse_dynamics,inverse_dynamics_derivatives,forward_dynamics,forward_dynamics_derivatives --out <this folder>
  *
  * Operations; what a function shares inside itself is counted once:
- * function                total    + -      *      /  sin cos  other
- * mass_matrix               502    237    253      0       12      0
- * bias_force                627    302    313      0       12      0
- * applied_force               0      0      0      0        0      0
- * input_matrix                0      0      0      0        0      0
- * force                     630    305    313      0       12      0
- * equation_of_motion       1119    541    566      0       12      0
+ * function                      total    + -      *      /  sin cos  other
+ * mass_matrix                     502    237    253      0       12      0
+ * bias_force                      627    302    313      0       12      0
+ * applied_force                     0      0      0      0        0      0
+ * input_matrix                      0      0      0      0        0      0
+ * force                           630    305    313      0       12      0
+ * equation_of_motion             1119    541    566      0       12      0
+ * mass_matrix_and_bias_force     1116    538    566      0       12      0
+ * inverse_dynamics                652    319    321      0       12      0
+ * inverse_dynamics_derivatives   3624   1706   1906      0       12      0
+ * forward_dynamics               1391    657    715      7       12      0
+ * forward_dynamics_derivatives   6280   2977   3284      7       12      0
  */
 
 #ifndef DYNAMICS_panda_H
@@ -122,6 +127,108 @@ void panda_equation_of_motion(
     const panda_parameters *p,
     const panda_point *x,
     panda_equation *out);
+
+/* mass_matrix, bias_force. */
+typedef struct panda_mass_matrix_and_bias_force_result {
+    /*
+     * Generalised inertia M(q), symmetric.
+     * Rows: panda_joint1 (N*m), panda_joint2 (N*m), panda_joint3 (N*m), panda_joint4 (N*m), panda_joint5 (N*m), panda_joint6 (N*m), panda_joint7 (N*m), panda_finger_joint1 (N).
+     * Columns: panda_joint1 (rad/s^2), panda_joint2 (rad/s^2), panda_joint3 (rad/s^2), panda_joint4 (rad/s^2), panda_joint5 (rad/s^2), panda_joint6 (rad/s^2), panda_joint7 (rad/s^2), panda_finger_joint1 (m/s^2).
+     * The unit of an entry is its row's over its column's.
+     */
+    panda_real mass_matrix[8][8];
+    /*
+     * Bias force Q_C: fictitious and conservative forces, on the right-hand side.
+     * Entries: panda_joint1 (N*m), panda_joint2 (N*m), panda_joint3 (N*m), panda_joint4 (N*m), panda_joint5 (N*m), panda_joint6 (N*m), panda_joint7 (N*m), panda_finger_joint1 (N).
+     */
+    panda_real bias_force[8];
+} panda_mass_matrix_and_bias_force_result;
+
+/* mass_matrix, bias_force; shared terms are computed once. */
+void panda_mass_matrix_and_bias_force(
+    const panda_parameters *p,
+    const panda_point *x,
+    panda_mass_matrix_and_bias_force_result *out);
+
+/*
+ * Inverse dynamics τ = M a − Q_C − Q_D: what inputs and constraints must supply for the stated acceleration a.
+ * Entries: panda_joint1 (N*m), panda_joint2 (N*m), panda_joint3 (N*m), panda_joint4 (N*m), panda_joint5 (N*m), panda_joint6 (N*m), panda_joint7 (N*m), panda_finger_joint1 (N).
+ */
+void panda_inverse_dynamics(
+    const panda_parameters *p,
+    const panda_point *x,
+    const panda_real a[8],
+    panda_real out[8]);
+
+/* inverse_dynamics_by_position, inverse_dynamics_by_velocity. */
+typedef struct panda_inverse_dynamics_derivatives_result {
+    /*
+     * Derivative by the positions q of: Inverse dynamics τ = M a − Q_C − Q_D: what inputs and constraints must supply for the stated acceleration a.
+     * Rows: panda_joint1 (N*m), panda_joint2 (N*m), panda_joint3 (N*m), panda_joint4 (N*m), panda_joint5 (N*m), panda_joint6 (N*m), panda_joint7 (N*m), panda_finger_joint1 (N).
+     * Columns: panda_joint1 (rad), panda_joint2 (rad), panda_joint3 (rad), panda_joint4 (rad), panda_joint5 (rad), panda_joint6 (rad), panda_joint7 (rad), panda_finger_joint1 (m).
+     * The unit of an entry is its row's over its column's.
+     */
+    panda_real inverse_dynamics_by_position[8][8];
+    /*
+     * Derivative by the velocities v of: Inverse dynamics τ = M a − Q_C − Q_D: what inputs and constraints must supply for the stated acceleration a.
+     * Rows: panda_joint1 (N*m), panda_joint2 (N*m), panda_joint3 (N*m), panda_joint4 (N*m), panda_joint5 (N*m), panda_joint6 (N*m), panda_joint7 (N*m), panda_finger_joint1 (N).
+     * Columns: panda_joint1 (rad/s), panda_joint2 (rad/s), panda_joint3 (rad/s), panda_joint4 (rad/s), panda_joint5 (rad/s), panda_joint6 (rad/s), panda_joint7 (rad/s), panda_finger_joint1 (m/s).
+     * The unit of an entry is its row's over its column's.
+     */
+    panda_real inverse_dynamics_by_velocity[8][8];
+} panda_inverse_dynamics_derivatives_result;
+
+/* inverse_dynamics_by_position, inverse_dynamics_by_velocity; shared terms are computed once. */
+void panda_inverse_dynamics_derivatives(
+    const panda_parameters *p,
+    const panda_point *x,
+    const panda_real a[8],
+    panda_inverse_dynamics_derivatives_result *out);
+
+/*
+ * Forward dynamics a = M⁻¹ Q, as if there were no constraint; M must be positive definite.
+ * Entries: panda_joint1 (rad/s^2), panda_joint2 (rad/s^2), panda_joint3 (rad/s^2), panda_joint4 (rad/s^2), panda_joint5 (rad/s^2), panda_joint6 (rad/s^2), panda_joint7 (rad/s^2), panda_finger_joint1 (m/s^2).
+ */
+void panda_forward_dynamics(
+    const panda_parameters *p,
+    const panda_point *x,
+    panda_real out[8]);
+
+/* forward_dynamics, forward_dynamics_by_position, forward_dynamics_by_velocity, forward_dynamics_by_input. */
+typedef struct panda_forward_dynamics_derivatives_result {
+    /*
+     * Forward dynamics a = M⁻¹ Q, as if there were no constraint; M must be positive definite.
+     * Entries: panda_joint1 (rad/s^2), panda_joint2 (rad/s^2), panda_joint3 (rad/s^2), panda_joint4 (rad/s^2), panda_joint5 (rad/s^2), panda_joint6 (rad/s^2), panda_joint7 (rad/s^2), panda_finger_joint1 (m/s^2).
+     */
+    panda_real forward_dynamics[8];
+    /*
+     * Derivative by the positions q of: Forward dynamics a = M⁻¹ Q, as if there were no constraint; M must be positive definite.
+     * Rows: panda_joint1 (rad/s^2), panda_joint2 (rad/s^2), panda_joint3 (rad/s^2), panda_joint4 (rad/s^2), panda_joint5 (rad/s^2), panda_joint6 (rad/s^2), panda_joint7 (rad/s^2), panda_finger_joint1 (m/s^2).
+     * Columns: panda_joint1 (rad), panda_joint2 (rad), panda_joint3 (rad), panda_joint4 (rad), panda_joint5 (rad), panda_joint6 (rad), panda_joint7 (rad), panda_finger_joint1 (m).
+     * The unit of an entry is its row's over its column's.
+     */
+    panda_real forward_dynamics_by_position[8][8];
+    /*
+     * Derivative by the velocities v of: Forward dynamics a = M⁻¹ Q, as if there were no constraint; M must be positive definite.
+     * Rows: panda_joint1 (rad/s^2), panda_joint2 (rad/s^2), panda_joint3 (rad/s^2), panda_joint4 (rad/s^2), panda_joint5 (rad/s^2), panda_joint6 (rad/s^2), panda_joint7 (rad/s^2), panda_finger_joint1 (m/s^2).
+     * Columns: panda_joint1 (rad/s), panda_joint2 (rad/s), panda_joint3 (rad/s), panda_joint4 (rad/s), panda_joint5 (rad/s), panda_joint6 (rad/s), panda_joint7 (rad/s), panda_finger_joint1 (m/s).
+     * The unit of an entry is its row's over its column's.
+     */
+    panda_real forward_dynamics_by_velocity[8][8];
+    /*
+     * Derivative by the inputs u of: Forward dynamics a = M⁻¹ Q, as if there were no constraint; M must be positive definite.
+     * Rows: panda_joint1 (rad/s^2), panda_joint2 (rad/s^2), panda_joint3 (rad/s^2), panda_joint4 (rad/s^2), panda_joint5 (rad/s^2), panda_joint6 (rad/s^2), panda_joint7 (rad/s^2), panda_finger_joint1 (m/s^2).
+     * Columns: panda_joint1 (N*m), panda_joint2 (N*m), panda_joint3 (N*m), panda_joint4 (N*m), panda_joint5 (N*m), panda_joint6 (N*m), panda_joint7 (N*m), panda_finger_joint1 (N).
+     * The unit of an entry is its row's over its column's.
+     */
+    panda_real forward_dynamics_by_input[8][8];
+} panda_forward_dynamics_derivatives_result;
+
+/* forward_dynamics, forward_dynamics_by_position, forward_dynamics_by_velocity, forward_dynamics_by_input; shared terms are computed once. */
+void panda_forward_dynamics_derivatives(
+    const panda_parameters *p,
+    const panda_point *x,
+    panda_forward_dynamics_derivatives_result *out);
 
 #ifdef __cplusplus
 }

@@ -3,20 +3,28 @@
  *
  * Model:      models/wheelbot.model
  * Digest:     b932437944f5abd9 (FNV-1a of the model and the effects it names)
- * Regenerate: dynamics generate models/wheelbot.model --to c --out <this folder>
+ * Regenerate: dynamics generate models/wheelbot.model --to c --functions constrained_dynamics,constrained_dynamics_derivatives,mass_matrix_by_position,bias_force_by_position,bias_force_by_velocity,constraint_jacobian_by_position,constraint_bias_by_position,constraint_bias_by_velocity --out <this folder>
  *
  * Operations; what a function shares inside itself is counted once:
- * function                total    + -      *      /  sin cos  other
- * mass_matrix               134     60     68      0        6      0
- * bias_force                254    116    132      0        6      0
- * applied_force               0      0      0      0        0      0
- * input_matrix                0      0      0      0        0      0
- * force                     255    117    132      0        6      0
- * constraint_jacobian         6      2      2      0        2      0
- * constraint_bias             8      1      5      0        2      0
- * constraint_residual         7      2      3      0        2      0
- * constraint_rate             7      2      3      0        2      0
- * equation_of_motion        367    170    191      0        6      0
+ * function                          total    + -      *      /  sin cos  other
+ * mass_matrix                         134     60     68      0        6      0
+ * bias_force                          254    116    132      0        6      0
+ * applied_force                         0      0      0      0        0      0
+ * input_matrix                          0      0      0      0        0      0
+ * force                               255    117    132      0        6      0
+ * constraint_jacobian                   6      2      2      0        2      0
+ * constraint_bias                       8      1      5      0        2      0
+ * constraint_residual                   7      2      3      0        2      0
+ * constraint_rate                       7      2      3      0        2      0
+ * equation_of_motion                  367    170    191      0        6      0
+ * constrained_dynamics                564    240    309      9        6      0
+ * constrained_dynamics_derivatives   2484   1115   1354      9        6      0
+ * mass_matrix_by_position             172     74     92      0        6      0
+ * bias_force_by_position              581    274    301      0        6      0
+ * bias_force_by_velocity              502    223    273      0        6      0
+ * constraint_jacobian_by_position       5      1      2      0        2      0
+ * constraint_bias_by_position           9      2      5      0        2      0
+ * constraint_bias_by_velocity          11      2      7      0        2      0
  */
 
 #ifndef DYNAMICS_wheelbot_H
@@ -262,6 +270,156 @@ void wheelbot_equation_of_motion(
     const wheelbot_parameters *p,
     const wheelbot_point *x,
     wheelbot_equation *out);
+
+/* constrained_acceleration, constrained_multipliers. */
+typedef struct wheelbot_constrained_dynamics_result {
+    /*
+     * Acceleration a of M a = Q + Aᵀλ, A a = b; M must be positive definite and A of full row rank.
+     * Entries: x (m/s^2), y (m/s^2), roll (rad/s^2), pitch (rad/s^2), yaw (rad/s^2), wheel (rad/s^2), reaction (rad/s^2).
+     */
+    wheelbot_real constrained_acceleration[7];
+    /*
+     * Multipliers λ of M a = Q + Aᵀλ, A a = b; M must be positive definite and A of full row rank.
+     * Entries: rolling_x (N), rolling_y (N).
+     */
+    wheelbot_real constrained_multipliers[2];
+} wheelbot_constrained_dynamics_result;
+
+/* constrained_acceleration, constrained_multipliers; shared terms are computed once. */
+void wheelbot_constrained_dynamics(
+    const wheelbot_parameters *p,
+    const wheelbot_point *x,
+    wheelbot_constrained_dynamics_result *out);
+
+/* constrained_acceleration, constrained_multipliers, constrained_acceleration_by_position, constrained_acceleration_by_velocity, constrained_acceleration_by_input, constrained_multipliers_by_position, constrained_multipliers_by_velocity, constrained_multipliers_by_input. */
+typedef struct wheelbot_constrained_dynamics_derivatives_result {
+    /*
+     * Acceleration a of M a = Q + Aᵀλ, A a = b; M must be positive definite and A of full row rank.
+     * Entries: x (m/s^2), y (m/s^2), roll (rad/s^2), pitch (rad/s^2), yaw (rad/s^2), wheel (rad/s^2), reaction (rad/s^2).
+     */
+    wheelbot_real constrained_acceleration[7];
+    /*
+     * Multipliers λ of M a = Q + Aᵀλ, A a = b; M must be positive definite and A of full row rank.
+     * Entries: rolling_x (N), rolling_y (N).
+     */
+    wheelbot_real constrained_multipliers[2];
+    /*
+     * Derivative by the positions q of: Acceleration a of M a = Q + Aᵀλ, A a = b; M must be positive definite and A of full row rank.
+     * Rows: x (m/s^2), y (m/s^2), roll (rad/s^2), pitch (rad/s^2), yaw (rad/s^2), wheel (rad/s^2), reaction (rad/s^2).
+     * Columns: x (m), y (m), roll (rad), pitch (rad), yaw (rad), wheel (rad), reaction (rad).
+     * The unit of an entry is its row's over its column's.
+     */
+    wheelbot_real constrained_acceleration_by_position[7][7];
+    /*
+     * Derivative by the velocities v of: Acceleration a of M a = Q + Aᵀλ, A a = b; M must be positive definite and A of full row rank.
+     * Rows: x (m/s^2), y (m/s^2), roll (rad/s^2), pitch (rad/s^2), yaw (rad/s^2), wheel (rad/s^2), reaction (rad/s^2).
+     * Columns: x (m/s), y (m/s), roll (rad/s), pitch (rad/s), yaw (rad/s), wheel (rad/s), reaction (rad/s).
+     * The unit of an entry is its row's over its column's.
+     */
+    wheelbot_real constrained_acceleration_by_velocity[7][7];
+    /*
+     * Derivative by the inputs u of: Acceleration a of M a = Q + Aᵀλ, A a = b; M must be positive definite and A of full row rank.
+     * Rows: x (m/s^2), y (m/s^2), roll (rad/s^2), pitch (rad/s^2), yaw (rad/s^2), wheel (rad/s^2), reaction (rad/s^2).
+     * Columns: reaction (N*m), wheel (N*m).
+     * The unit of an entry is its row's over its column's.
+     */
+    wheelbot_real constrained_acceleration_by_input[7][2];
+    /*
+     * Derivative by the positions q of: Multipliers λ of M a = Q + Aᵀλ, A a = b; M must be positive definite and A of full row rank.
+     * Rows: rolling_x (N), rolling_y (N).
+     * Columns: x (m), y (m), roll (rad), pitch (rad), yaw (rad), wheel (rad), reaction (rad).
+     * The unit of an entry is its row's over its column's.
+     */
+    wheelbot_real constrained_multipliers_by_position[2][7];
+    /*
+     * Derivative by the velocities v of: Multipliers λ of M a = Q + Aᵀλ, A a = b; M must be positive definite and A of full row rank.
+     * Rows: rolling_x (N), rolling_y (N).
+     * Columns: x (m/s), y (m/s), roll (rad/s), pitch (rad/s), yaw (rad/s), wheel (rad/s), reaction (rad/s).
+     * The unit of an entry is its row's over its column's.
+     */
+    wheelbot_real constrained_multipliers_by_velocity[2][7];
+    /*
+     * Derivative by the inputs u of: Multipliers λ of M a = Q + Aᵀλ, A a = b; M must be positive definite and A of full row rank.
+     * Rows: rolling_x (N), rolling_y (N).
+     * Columns: reaction (N*m), wheel (N*m).
+     * The unit of an entry is its row's over its column's.
+     */
+    wheelbot_real constrained_multipliers_by_input[2][2];
+} wheelbot_constrained_dynamics_derivatives_result;
+
+/* constrained_acceleration, constrained_multipliers, constrained_acceleration_by_position, constrained_acceleration_by_velocity, constrained_acceleration_by_input, constrained_multipliers_by_position, constrained_multipliers_by_velocity, constrained_multipliers_by_input; shared terms are computed once. */
+void wheelbot_constrained_dynamics_derivatives(
+    const wheelbot_parameters *p,
+    const wheelbot_point *x,
+    wheelbot_constrained_dynamics_derivatives_result *out);
+
+/*
+ * Derivative by the positions q of: Generalised inertia M(q), symmetric.
+ * First index: x (N), y (N), roll (N*m), pitch (N*m), yaw (N*m), wheel (N*m), reaction (N*m).
+ * Second index: x (m/s^2), y (m/s^2), roll (rad/s^2), pitch (rad/s^2), yaw (rad/s^2), wheel (rad/s^2), reaction (rad/s^2).
+ * Third index: x (m), y (m), roll (rad), pitch (rad), yaw (rad), wheel (rad), reaction (rad).
+ * The unit of an entry is its first index's over the others'.
+ */
+void wheelbot_mass_matrix_by_position(
+    const wheelbot_parameters *p,
+    const wheelbot_point *x,
+    wheelbot_real out[7][7][7]);
+
+/*
+ * Derivative by the positions q of: Bias force Q_C: fictitious and conservative forces, on the right-hand side.
+ * Rows: x (N), y (N), roll (N*m), pitch (N*m), yaw (N*m), wheel (N*m), reaction (N*m).
+ * Columns: x (m), y (m), roll (rad), pitch (rad), yaw (rad), wheel (rad), reaction (rad).
+ * The unit of an entry is its row's over its column's.
+ */
+void wheelbot_bias_force_by_position(
+    const wheelbot_parameters *p,
+    const wheelbot_point *x,
+    wheelbot_real out[7][7]);
+
+/*
+ * Derivative by the velocities v of: Bias force Q_C: fictitious and conservative forces, on the right-hand side.
+ * Rows: x (N), y (N), roll (N*m), pitch (N*m), yaw (N*m), wheel (N*m), reaction (N*m).
+ * Columns: x (m/s), y (m/s), roll (rad/s), pitch (rad/s), yaw (rad/s), wheel (rad/s), reaction (rad/s).
+ * The unit of an entry is its row's over its column's.
+ */
+void wheelbot_bias_force_by_velocity(
+    const wheelbot_parameters *p,
+    const wheelbot_point *x,
+    wheelbot_real out[7][7]);
+
+/*
+ * Derivative by the positions q of: Constraint matrix A of A a = b.
+ * First index: rolling_x (m/s^2), rolling_y (m/s^2).
+ * Second index: x (m/s^2), y (m/s^2), roll (rad/s^2), pitch (rad/s^2), yaw (rad/s^2), wheel (rad/s^2), reaction (rad/s^2).
+ * Third index: x (m), y (m), roll (rad), pitch (rad), yaw (rad), wheel (rad), reaction (rad).
+ * The unit of an entry is its first index's over the others'.
+ */
+void wheelbot_constraint_jacobian_by_position(
+    const wheelbot_parameters *p,
+    const wheelbot_point *x,
+    wheelbot_real out[2][7][7]);
+
+/*
+ * Derivative by the positions q of: Right-hand side b of A a = b, without stabilisation.
+ * Rows: rolling_x (m/s^2), rolling_y (m/s^2).
+ * Columns: x (m), y (m), roll (rad), pitch (rad), yaw (rad), wheel (rad), reaction (rad).
+ * The unit of an entry is its row's over its column's.
+ */
+void wheelbot_constraint_bias_by_position(
+    const wheelbot_parameters *p,
+    const wheelbot_point *x,
+    wheelbot_real out[2][7]);
+
+/*
+ * Derivative by the velocities v of: Right-hand side b of A a = b, without stabilisation.
+ * Rows: rolling_x (m/s^2), rolling_y (m/s^2).
+ * Columns: x (m/s), y (m/s), roll (rad/s), pitch (rad/s), yaw (rad/s), wheel (rad/s), reaction (rad/s).
+ * The unit of an entry is its row's over its column's.
+ */
+void wheelbot_constraint_bias_by_velocity(
+    const wheelbot_parameters *p,
+    const wheelbot_point *x,
+    wheelbot_real out[2][7]);
 
 #ifdef __cplusplus
 }

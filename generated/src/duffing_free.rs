@@ -231,9 +231,11 @@ impl<T: Scalar> ::dynamics::Entries<T> for EquationOfMotion<T> {
     const LENGTH: usize = 6;
 
     #[inline(always)]
-    fn each(&self, take: &mut impl FnMut(T)) {
-        self.mass_matrix.each(take);
-        self.force.each(take);
+    fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {
+        let part = results.map(|result| &result.mass_matrix);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.force);
+        ::dynamics::Entries::each_of(part, take);
     }
 }
 

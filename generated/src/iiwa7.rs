@@ -2,16 +2,21 @@
 //
 // Model:      models/iiwa7.urdf
 // Digest:     354ff5bf9f203dcb (FNV-1a of the model and the effects it names)
-// Regenerate: dynamics generate models/iiwa7.urdf --to rust --out <this folder>
+// Regenerate: dynamics generate models/iiwa7.urdf --to rust --functions mass_matrix+bias_force,inverse_dynamics,inverse_dynamics_derivatives,forward_dynamics,forward_dynamics_derivatives --out <this folder>
 //
 // Operations; what a function shares inside itself is counted once:
-//   function                total    + -      *      /  sin cos  other
-//   mass_matrix               224     99    115      0       10      0
-//   bias_force                380    172    198      0       10      0
-//   applied_force               0      0      0      0        0      0
-//   input_matrix                0      0      0      0        0      0
-//   force                     384    176    198      0       10      0
-//   equation_of_motion        598    275    313      0       10      0
+//   function                      total    + -      *      /  sin cos  other
+//   mass_matrix                     224     99    115      0       10      0
+//   bias_force                      380    172    198      0       10      0
+//   applied_force                     0      0      0      0        0      0
+//   input_matrix                      0      0      0      0        0      0
+//   force                           384    176    198      0       10      0
+//   equation_of_motion              598    275    313      0       10      0
+//   mass_matrix_and_bias_force      594    271    313      0       10      0
+//   inverse_dynamics                404    188    206      0       10      0
+//   inverse_dynamics_derivatives   1894    872   1012      0       10      0
+//   forward_dynamics                806    362    429      5       10      0
+//   forward_dynamics_derivatives   3695   1707   1973      5       10      0
 
 use ::dynamics::linalg::from_rows;
 use ::dynamics::nalgebra::{SMatrix, SVector};
@@ -844,9 +849,11 @@ impl<T: Scalar> ::dynamics::Entries<T> for EquationOfMotion<T> {
     const LENGTH: usize = 56;
 
     #[inline(always)]
-    fn each(&self, take: &mut impl FnMut(T)) {
-        self.mass_matrix.each(take);
-        self.force.each(take);
+    fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {
+        let part = results.map(|result| &result.mass_matrix);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.force);
+        ::dynamics::Entries::each_of(part, take);
     }
 }
 
@@ -1246,6 +1253,4429 @@ pub fn equation_of_motion<T: Scalar>(
         ],
         force: [
             force_j1, force_j2, force_j3, force_j4, force_j5, force_j6, force_j7,
+        ],
+    }
+}
+
+/// `mass_matrix`, `bias_force`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MassMatrixAndBiasForce<T> {
+    /// Generalised inertia `M(q)`, symmetric, 7×7.
+    ///
+    /// Rows: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+    /// Columns: `j1` (rad/s^2), `j2` (rad/s^2), `j3` (rad/s^2), `j4` (rad/s^2), `j5` (rad/s^2), `j6` (rad/s^2), `j7` (rad/s^2).
+    /// The unit of an entry is its row's over its column's.
+    pub mass_matrix: [[T; 7]; 7],
+    /// Bias force `Q_C`: fictitious and conservative forces, on the right-hand side, 7.
+    ///
+    /// Entries: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+    pub bias_force: [T; 7],
+}
+
+impl<T: Scalar> ::dynamics::Entries<T> for MassMatrixAndBiasForce<T> {
+    const LENGTH: usize = 56;
+
+    #[inline(always)]
+    fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {
+        let part = results.map(|result| &result.mass_matrix);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.bias_force);
+        ::dynamics::Entries::each_of(part, take);
+    }
+}
+
+/// `mass_matrix`, `bias_force`; shared terms are computed once.
+#[allow(clippy::approx_constant, reason = "numbers as the model states them")]
+pub fn mass_matrix_and_bias_force<T: Scalar>(
+    _p: &Parameters<T>,
+    x: &Point<T, 7, 7, 0>,
+) -> MassMatrixAndBiasForce<T> {
+    let q_j2 = x.q[1];
+    let q_j3 = x.q[2];
+    let q_j4 = x.q[3];
+    let q_j5 = x.q[4];
+    let q_j6 = x.q[5];
+    let dq_j1 = x.v[0];
+    let dq_j2 = x.v[1];
+    let dq_j3 = x.v[2];
+    let dq_j4 = x.v[3];
+    let dq_j5 = x.v[4];
+    let dq_j6 = x.v[5];
+    let dq_j7 = x.v[6];
+    let circular = T::sin_cos_4(q_j2, q_j3, q_j4, q_j5);
+    let (sin_j2, cos_j2) = circular[0];
+    let (sin_j3, cos_j3) = circular[1];
+    let (sin_j4, cos_j4) = circular[2];
+    let (sin_j5, cos_j5) = circular[3];
+    let (sin_j6, cos_j6) = q_j6.sin_cos();
+    let w1 = T::from_f64(0.03138) * sin_j6;
+    let w2 = T::from_f64(0.03138) * cos_j6;
+    let w3 = T::from_f64(0.004460948) * cos_j6;
+    let w4 = cos_j6 * w3;
+    let w5 = T::from_f64(4.32e-7) * sin_j6;
+    let w6 = T::from_f64(4.32e-7) * cos_j6;
+    let m_j5_j6 = T::from_f64(-4.32e-7) * cos_j6;
+    let w7 = T::from_f64(0.012552) * sin_j6;
+    let w8 = T::from_f64(0.00215) + w4;
+    let w9 = T::from_f64(-0.00017) + w1;
+    let w10 = T::from_f64(0.006610948) - w4;
+    let w11 = T::from_f64(0.0015000169999999995) + w10;
+    let w12 = T::from_f64(3.5700000000000005e-6) + w5;
+    let w13 = T::from_f64(-4.4285e-5) + sin_j6.mul_add(w3, w7);
+    let w14 = T::from_f64(-0.00901185) + w6;
+    let w15 = cos_j5 * w9;
+    let w16 = w15 - T::from_f64(-0.034980000000000004) * sin_j5;
+    let w17 = sin_j5 * w9;
+    let w18 = cos_j5 * (w11 - T::from_f64(0.0066999880000000005));
+    let w19 = T::from_f64(2.0) * sin_j5;
+    let w20 = w12.neg_mul_add(w19, w18);
+    let w21 = cos_j5 * w20;
+    let w22 = sin_j5.mul_add(w20, w12);
+    let w23 = cos_j5 * w13;
+    let w24 = sin_j5 * w14;
+    let w25 = w23 - w24;
+    let m_j4_j5 = sin_j5.mul_add(w13, cos_j5 * w14);
+    let w26 = w24 - w23;
+    let w27 = T::from_f64(1.46375) + w2;
+    let w28 = T::from_f64(0.0066999880000000005) + w21;
+    let w29 = T::from_f64(0.0045000000000000005) + w28;
+    let w30 = cos_j6.mul_add(T::from_f64(0.025104), w8);
+    let w31 = T::from_f64(0.5044827250000001) + w30;
+    let w32 = T::from_f64(0.006150600000000002) - m_j4_j5;
+    let w33 = sin_j4.mul_add(w16, cos_j4 * w27);
+    let w34 = T::from_f64(2.0) * sin_j4;
+    let w35 = w25.neg_mul_add(w34, cos_j4 * (w29 - w31));
+    let w36 = cos_j4 * w35;
+    let w37 = cos_j4 * w22;
+    let w38 = sin_j4.mul_add(w32, w37);
+    let w39 = sin_j4 * w22;
+    let w40 = sin_j4.neg_mul_add(w27, cos_j4 * w16);
+    let w41 = sin_j4.mul_add(w35, w25);
+    let w42 = w40.mul_add(T::from_f64(0.42), w41);
+    let w43 = cos_j5.mul_add(T::from_f64(-0.034980000000000004), w17);
+    let w44 = cos_j4.neg_mul_add(w32, w39);
+    let w45 = T::from_f64(0.0024999999999999953) + (w31 + w36);
+    let w46 = T::from_f64(0.0188212) + (w11 - w21);
+    let w47 = w43.mul_add(T::from_f64(0.42), w44);
+    let w48 = T::from_f64(-0.008451) + w47;
+    let w49 = T::from_f64(2.0) * sin_j3;
+    let w50 = w38.neg_mul_add(w49, cos_j3 * (w45 - w46));
+    let w51 = cos_j3 * w50;
+    let w52 = sin_j3.mul_add(w42, cos_j3 * w48);
+    let m_j2_j3 = -w52;
+    let w53 = cos_j3.neg_mul_add(w42, sin_j3 * w48);
+    let w54 = T::from_f64(0.006000359999999998) + (w46 + w51);
+    let w55 = w33.mul_add(T::from_f64(0.84), w29 - w36);
+    let w56 = T::from_f64(1.60669475) + w55;
+    let w57 = T::from_f64(7.079999999999999e-5) + w53;
+    let w58 = T::from_f64(2.0) * sin_j2;
+    let w59 = w57.neg_mul_add(w58, cos_j2 * (w54 - w56));
+    let w60 = T::from_f64(-5.04e-5) + sin_j3.mul_add(w50, w38);
+    let w61 = cos_j2.mul_add(w59, w56);
+    let w62 = T::from_f64(0.03765600000000001) + (w45 - w51);
+    let m_j1_j1 = T::from_f64(0.0049999999999999975) + w61 + w62;
+    let m_j2_j2 = w54 + w56;
+    let w63 = w52 - T::from_f64(-0.009912);
+    let m_j1_j2 = cos_j2.neg_mul_add(w63, sin_j2 * w60);
+    let m_j3_j3 = w45 + w46;
+    let m_j1_j3 = sin_j2.neg_mul_add(w53, cos_j2 * m_j3_j3);
+    let m_j4_j4 = w29 + w31;
+    let w64 = m_j4_j5 - T::from_f64(0.006150600000000002);
+    let w65 = sin_j4.neg_mul_add(w64, w37);
+    let m_j3_j4 = cos_j4.mul_add(w64, w39);
+    let w66 = w33.mul_sub(T::from_f64(-0.42), m_j4_j4);
+    let m_j2_j4 = sin_j3.mul_add(w65, cos_j3 * w66);
+    let w67 = sin_j3.neg_mul_add(w66, cos_j3 * w65);
+    let m_j1_j4 = sin_j2.neg_mul_add(w67, cos_j2 * m_j3_j4);
+    let m_j5_j5 = T::from_f64(0.0066999880000000005) + w11;
+    let w68 = cos_j5.mul_sub(T::from_f64(0.034980000000000004), w17);
+    let m_j3_j5 = sin_j4.mul_add(w26, cos_j4 * m_j5_j5);
+    let w69 = sin_j5.mul_add(T::from_f64(0.034980000000000004), w15);
+    let w70 = sin_j4.neg_mul_add(m_j5_j5, cos_j4 * w26);
+    let w71 = w69.mul_add(T::from_f64(-0.42), w70);
+    let w72 = cos_j4 * w68;
+    let w73 = w72.mul_sub(T::from_f64(0.42), m_j4_j5);
+    let m_j2_j5 = sin_j3.mul_add(w71, cos_j3 * w73);
+    let w74 = sin_j3.neg_mul_add(w73, cos_j3 * w71);
+    let m_j1_j5 = sin_j2.neg_mul_add(w74, cos_j2 * m_j3_j5);
+    let w75 = T::from_f64(0.012552) * cos_j6;
+    let w76 = T::from_f64(0.008760948000000001) + w75;
+    let w77 = cos_j5.mul_add(w5, sin_j5 * w76);
+    let w78 = sin_j5 * w5;
+    let w79 = cos_j5 * w76;
+    let m_j4_j6 = w78 - w79;
+    let w80 = sin_j4.mul_add(w77, cos_j4 * w6);
+    let m_j3_j6 = -w80;
+    let w81 = cos_j4.mul_add(cos_j5 * w2, sin_j4 * w1);
+    let w82 = cos_j4.neg_mul_add(w77, sin_j4 * w6);
+    let w83 = sin_j5 * w2;
+    let w84 = w83.mul_add(T::from_f64(-0.42), w82);
+    let w85 = w81.mul_add(T::from_f64(0.42), w79 - w78);
+    let m_j2_j6 = sin_j3.mul_add(w84, cos_j3 * w85);
+    let w86 = sin_j3.neg_mul_add(w85, cos_j3 * w84);
+    let m_j1_j6 = -sin_j2.mul_add(w86, cos_j2 * w80);
+    let w87 = T::from_f64(0.001) * sin_j6;
+    let m_j5_j7 = T::from_f64(0.001) * cos_j6;
+    let w88 = cos_j5 * w87;
+    let w89 = sin_j5 * w87;
+    let m_j4_j7 = -w89;
+    let w90 = sin_j4.neg_mul_add(m_j5_j7, cos_j4 * w88);
+    let m_j3_j7 = sin_j4.mul_add(w88, cos_j4 * m_j5_j7);
+    let m_j2_j7 = sin_j3.mul_add(w90, cos_j3 * w89);
+    let w91 = sin_j3.neg_mul_add(w89, cos_j3 * w90);
+    let m_j1_j7 = sin_j2.neg_mul_add(w91, cos_j2 * m_j3_j7);
+    let d_j1_sin_j2 = dq_j1 * sin_j2;
+    let d_j1_cos_j2 = dq_j1 * cos_j2;
+    let d_j2_d_j1_cos_j2 = dq_j2 * d_j1_cos_j2;
+    let d_j2_d_j1_sin_j2 = dq_j2 * d_j1_sin_j2;
+    let w92 = T::from_f64(9.81) * sin_j2;
+    let d_j1_sin_j2_sq = d_j1_sin_j2 * d_j1_sin_j2;
+    let d_j1_cos_j2_sq = d_j1_cos_j2 * d_j1_cos_j2;
+    let d_j2_sq = dq_j2 * dq_j2;
+    let d_j1_sin_j2_d_j1_cos_j2 = d_j1_sin_j2 * d_j1_cos_j2;
+    let d_j2_sin_j3 = dq_j2 * sin_j3;
+    let w93 = cos_j3.neg_mul_add(d_j1_sin_j2, d_j2_sin_j3);
+    let sin_j3_d_j1_sin_j2 = sin_j3 * d_j1_sin_j2;
+    let w94 = dq_j2.mul_add(cos_j3, sin_j3_d_j1_sin_j2);
+    let w95 = sin_j3 * d_j2_d_j1_cos_j2;
+    let d_j3_plus_d_j1_cos_j2 = dq_j3 + d_j1_cos_j2;
+    let w96 = dq_j3 * w93;
+    let w97 = dq_j3 * w94;
+    let w98 = cos_j3.neg_mul_add(d_j2_d_j1_cos_j2, w97);
+    let w99 = w95 - w96;
+    let w100 = cos_j3 * w92;
+    let w101 = w94 * w94;
+    let w102 = w93 * w94;
+    let w103 = d_j2_d_j1_sin_j2 + w102;
+    let w104 = w94 * d_j3_plus_d_j1_cos_j2;
+    let w105 = w93 * d_j3_plus_d_j1_cos_j2;
+    let w106 = w99 + w105;
+    let w107 = w106.mul_sub(T::from_f64(0.42), w100);
+    let w108 = T::from_f64(0.42) * (w104 - w98);
+    let w109 = sin_j3.mul_add(w92, w108);
+    let w110 = T::from_f64(-0.42) * w93.mul_add(w93, w101);
+    let w111 = cos_j2.mul_add(T::from_f64(9.81), w110);
+    let w112 = cos_j4 * w93;
+    let w113 = sin_j4.mul_add(d_j3_plus_d_j1_cos_j2, w112);
+    let w114 = cos_j4 * d_j3_plus_d_j1_cos_j2;
+    let w115 = sin_j4.neg_mul_add(w93, w114);
+    let w116 = w96 - w95;
+    let w117 = cos_j4 * w98;
+    let w118 = sin_j4 * w98;
+    let w119 = dq_j4 - w94;
+    let w120 = sin_j4.neg_mul_add(d_j2_d_j1_sin_j2, w117);
+    let w121 = dq_j4.mul_add(w115, w120);
+    let w122 = cos_j4.mul_add(d_j2_d_j1_sin_j2, w118);
+    let w123 = dq_j4.mul_add(w113, w122);
+    let w124 = sin_j4.mul_add(w111, cos_j4 * w107);
+    let w125 = sin_j4.neg_mul_add(w107, cos_j4 * w111);
+    let w126 = w119 * w119;
+    let w127 = w113 * w115;
+    let w128 = w127 - w116;
+    let w129 = w115.mul_add(w119, w121);
+    let w130 = w113 * w119;
+    let w131 = w94 - dq_j4;
+    let w132 = sin_j5.mul_add(w131, cos_j5 * w113);
+    let w133 = sin_j5.neg_mul_add(w113, cos_j5 * w131);
+    let w134 = dq_j5 + w115;
+    let w135 = sin_j5.mul_add(w99, cos_j5 * w121);
+    let w136 = dq_j5.mul_add(w133, w135);
+    let w137 = sin_j5.neg_mul_add(w121, cos_j5 * w99);
+    let w138 = dq_j5.neg_mul_add(w132, w137);
+    let w139 = sin_j5.mul_add(w109, cos_j5 * w124);
+    let w140 = sin_j5.neg_mul_add(w124, cos_j5 * w109);
+    let w141 = w132 * w132;
+    let w142 = w133 * w133;
+    let w143 = w134 * w134;
+    let w144 = w132 * w133;
+    let w145 = w123 + w144;
+    let w146 = w144 - w123;
+    let w147 = w133 * w134;
+    let w148 = w147 - w136;
+    let w149 = w136 + w147;
+    let w150 = w132 * w134;
+    let w151 = w150 - w138;
+    let w152 = w138 + w150;
+    let w153 = w141 + w142;
+    let w154 = sin_j6.neg_mul_add(w134, cos_j6 * w132);
+    let w155 = cos_j6.mul_add(w134, sin_j6 * w132);
+    let w156 = sin_j6.neg_mul_add(w136, cos_j6 * w123);
+    let w157 = dq_j6 + w133;
+    let w158 = dq_j6 * w154;
+    let w159 = sin_j6.mul_add(w123, cos_j6 * w136);
+    let w160 = dq_j6.neg_mul_add(w155, w159);
+    let w161 = w156 - w158;
+    let w162 = cos_j6 * w152.mul_add(T::from_f64(0.4), w139);
+    let w163 = w153.mul_add(T::from_f64(-0.4), w125);
+    let w164 = w157 * w157;
+    let w165 = w154 * w155;
+    let w166 = w138 + w165;
+    let w167 = w155.neg_mul_add(w157, w160);
+    let w168 = w154 * w157;
+    let w169 = w158 - w156;
+    let w170 = dq_j7 + w155;
+    let w171 = dq_j7.mul_add(w157, w160);
+    let w172 = dq_j7.neg_mul_add(w154, w138);
+    let w173 = T::from_f64(-0.009912) * (d_j2_sq - d_j1_cos_j2_sq);
+    let w174 = d_j2_d_j1_cos_j2.mul_add(T::from_f64(-3.2133895), w173);
+    let w175 = T::from_f64(-0.00014159999999999997) * d_j2_d_j1_sin_j2;
+    let w176 = w174 + w175;
+    let w177 = T::from_f64(-5.04e-5) * (d_j1_sin_j2_sq - d_j2_sq);
+    let w178 = T::from_f64(0.012000719999999996) * d_j2_d_j1_sin_j2;
+    let w179 = w178 + w177;
+    let w180 = T::from_f64(-0.009912) * d_j1_sin_j2_d_j1_cos_j2;
+    let w181 = w179 + w180;
+    let w182 = T::from_f64(-0.00014159999999999997) * d_j2_d_j1_cos_j2;
+    let w183 = d_j1_cos_j2_sq - d_j1_sin_j2_sq;
+    let w184 = T::from_f64(7.079999999999999e-5) * w183;
+    let w185 = T::from_f64(-1.60069439) * d_j1_sin_j2_d_j1_cos_j2;
+    let w186 = w185 + w184;
+    let w187 = cos_j2.mul_add(T::from_f64(0.011772), w186);
+    let w188 = d_j3_plus_d_j1_cos_j2.mul_sub(d_j3_plus_d_j1_cos_j2, w101);
+    let w189 = T::from_f64(-0.008451) * w188;
+    let w190 = w98 + w104;
+    let w191 = w190.mul_add(T::from_f64(0.0188212), w189);
+    let w192 = T::from_f64(-0.008451) * w103;
+    let w193 = w105 - w99;
+    let w194 = w102 - d_j2_d_j1_sin_j2;
+    let w195 = T::from_f64(0.0024999999999999953) * w194;
+    let w196 = w103.neg_mul_add(T::from_f64(0.0188212), w195);
+    let w197 = w106.neg_mul_add(T::from_f64(-0.008451), w196);
+    let w198 = w115.neg_mul_add(w115, w126);
+    let w199 = T::from_f64(0.006150600000000002) * w198;
+    let w200 = w129.mul_add(T::from_f64(0.5044827250000001), w199);
+    let w201 = T::from_f64(0.006150600000000002) * w128;
+    let w202 = w123 + w130;
+    let w203 = T::from_f64(0.0045000000000000005) * (w116 + w127);
+    let w204 = w128.neg_mul_add(T::from_f64(0.5044827250000001), w203);
+    let w205 = w130 - w123;
+    let w206 = w205.neg_mul_add(T::from_f64(0.006150600000000002), w204);
+    let w207 = T::from_f64(-0.034980000000000004) * w145;
+    let w208 = w142 + w143;
+    let w209 = T::from_f64(0.034980000000000004) * (w141 + w143);
+    let w210 = T::from_f64(-0.034980000000000004) * w149;
+    let w211 = T::from_f64(-0.00901185) * (w143 - w142);
+    let w212 = w149.mul_add(T::from_f64(0.006199988000000001), w211);
+    let w213 = w151.mul_add(T::from_f64(3.5700000000000005e-6), w212);
+    let w214 = w146.neg_mul_add(T::from_f64(-4.4285e-5), w213);
+    let w215 = T::from_f64(-4.4285e-5) * (w141 - w143);
+    let w216 = w151.mul_add(T::from_f64(-0.0015000169999999995), w215);
+    let w217 = w145.mul_add(T::from_f64(-0.00901185), w216);
+    let w218 = w149.neg_mul_add(T::from_f64(3.5700000000000005e-6), w217);
+    let w219 = T::from_f64(0.0015000169999999995) * w146;
+    let w220 = w145.neg_mul_add(T::from_f64(0.006199988000000001), w219);
+    let w221 = w142 - w141;
+    let w222 = w221.mul_add(T::from_f64(3.5700000000000005e-6), w220);
+    let w223 = w148.mul_add(T::from_f64(-4.4285e-5), w222);
+    let w224 = w152.neg_mul_add(T::from_f64(-0.00901185), w223);
+    let w225 = w140.mul_add(T::from_f64(-0.00017), w224);
+    let w226 = w139.neg_mul_add(T::from_f64(-0.034980000000000004), w225);
+    let w227 = T::from_f64(0.03138) * w166;
+    let w228 = T::from_f64(0.03138) * w154.mul_add(w154, w164);
+    let w229 = T::from_f64(-4.32e-7) * w155.neg_mul_add(w155, w164);
+    let w230 = w148.mul_add(T::from_f64(0.4), w140);
+    let w231 = w167.mul_add(T::from_f64(0.006610948), w229);
+    let w232 = T::from_f64(4.32e-7) * w166;
+    let w233 = w168 - w161;
+    let w234 = T::from_f64(0.00165) * (w138 - w165);
+    let w235 = w166.neg_mul_add(T::from_f64(-0.006610948), w234);
+    let w236 = w161 + w168;
+    let w237 = w236.neg_mul_add(T::from_f64(-4.32e-7), w235);
+    let w238 = sin_j6.neg_mul_add(w163, w162);
+    let w239 = T::from_f64(0.0005) * (w168 - w169);
+    let w240 = w168 + w169;
+    let bias_j7 = w240.neg_mul_add(T::from_f64(0.0005), w239);
+    let w241 = w230.mul_add(T::from_f64(-0.03138), w231);
+    let w242 = w157.mul_add(w170, w171);
+    let w243 = w242.mul_add(T::from_f64(0.0005), w241);
+    let w244 = w233.mul_add(T::from_f64(-0.00165), w232) + bias_j7;
+    let w245 = w238.neg_mul_add(T::from_f64(-0.03138), w237);
+    let w246 = w154.mul_sub(w170, w172);
+    let w247 = w246.mul_add(T::from_f64(-0.0005), w245);
+    let w248 = sin_j6.neg_mul_add(w228, cos_j6 * w227);
+    let w249 = sin_j6.mul_add(w243, cos_j6 * w244);
+    let bias_j6 = -w247;
+    let w250 = sin_j6.neg_mul_add(w244, cos_j6 * w243);
+    let w251 = w125.mul_add(T::from_f64(-0.034980000000000004), w214);
+    let w252 = w251 + w167.mul_add(T::from_f64(0.012552), w250);
+    let w253 = w125.neg_mul_add(T::from_f64(-0.00017), w218);
+    let w254 = w253 + w248.mul_add(T::from_f64(0.4), w247);
+    let w255 = w208.mul_add(T::from_f64(0.00017), w207) + w248;
+    let w256 = w146.mul_add(T::from_f64(-0.00017), w209);
+    let w257 = w167.mul_add(T::from_f64(-0.03138), w256);
+    let w258 = w151.mul_add(T::from_f64(-0.00017), w210);
+    let bias_j5 = w249 - w226;
+    let w259 = sin_j5.neg_mul_add(w254, cos_j5 * w252);
+    let w260 = w109.mul_add(T::from_f64(-1.46375), w200) + w259;
+    let w261 = w202.mul_add(T::from_f64(-0.0045000000000000005), w201);
+    let w262 = w261 + (w226 - w249);
+    let w263 = sin_j5.neg_mul_add(w257, cos_j5 * w255);
+    let w264 = w258 - sin_j6.mul_add(w227, cos_j6 * w228);
+    let w265 = w113.mul_add(w113, w126);
+    let w266 = cos_j4 * w128.mul_add(T::from_f64(1.46375), w263);
+    let w267 = w265.mul_add(T::from_f64(-1.46375), w264);
+    let w268 = sin_j5.mul_add(w255, cos_j5 * w257);
+    let w269 = w124.neg_mul_add(T::from_f64(1.46375), w206);
+    let bias_j4 = sin_j5.mul_add(w252, cos_j5 * w254) - w269;
+    let w270 = w129.neg_mul_add(T::from_f64(1.46375), w268);
+    let w271 = sin_j4.neg_mul_add(w262, cos_j4 * w260);
+    let w272 = sin_j4.neg_mul_add(w267, w266);
+    let w273 = cos_j2.mul_add(T::from_f64(-0.017658000000000097), w191);
+    let w274 = w273 + w270.mul_add(T::from_f64(-0.42), w271);
+    let w275 = w193.mul_add(T::from_f64(-0.0024999999999999953), w192);
+    let w276 = w275 + w272.mul_add(T::from_f64(0.42), bias_j4);
+    let w277 = w100.neg_mul_add(T::from_f64(0.00180000000000001), w197);
+    let w278 = w277 + sin_j4.mul_add(w260, cos_j4 * w262);
+    let bias_j3 = -w278;
+    let w279 = w176 - T::from_f64(-5.04e-5) * d_j1_sin_j2_d_j1_cos_j2;
+    let w280 = sin_j2.neg_mul_add(T::from_f64(38.940795), w187);
+    let w281 = w279 + sin_j3.neg_mul_add(w276, cos_j3 * w274);
+    let w282 = cos_j2 * (w181 - w182 - w278);
+    let bias_j1 = sin_j2.mul_add(w281, w282);
+    let bias_j2 = -(w280 + sin_j3.mul_add(w274, cos_j3 * w276));
+    MassMatrixAndBiasForce {
+        mass_matrix: [
+            [
+                m_j1_j1, m_j1_j2, m_j1_j3, m_j1_j4, m_j1_j5, m_j1_j6, m_j1_j7,
+            ],
+            [
+                m_j1_j2, m_j2_j2, m_j2_j3, m_j2_j4, m_j2_j5, m_j2_j6, m_j2_j7,
+            ],
+            [
+                m_j1_j3, m_j2_j3, m_j3_j3, m_j3_j4, m_j3_j5, m_j3_j6, m_j3_j7,
+            ],
+            [
+                m_j1_j4, m_j2_j4, m_j3_j4, m_j4_j4, m_j4_j5, m_j4_j6, m_j4_j7,
+            ],
+            [
+                m_j1_j5, m_j2_j5, m_j3_j5, m_j4_j5, m_j5_j5, m_j5_j6, m_j5_j7,
+            ],
+            [
+                m_j1_j6,
+                m_j2_j6,
+                m_j3_j6,
+                m_j4_j6,
+                m_j5_j6,
+                T::from_f64(0.008760948000000001),
+                T::zero(),
+            ],
+            [
+                m_j1_j7,
+                m_j2_j7,
+                m_j3_j7,
+                m_j4_j7,
+                m_j5_j7,
+                T::zero(),
+                T::from_f64(0.001),
+            ],
+        ],
+        bias_force: [
+            bias_j1, bias_j2, bias_j3, bias_j4, bias_j5, bias_j6, bias_j7,
+        ],
+    }
+}
+
+/// Inverse dynamics `τ = M a − Q_C − Q_D`: what inputs and constraints must supply for the stated acceleration `a`, 7.
+///
+/// Entries: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+#[allow(clippy::approx_constant, reason = "numbers as the model states them")]
+pub fn inverse_dynamics<T: Scalar>(
+    _p: &Parameters<T>,
+    x: &Point<T, 7, 7, 0>,
+    a: &[T; 7],
+) -> [T; 7] {
+    let q_j2 = x.q[1];
+    let q_j3 = x.q[2];
+    let q_j4 = x.q[3];
+    let q_j5 = x.q[4];
+    let q_j6 = x.q[5];
+    let dq_j1 = x.v[0];
+    let dq_j2 = x.v[1];
+    let dq_j3 = x.v[2];
+    let dq_j4 = x.v[3];
+    let dq_j5 = x.v[4];
+    let dq_j6 = x.v[5];
+    let dq_j7 = x.v[6];
+    let ddq_j1 = a[0];
+    let ddq_j2 = a[1];
+    let ddq_j3 = a[2];
+    let ddq_j4 = a[3];
+    let ddq_j5 = a[4];
+    let ddq_j6 = a[5];
+    let ddq_j7 = a[6];
+    let circular = T::sin_cos_4(q_j2, q_j3, q_j4, q_j5);
+    let (sin_j2, cos_j2) = circular[0];
+    let (sin_j3, cos_j3) = circular[1];
+    let (sin_j4, cos_j4) = circular[2];
+    let (sin_j5, cos_j5) = circular[3];
+    let (sin_j6, cos_j6) = q_j6.sin_cos();
+    let d_j1_sin_j2 = dq_j1 * sin_j2;
+    let d_j1_cos_j2 = dq_j1 * cos_j2;
+    let d_j2_d_j1_cos_j2 = dq_j2 * d_j1_cos_j2;
+    let d_j2_d_j1_sin_j2 = dq_j2 * d_j1_sin_j2;
+    let w1 = T::from_f64(9.81) * sin_j2;
+    let d_j1_sin_j2_sq = d_j1_sin_j2 * d_j1_sin_j2;
+    let d_j1_cos_j2_sq = d_j1_cos_j2 * d_j1_cos_j2;
+    let d_j2_sq = dq_j2 * dq_j2;
+    let d_j1_sin_j2_d_j1_cos_j2 = d_j1_sin_j2 * d_j1_cos_j2;
+    let d_j2_sin_j3 = dq_j2 * sin_j3;
+    let w2 = cos_j3.neg_mul_add(d_j1_sin_j2, d_j2_sin_j3);
+    let sin_j3_d_j1_sin_j2 = sin_j3 * d_j1_sin_j2;
+    let w3 = dq_j2.mul_add(cos_j3, sin_j3_d_j1_sin_j2);
+    let d_j3_plus_d_j1_cos_j2 = dq_j3 + d_j1_cos_j2;
+    let w4 = dq_j3 * w2;
+    let w5 = cos_j3 * w1;
+    let w6 = w3 * w3;
+    let w7 = w2 * w3;
+    let w8 = w3 * d_j3_plus_d_j1_cos_j2;
+    let w9 = w2 * d_j3_plus_d_j1_cos_j2;
+    let w10 = T::from_f64(-0.42) * w2.mul_add(w2, w6);
+    let w11 = cos_j2.mul_add(T::from_f64(9.81), w10);
+    let w12 = cos_j4 * w2;
+    let w13 = sin_j4.mul_add(d_j3_plus_d_j1_cos_j2, w12);
+    let w14 = cos_j4 * d_j3_plus_d_j1_cos_j2;
+    let w15 = sin_j4.neg_mul_add(w2, w14);
+    let w16 = dq_j4 - w3;
+    let w17 = w16 * w16;
+    let w18 = w13 * w15;
+    let w19 = w13 * w16;
+    let w20 = w3 - dq_j4;
+    let w21 = sin_j5.mul_add(w20, cos_j5 * w13);
+    let w22 = sin_j5.neg_mul_add(w13, cos_j5 * w20);
+    let w23 = dq_j5 + w15;
+    let w24 = w21 * w21;
+    let w25 = w22 * w22;
+    let w26 = w23 * w23;
+    let w27 = w21 * w22;
+    let w28 = w22 * w23;
+    let w29 = w21 * w23;
+    let w30 = sin_j6.neg_mul_add(w23, cos_j6 * w21);
+    let w31 = cos_j6.mul_add(w23, sin_j6 * w21);
+    let w32 = dq_j6 + w22;
+    let w33 = w32 * w32;
+    let w34 = w30 * w31;
+    let w35 = w30 * w32;
+    let w36 = dq_j7 + w31;
+    let w37 = d_j1_cos_j2_sq - d_j1_sin_j2_sq;
+    let w38 = d_j3_plus_d_j1_cos_j2.mul_sub(d_j3_plus_d_j1_cos_j2, w6);
+    let w39 = w15.neg_mul_add(w15, w17);
+    let w40 = T::from_f64(0.03138) * w30.mul_add(w30, w33);
+    let sin_j2_dd_j1 = sin_j2 * ddq_j1;
+    let cos_j2_dd_j1 = cos_j2 * ddq_j1;
+    let w41 = d_j2_d_j1_cos_j2 + sin_j2_dd_j1;
+    let w42 = d_j2_d_j1_sin_j2 - cos_j2_dd_j1;
+    let w43 = d_j1_sin_j2_d_j1_cos_j2 - ddq_j2;
+    let w44 = d_j1_sin_j2_d_j1_cos_j2 + ddq_j2;
+    let w45 = d_j2_d_j1_cos_j2 + w41;
+    let w46 = d_j2_d_j1_sin_j2 + w42;
+    let w47 = cos_j3.mul_add(ddq_j2, sin_j3 * w41);
+    let w48 = cos_j3.neg_mul_add(w41, sin_j3 * ddq_j2);
+    let w49 = dq_j3.mul_add(w3, w48);
+    let w50 = w47 - w4;
+    let w51 = ddq_j3 + (cos_j2_dd_j1 - d_j2_d_j1_sin_j2);
+    let w52 = w7 - w51;
+    let w53 = w9 + w50;
+    let w54 = w53.mul_sub(T::from_f64(0.42), w5);
+    let w55 = T::from_f64(0.42) * (w8 - w49);
+    let w56 = sin_j3.mul_add(w1, w55);
+    let w57 = sin_j4.mul_add(w51, cos_j4 * w49);
+    let w58 = dq_j4.mul_add(w15, w57);
+    let w59 = sin_j4.neg_mul_add(w49, cos_j4 * w51);
+    let w60 = dq_j4.neg_mul_add(w13, w59);
+    let w61 = ddq_j4 + (w4 - w47);
+    let w62 = sin_j4.mul_add(w11, cos_j4 * w54);
+    let w63 = sin_j4.neg_mul_add(w54, cos_j4 * w11);
+    let w64 = w18 - w61;
+    let w65 = w15.mul_add(w16, w58);
+    let w66 = sin_j5.neg_mul_add(w61, cos_j5 * w58);
+    let w67 = dq_j5.mul_add(w22, w66);
+    let w68 = cos_j5.mul_add(w61, sin_j5 * w58);
+    let w69 = dq_j5.mul_add(w21, w68);
+    let w70 = ddq_j5 + w60;
+    let w71 = sin_j5.mul_add(w56, cos_j5 * w62);
+    let w72 = sin_j5.neg_mul_add(w62, cos_j5 * w56);
+    let w73 = w27 - w70;
+    let w74 = w27 + w70;
+    let w75 = w28 - w67;
+    let w76 = w28 + w67;
+    let w77 = w29 + w69;
+    let w78 = w29 - w69;
+    let w79 = sin_j6.neg_mul_add(w70, cos_j6 * w67);
+    let w80 = dq_j6.neg_mul_add(w31, w79);
+    let w81 = cos_j6.mul_add(w70, sin_j6 * w67);
+    let w82 = dq_j6.mul_add(w30, w81);
+    let w83 = ddq_j6 - w69;
+    let w84 = cos_j6 * w78.mul_add(T::from_f64(0.4), w71);
+    let w85 = (w24 + w25).mul_add(T::from_f64(-0.4), w63);
+    let w86 = w34 + w83;
+    let w87 = w31.neg_mul_add(w32, w80);
+    let w88 = ddq_j7 + w82;
+    let w89 = dq_j7.neg_mul_add(w30, w83);
+    let w90 = T::from_f64(-1.60669475) * w45;
+    let w91 = d_j2_sq - d_j1_cos_j2_sq;
+    let w92 = w91.mul_add(T::from_f64(-0.009912), w90);
+    let w93 = w46.mul_add(T::from_f64(-7.079999999999999e-5), w92);
+    let w94 = T::from_f64(0.006000359999999998) * w46;
+    let w95 = d_j1_sin_j2_sq - d_j2_sq;
+    let w96 = w95.mul_add(T::from_f64(-5.04e-5), w94);
+    let w97 = w43.mul_add(T::from_f64(-0.009912), w96);
+    let w98 = T::from_f64(0.006000359999999998) * w44;
+    let w99 = w43.neg_mul_add(T::from_f64(1.60669475), w98);
+    let w100 = w37.mul_add(T::from_f64(7.079999999999999e-5), w99);
+    let w101 = sin_j2_dd_j1.mul_add(T::from_f64(-5.04e-5), w100);
+    let w102 = w42 - d_j2_d_j1_sin_j2;
+    let w103 = w102.neg_mul_add(T::from_f64(-0.009912), w101);
+    let w104 = cos_j2.mul_add(T::from_f64(0.011772), w103);
+    let w105 = T::from_f64(0.0188212) * (w8 + w49);
+    let w106 = w38.mul_add(T::from_f64(-0.008451), w105);
+    let w107 = T::from_f64(-0.008451) * w52;
+    let w108 = w9 - w50;
+    let w109 = T::from_f64(0.0024999999999999953) * (w7 + w51);
+    let w110 = w52.neg_mul_add(T::from_f64(0.0188212), w109);
+    let w111 = w53.neg_mul_add(T::from_f64(-0.008451), w110);
+    let w112 = T::from_f64(0.5044827250000001) * w65;
+    let w113 = w39.mul_add(T::from_f64(0.006150600000000002), w112);
+    let w114 = T::from_f64(0.006150600000000002) * w64;
+    let w115 = w19 - w60;
+    let w116 = T::from_f64(0.0045000000000000005) * (w18 + w61);
+    let w117 = w64.neg_mul_add(T::from_f64(0.5044827250000001), w116);
+    let w118 = w19 + w60;
+    let w119 = w118.neg_mul_add(T::from_f64(0.006150600000000002), w117);
+    let w120 = w62.neg_mul_add(T::from_f64(1.46375), w119);
+    let w121 = T::from_f64(-0.034980000000000004) * w73;
+    let w122 = w25 + w26;
+    let w123 = T::from_f64(-0.00017) * w74;
+    let w124 = w24 + w26;
+    let w125 = T::from_f64(-0.034980000000000004) * w76;
+    let w126 = T::from_f64(0.006199988000000001) * w76;
+    let w127 = w26 - w25;
+    let w128 = w127.mul_add(T::from_f64(-0.00901185), w126);
+    let w129 = w77.mul_add(T::from_f64(3.5700000000000005e-6), w128);
+    let w130 = w74.neg_mul_add(T::from_f64(-4.4285e-5), w129);
+    let w131 = T::from_f64(-0.0015000169999999995) * w77;
+    let w132 = w24 - w26;
+    let w133 = w132.mul_add(T::from_f64(-4.4285e-5), w131);
+    let w134 = w73.mul_add(T::from_f64(-0.00901185), w133);
+    let w135 = w76.neg_mul_add(T::from_f64(3.5700000000000005e-6), w134);
+    let w136 = T::from_f64(0.0015000169999999995) * w74;
+    let w137 = w73.neg_mul_add(T::from_f64(0.006199988000000001), w136);
+    let w138 = w25 - w24;
+    let w139 = w138.mul_add(T::from_f64(3.5700000000000005e-6), w137);
+    let w140 = w75.mul_add(T::from_f64(-4.4285e-5), w139);
+    let w141 = w78.neg_mul_add(T::from_f64(-0.00901185), w140);
+    let w142 = w72.mul_add(T::from_f64(-0.00017), w141);
+    let w143 = T::from_f64(0.03138) * w86;
+    let w144 = T::from_f64(0.006610948) * w87;
+    let w145 = w31.neg_mul_add(w31, w33);
+    let w146 = w75.mul_add(T::from_f64(0.4), w72);
+    let w147 = w145.mul_add(T::from_f64(-4.32e-7), w144);
+    let w148 = T::from_f64(4.32e-7) * w86;
+    let w149 = w35 + w82;
+    let w150 = T::from_f64(0.00165) * (w83 - w34);
+    let w151 = w86.neg_mul_add(T::from_f64(-0.006610948), w150);
+    let w152 = w35 - w82;
+    let w153 = w152.neg_mul_add(T::from_f64(-4.32e-7), w151);
+    let w154 = sin_j6.neg_mul_add(w85, w84);
+    let w155 = w32.mul_add(w36, dq_j7.mul_add(w32, w80));
+    let w156 = T::from_f64(0.0005) * (w35 + w88);
+    let w157 = T::from_f64(0.0005) * (w35 - w88);
+    let tau_j7 = w156 - w157;
+    let w158 = w146.mul_add(T::from_f64(-0.03138), w147);
+    let w159 = w155.mul_add(T::from_f64(0.0005), w158);
+    let w160 = w149.mul_add(T::from_f64(-0.00165), w148);
+    let w161 = w160 + (w157 - w156);
+    let w162 = w154.neg_mul_add(T::from_f64(-0.03138), w153);
+    let w163 = w30.mul_sub(w36, w89);
+    let tau_j6 = w163.mul_add(T::from_f64(-0.0005), w162);
+    let w164 = sin_j6.neg_mul_add(w40, cos_j6 * w143);
+    let w165 = sin_j6.neg_mul_add(w161, cos_j6 * w159);
+    let w166 = w63.mul_add(T::from_f64(-0.034980000000000004), w130);
+    let w167 = w166 + w87.mul_add(T::from_f64(0.012552), w165);
+    let w168 = w63.neg_mul_add(T::from_f64(-0.00017), w135);
+    let w169 = w168 + w164.mul_add(T::from_f64(0.4), tau_j6);
+    let w170 = w71.neg_mul_add(T::from_f64(-0.034980000000000004), w142);
+    let tau_j5 = w170 - sin_j6.mul_add(w159, cos_j6 * w161);
+    let w171 = w122.mul_add(T::from_f64(0.00017), w121) + w164;
+    let w172 = w124.mul_add(T::from_f64(0.034980000000000004), w123);
+    let w173 = w87.mul_add(T::from_f64(-0.03138), w172);
+    let w174 = w77.mul_add(T::from_f64(-0.00017), w125);
+    let w175 = sin_j5.mul_add(w167, cos_j5 * w169);
+    let w176 = sin_j5.neg_mul_add(w169, cos_j5 * w167);
+    let w177 = w56.mul_add(T::from_f64(-1.46375), w113) + w176;
+    let w178 = w115.mul_add(T::from_f64(-0.0045000000000000005), w114);
+    let w179 = w178 + tau_j5;
+    let tau_j4 = w120 - w175;
+    let w180 = sin_j5.neg_mul_add(w173, cos_j5 * w171);
+    let w181 = w174 - cos_j6.mul_add(w40, sin_j6 * w143);
+    let w182 = w13.mul_add(w13, w17);
+    let w183 = cos_j4 * w64.mul_add(T::from_f64(1.46375), w180);
+    let w184 = w182.mul_add(T::from_f64(-1.46375), w181);
+    let w185 = sin_j5.mul_add(w171, cos_j5 * w173);
+    let w186 = w65.neg_mul_add(T::from_f64(1.46375), w185);
+    let w187 = sin_j4.neg_mul_add(w179, cos_j4 * w177);
+    let w188 = sin_j4.neg_mul_add(w184, w183);
+    let w189 = w175 - w120;
+    let w190 = cos_j2.mul_add(T::from_f64(-0.017658000000000097), w106);
+    let w191 = w190 + w186.mul_add(T::from_f64(-0.42), w187);
+    let w192 = w108.mul_add(T::from_f64(-0.0024999999999999953), w107);
+    let w193 = w192 + w188.mul_add(T::from_f64(0.42), w189);
+    let w194 = w5.neg_mul_add(T::from_f64(0.00180000000000001), w111);
+    let tau_j3 = w194 + sin_j4.mul_add(w177, cos_j4 * w179);
+    let w195 = w44.neg_mul_add(T::from_f64(-5.04e-5), w93);
+    let w196 = w45.neg_mul_add(T::from_f64(-7.079999999999999e-5), w97);
+    let w197 = sin_j2.neg_mul_add(T::from_f64(38.940795), w104);
+    let tau_j2 = w197 + sin_j3.mul_add(w191, cos_j3 * w193);
+    let w198 = w195 + sin_j3.neg_mul_add(w193, cos_j3 * w191);
+    let w199 = cos_j2 * (w196 - tau_j3);
+    let w200 = sin_j2.mul_add(w198, w199);
+    let tau_j1 = ddq_j1.mul_sub(T::from_f64(0.042656000000000006), w200);
+    [tau_j1, tau_j2, tau_j3, tau_j4, tau_j5, tau_j6, tau_j7]
+}
+
+/// `inverse_dynamics_by_position`, `inverse_dynamics_by_velocity`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InverseDynamicsDerivatives<T> {
+    /// Derivative by the positions `q` of: Inverse dynamics `τ = M a − Q_C − Q_D`: what inputs and constraints must supply for the stated acceleration `a`, 7×7.
+    ///
+    /// Rows: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+    /// Columns: `j1` (rad), `j2` (rad), `j3` (rad), `j4` (rad), `j5` (rad), `j6` (rad), `j7` (rad).
+    /// The unit of an entry is its row's over its column's.
+    pub inverse_dynamics_by_position: [[T; 7]; 7],
+    /// Derivative by the velocities `v` of: Inverse dynamics `τ = M a − Q_C − Q_D`: what inputs and constraints must supply for the stated acceleration `a`, 7×7.
+    ///
+    /// Rows: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+    /// Columns: `j1` (rad/s), `j2` (rad/s), `j3` (rad/s), `j4` (rad/s), `j5` (rad/s), `j6` (rad/s), `j7` (rad/s).
+    /// The unit of an entry is its row's over its column's.
+    pub inverse_dynamics_by_velocity: [[T; 7]; 7],
+}
+
+impl<T: Scalar> ::dynamics::Entries<T> for InverseDynamicsDerivatives<T> {
+    const LENGTH: usize = 98;
+
+    #[inline(always)]
+    fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {
+        let part = results.map(|result| &result.inverse_dynamics_by_position);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.inverse_dynamics_by_velocity);
+        ::dynamics::Entries::each_of(part, take);
+    }
+}
+
+/// `inverse_dynamics_by_position`, `inverse_dynamics_by_velocity`; shared terms are computed once.
+#[allow(clippy::approx_constant, reason = "numbers as the model states them")]
+pub fn inverse_dynamics_derivatives<T: Scalar>(
+    _p: &Parameters<T>,
+    x: &Point<T, 7, 7, 0>,
+    a: &[T; 7],
+) -> InverseDynamicsDerivatives<T> {
+    let q_j2 = x.q[1];
+    let q_j3 = x.q[2];
+    let q_j4 = x.q[3];
+    let q_j5 = x.q[4];
+    let q_j6 = x.q[5];
+    let dq_j1 = x.v[0];
+    let dq_j2 = x.v[1];
+    let dq_j3 = x.v[2];
+    let dq_j4 = x.v[3];
+    let dq_j5 = x.v[4];
+    let dq_j6 = x.v[5];
+    let dq_j7 = x.v[6];
+    let ddq_j1 = a[0];
+    let ddq_j2 = a[1];
+    let ddq_j3 = a[2];
+    let ddq_j4 = a[3];
+    let ddq_j5 = a[4];
+    let ddq_j6 = a[5];
+    let ddq_j7 = a[6];
+    let circular = T::sin_cos_4(q_j2, q_j3, q_j4, q_j5);
+    let (sin_j2, cos_j2) = circular[0];
+    let (sin_j3, cos_j3) = circular[1];
+    let (sin_j4, cos_j4) = circular[2];
+    let (sin_j5, cos_j5) = circular[3];
+    let (sin_j6, cos_j6) = q_j6.sin_cos();
+    let w1 = T::from_f64(0.03138) * sin_j6;
+    let w2 = T::from_f64(0.03138) * cos_j6;
+    let w3 = T::from_f64(0.004460948) * cos_j6;
+    let w4 = cos_j6 * w3;
+    let w5 = T::from_f64(4.32e-7) * sin_j6;
+    let w6 = T::from_f64(4.32e-7) * cos_j6;
+    let w7 = T::from_f64(0.012552) * sin_j6;
+    let w8 = T::from_f64(0.00215) + w4;
+    let w9 = cos_j6.mul_add(T::from_f64(0.025104), w8);
+    let w10 = T::from_f64(-0.00017) + w1;
+    let w11 = T::from_f64(0.006610948) - w4;
+    let w12 = T::from_f64(0.0015000169999999995) + w11;
+    let w13 = T::from_f64(3.5700000000000005e-6) + w5;
+    let w14 = T::from_f64(-4.4285e-5) + sin_j6.mul_add(w3, w7);
+    let w15 = T::from_f64(-0.00901185) + w6;
+    let w16 = cos_j5 * w10;
+    let w17 = w16 - T::from_f64(-0.034980000000000004) * sin_j5;
+    let w18 = sin_j5 * w10;
+    let w19 = cos_j5.mul_add(T::from_f64(-0.034980000000000004), w18);
+    let w20 = cos_j5 * (w12 - T::from_f64(0.0066999880000000005));
+    let w21 = T::from_f64(2.0) * sin_j5;
+    let w22 = w13.neg_mul_add(w21, w20);
+    let w23 = cos_j5 * w22;
+    let w24 = w12 - w23;
+    let w25 = sin_j5.mul_add(w22, w13);
+    let w26 = cos_j5 * w14;
+    let w27 = sin_j5 * w15;
+    let w28 = w26 - w27;
+    let w29 = sin_j5.mul_add(w14, cos_j5 * w15);
+    let w30 = w27 - w26;
+    let w31 = T::from_f64(1.46375) + w2;
+    let w32 = T::from_f64(0.0066999880000000005) + w23;
+    let w33 = T::from_f64(0.0045000000000000005) + w32;
+    let w34 = T::from_f64(0.5044827250000001) + w9;
+    let w35 = T::from_f64(0.006150600000000002) - w29;
+    let w36 = cos_j4 * w17;
+    let w37 = sin_j4 * w31;
+    let w38 = w36 - w37;
+    let w39 = sin_j4.mul_add(w17, cos_j4 * w31);
+    let w40 = T::from_f64(2.0) * sin_j4;
+    let w41 = w28.neg_mul_add(w40, cos_j4 * (w33 - w34));
+    let w42 = cos_j4 * w41;
+    let w43 = cos_j4 * w25;
+    let w44 = sin_j4.mul_add(w35, w43);
+    let w45 = sin_j4 * w25;
+    let w46 = sin_j4.mul_add(w41, w28);
+    let w47 = w38.mul_add(T::from_f64(0.42), w46);
+    let w48 = cos_j4.neg_mul_add(w35, w45);
+    let w49 = w39.mul_add(T::from_f64(0.84), w33 - w42);
+    let w50 = T::from_f64(-0.00180000000000001) + w19;
+    let w51 = T::from_f64(0.0024999999999999953) + (w34 + w42);
+    let w52 = T::from_f64(0.0188212) + w24;
+    let w53 = w19.mul_add(T::from_f64(0.42), w48);
+    let w54 = T::from_f64(-0.008451) + w53;
+    let w55 = sin_j3.mul_add(w38, cos_j3 * w50);
+    let w56 = T::from_f64(2.0) * sin_j3;
+    let w57 = w44.neg_mul_add(w56, cos_j3 * (w51 - w52));
+    let w58 = cos_j3 * w57;
+    let w59 = w51 - w58;
+    let w60 = sin_j3.mul_add(w47, cos_j3 * w54);
+    let w61 = cos_j3.neg_mul_add(w47, sin_j3 * w54);
+    let w62 = sin_j3.neg_mul_add(w50, cos_j3 * w38);
+    let w63 = T::from_f64(0.006000359999999998) + (w52 + w58);
+    let w64 = T::from_f64(7.079999999999999e-5) + w61;
+    let w65 = T::from_f64(-5.04e-5) + sin_j3.mul_add(w57, w44);
+    let w66 = T::from_f64(1.60669475) + w49;
+    let w67 = T::from_f64(-0.009912) - w60;
+    let w68 = w51 + w52;
+    let w69 = w33 + w34;
+    let w70 = w29 - T::from_f64(0.006150600000000002);
+    let w71 = sin_j4.neg_mul_add(w70, w43);
+    let w72 = cos_j4.mul_add(w70, w45);
+    let w73 = w39.mul_sub(T::from_f64(-0.42), w69);
+    let w74 = sin_j3.neg_mul_add(w73, cos_j3 * w71);
+    let w75 = T::from_f64(0.0066999880000000005) + w12;
+    let w76 = cos_j5.mul_sub(T::from_f64(0.034980000000000004), w18);
+    let w77 = sin_j5.mul_add(T::from_f64(0.034980000000000004), w16);
+    let w78 = cos_j4 * w76;
+    let w79 = sin_j4.mul_add(w30, cos_j4 * w75);
+    let w80 = sin_j4.neg_mul_add(w75, cos_j4 * w30);
+    let w81 = w77.mul_add(T::from_f64(-0.42), w80);
+    let w82 = w78.mul_sub(T::from_f64(0.42), w29);
+    let w83 = sin_j3.neg_mul_add(w82, cos_j3 * w81);
+    let w84 = T::from_f64(0.012552) * cos_j6;
+    let w85 = T::from_f64(0.008760948000000001) + w84;
+    let w86 = cos_j5 * w2;
+    let w87 = sin_j5 * w2;
+    let w88 = cos_j5.mul_add(w5, sin_j5 * w85);
+    let w89 = sin_j5 * w5;
+    let w90 = cos_j5 * w85;
+    let w91 = cos_j4.mul_add(w86, sin_j4 * w1);
+    let w92 = sin_j4.mul_add(w88, cos_j4 * w6);
+    let w93 = cos_j4.neg_mul_add(w88, sin_j4 * w6);
+    let w94 = w87.mul_add(T::from_f64(-0.42), w93);
+    let w95 = w91.mul_add(T::from_f64(0.42), w90 - w89);
+    let w96 = sin_j3.neg_mul_add(w95, cos_j3 * w94);
+    let w97 = T::from_f64(0.001) * sin_j6;
+    let w98 = T::from_f64(0.001) * cos_j6;
+    let w99 = cos_j5 * w97;
+    let w100 = sin_j5 * w97;
+    let w101 = sin_j4.neg_mul_add(w98, cos_j4 * w99);
+    let w102 = sin_j4.mul_add(w99, cos_j4 * w98);
+    let w103 = sin_j3.neg_mul_add(w100, cos_j3 * w101);
+    let d_j1_sin_j2 = dq_j1 * sin_j2;
+    let d_j1_cos_j2 = dq_j1 * cos_j2;
+    let d_j2_d_j1_cos_j2 = dq_j2 * d_j1_cos_j2;
+    let d_j2_d_j1_sin_j2 = dq_j2 * d_j1_sin_j2;
+    let w104 = T::from_f64(9.81) * sin_j2;
+    let w105 = T::from_f64(9.81) * cos_j2;
+    let d_j1_sin_j2_sq = d_j1_sin_j2 * d_j1_sin_j2;
+    let d_j1_cos_j2_sq = d_j1_cos_j2 * d_j1_cos_j2;
+    let d_j2_sq = dq_j2 * dq_j2;
+    let d_j1_sin_j2_d_j1_cos_j2 = d_j1_sin_j2 * d_j1_cos_j2;
+    let w106 = d_j1_sin_j2_sq + d_j1_cos_j2_sq;
+    let d_j2_sin_j3 = dq_j2 * sin_j3;
+    let cos_j3_d_j1_sin_j2 = cos_j3 * d_j1_sin_j2;
+    let w107 = d_j2_sin_j3 - cos_j3_d_j1_sin_j2;
+    let sin_j3_d_j1_sin_j2 = sin_j3 * d_j1_sin_j2;
+    let w108 = dq_j2.mul_add(cos_j3, sin_j3_d_j1_sin_j2);
+    let d_j3_plus_d_j1_cos_j2 = dq_j3 + d_j1_cos_j2;
+    let w109 = dq_j3 * w107;
+    let w110 = cos_j3 * w104;
+    let w111 = sin_j3 * w104;
+    let w112 = w108 * w108;
+    let w113 = w107 * w108;
+    let w114 = w108 * d_j3_plus_d_j1_cos_j2;
+    let w115 = w107.mul_add(w107, w112);
+    let w116 = w107 * d_j3_plus_d_j1_cos_j2;
+    let w117 = T::from_f64(0.42) * w108;
+    let w118 = T::from_f64(0.42) * w107;
+    let w119 = w115.mul_add(T::from_f64(-0.42), w105);
+    let w120 = cos_j4 * w107;
+    let w121 = sin_j4.mul_add(d_j3_plus_d_j1_cos_j2, w120);
+    let w122 = cos_j4 * d_j3_plus_d_j1_cos_j2;
+    let w123 = sin_j4.neg_mul_add(w107, w122);
+    let w124 = dq_j4 - w108;
+    let w125 = cos_j4 * w117;
+    let w126 = sin_j4 * w117;
+    let w127 = w121 * w121;
+    let w128 = w123 * w123;
+    let w129 = w124 * w124;
+    let w130 = w121 * w123;
+    let w131 = w123 * w124;
+    let w132 = w127 + w128;
+    let w133 = w121 * w124;
+    let w134 = w108 - dq_j4;
+    let w135 = sin_j5.mul_add(w134, cos_j5 * w121);
+    let w136 = sin_j5.neg_mul_add(w121, cos_j5 * w134);
+    let w137 = dq_j5 + w123;
+    let w138 = sin_j5 * w118;
+    let w139 = cos_j5 * w125;
+    let w140 = w139 - w138;
+    let w141 = cos_j5.mul_add(w118, sin_j5 * w125);
+    let w142 = w135 * w135;
+    let w143 = w136 * w136;
+    let w144 = w137 * w137;
+    let w145 = w135 * w136;
+    let w146 = w136 * w137;
+    let w147 = w142 + w143;
+    let w148 = w135 * w137;
+    let w149 = w136.mul_add(T::from_f64(0.4), w140);
+    let w150 = w135.mul_sub(T::from_f64(-0.4), w141);
+    let w151 = sin_j6 * w137;
+    let w152 = cos_j6 * w135;
+    let w153 = w152 - w151;
+    let w154 = cos_j6.mul_add(w137, sin_j6 * w135);
+    let w155 = dq_j6 + w136;
+    let w156 = sin_j6.mul_add(w126, cos_j6 * w149);
+    let w157 = sin_j6.neg_mul_add(w149, cos_j6 * w126);
+    let w158 = w153 * w153;
+    let w159 = w154 * w154;
+    let w160 = w155 * w155;
+    let w161 = w153 * w154;
+    let w162 = w158 + w160;
+    let w163 = w154 * w155;
+    let w164 = w158 + w159;
+    let w165 = w153 * w155;
+    let w166 = dq_j7 + w154;
+    let w167 = w155 * w166;
+    let w168 = w153 * w166;
+    let w169 = d_j3_plus_d_j1_cos_j2.mul_sub(d_j3_plus_d_j1_cos_j2, w112);
+    let w170 = T::from_f64(0.03138) * w162;
+    let w171 = T::from_f64(0.001) * w166;
+    let sin_j2_dd_j1 = sin_j2 * ddq_j1;
+    let cos_j2_dd_j1 = cos_j2 * ddq_j1;
+    let w172 = d_j2_d_j1_cos_j2 + sin_j2_dd_j1;
+    let w173 = d_j2_d_j1_sin_j2 - cos_j2_dd_j1;
+    let w174 = d_j2_d_j1_cos_j2 + w172;
+    let w175 = d_j2_d_j1_sin_j2 + w173;
+    let w176 = w173 - d_j2_d_j1_sin_j2;
+    let w177 = cos_j3.mul_add(ddq_j2, sin_j3 * w172);
+    let w178 = cos_j3.neg_mul_add(w172, sin_j3 * ddq_j2);
+    let w179 = dq_j3.mul_add(w108, w178);
+    let w180 = w177 - w109;
+    let w181 = ddq_j3 + (cos_j2_dd_j1 - d_j2_d_j1_sin_j2);
+    let w182 = w113 - w181;
+    let w183 = w114 - w179;
+    let w184 = w116 + w180;
+    let w185 = w184.mul_sub(T::from_f64(0.42), w110);
+    let w186 = w183.mul_add(T::from_f64(0.42), w111);
+    let w187 = sin_j4.mul_add(w181, cos_j4 * w179);
+    let w188 = dq_j4.mul_add(w123, w187);
+    let w189 = sin_j4.neg_mul_add(w179, cos_j4 * w181);
+    let w190 = dq_j4.neg_mul_add(w121, w189);
+    let w191 = ddq_j4 + (w109 - w177);
+    let w192 = sin_j4.mul_add(w119, cos_j4 * w185);
+    let w193 = sin_j4.neg_mul_add(w185, cos_j4 * w119);
+    let w194 = w130 - w191;
+    let w195 = w131 - w188;
+    let w196 = w131 + w188;
+    let w197 = w133 + w190;
+    let w198 = sin_j5.neg_mul_add(w191, cos_j5 * w188);
+    let w199 = dq_j5.mul_add(w136, w198);
+    let w200 = cos_j5.mul_add(w191, sin_j5 * w188);
+    let w201 = dq_j5.mul_add(w135, w200);
+    let w202 = ddq_j5 + w190;
+    let w203 = sin_j5.mul_add(w186, cos_j5 * w192);
+    let w204 = sin_j5.neg_mul_add(w192, cos_j5 * w186);
+    let w205 = w145 - w202;
+    let w206 = w145 + w202;
+    let w207 = w146 - w199;
+    let w208 = w146 + w199;
+    let w209 = w148 + w201;
+    let w210 = w148 - w201;
+    let w211 = w210.mul_add(T::from_f64(0.4), w203);
+    let w212 = w147.mul_add(T::from_f64(-0.4), w193);
+    let w213 = sin_j6.neg_mul_add(w202, cos_j6 * w199);
+    let w214 = dq_j6.neg_mul_add(w154, w213);
+    let w215 = cos_j6.mul_add(w202, sin_j6 * w199);
+    let w216 = dq_j6.mul_add(w153, w215);
+    let w217 = ddq_j6 - w201;
+    let w218 = w161 + w217;
+    let w219 = w163 + w214;
+    let w220 = w214 - w163;
+    let w221 = w165 - w216;
+    let w222 = dq_j7.mul_add(w155, w214);
+    let w223 = dq_j7.neg_mul_add(w153, w217);
+    let w224 = ddq_j7 + w216;
+    let w225 = w168 - w223;
+    let w226 = T::from_f64(-1.60669475) * w174;
+    let w227 = d_j2_sq - d_j1_cos_j2_sq;
+    let w228 = w227.mul_add(T::from_f64(-0.009912), w226);
+    let w229 = d_j1_sin_j2_d_j1_cos_j2 + ddq_j2;
+    let w230 = w175.mul_add(T::from_f64(-7.079999999999999e-5), w228);
+    let w231 = T::from_f64(0.006000359999999998) * w175;
+    let w232 = d_j1_sin_j2_sq - d_j2_sq;
+    let w233 = d_j1_sin_j2_d_j1_cos_j2 - ddq_j2;
+    let w234 = w232.mul_add(T::from_f64(-5.04e-5), w231);
+    let w235 = w233.mul_add(T::from_f64(-0.009912), w234);
+    let w236 = T::from_f64(0.0188212) * (w114 + w179);
+    let w237 = w169.mul_add(T::from_f64(-0.008451), w236);
+    let w238 = T::from_f64(-0.008451) * w182;
+    let w239 = w116 - w180;
+    let w240 = T::from_f64(0.0024999999999999953) * (w113 + w181);
+    let w241 = w182.neg_mul_add(T::from_f64(0.0188212), w240);
+    let w242 = w184.neg_mul_add(T::from_f64(-0.008451), w241);
+    let w243 = T::from_f64(0.5044827250000001) * w196;
+    let w244 = w129 - w128;
+    let w245 = w244.mul_add(T::from_f64(0.006150600000000002), w243);
+    let w246 = T::from_f64(0.006150600000000002) * w194;
+    let w247 = w133 - w190;
+    let w248 = T::from_f64(0.0045000000000000005) * (w130 + w191);
+    let w249 = w194.neg_mul_add(T::from_f64(0.5044827250000001), w248);
+    let w250 = w197.neg_mul_add(T::from_f64(0.006150600000000002), w249);
+    let w251 = T::from_f64(-0.034980000000000004) * w205;
+    let w252 = w143 + w144;
+    let w253 = T::from_f64(-0.00017) * w206;
+    let w254 = w142 + w144;
+    let w255 = T::from_f64(-0.034980000000000004) * w208;
+    let w256 = T::from_f64(0.006199988000000001) * w208;
+    let w257 = w144 - w143;
+    let w258 = w257.mul_add(T::from_f64(-0.00901185), w256);
+    let w259 = w209.mul_add(T::from_f64(3.5700000000000005e-6), w258);
+    let w260 = w206.neg_mul_add(T::from_f64(-4.4285e-5), w259);
+    let w261 = T::from_f64(-0.0015000169999999995) * w209;
+    let w262 = w142 - w144;
+    let w263 = w262.mul_add(T::from_f64(-4.4285e-5), w261);
+    let w264 = w205.mul_add(T::from_f64(-0.00901185), w263);
+    let w265 = w208.neg_mul_add(T::from_f64(3.5700000000000005e-6), w264);
+    let w266 = T::from_f64(0.0015000169999999995) * w206;
+    let w267 = w205.neg_mul_add(T::from_f64(0.006199988000000001), w266);
+    let w268 = w143 - w142;
+    let w269 = w268.mul_add(T::from_f64(3.5700000000000005e-6), w267);
+    let w270 = w207.mul_add(T::from_f64(-4.4285e-5), w269);
+    let w271 = w210.neg_mul_add(T::from_f64(-0.00901185), w270);
+    let w272 = w204.mul_add(T::from_f64(-0.00017), w271);
+    let w273 = T::from_f64(0.03138) * w218;
+    let w274 = T::from_f64(0.006610948) * w220;
+    let w275 = w160 - w159;
+    let w276 = w207.mul_add(T::from_f64(0.4), w204);
+    let w277 = w275.mul_add(T::from_f64(-4.32e-7), w274);
+    let w278 = T::from_f64(4.32e-7) * w218;
+    let w279 = w165 + w216;
+    let w280 = T::from_f64(0.00165) * (w217 - w161);
+    let w281 = w218.neg_mul_add(T::from_f64(-0.006610948), w280);
+    let w282 = sin_j6.neg_mul_add(w212, cos_j6 * w211);
+    let w283 = w221.neg_mul_add(T::from_f64(-4.32e-7), w281);
+    let w284 = T::from_f64(0.0005) * (w167 + w222);
+    let w285 = T::from_f64(0.0005) * (w165 - w224);
+    let w286 = w165 + w224;
+    let w287 = w276.mul_add(T::from_f64(-0.03138), w277) + w284;
+    let w288 = w286.neg_mul_add(T::from_f64(0.0005), w285);
+    let w289 = w279.mul_add(T::from_f64(-0.00165), w278) + w288;
+    let w290 = w282.neg_mul_add(T::from_f64(-0.03138), w283);
+    let w291 = sin_j6.neg_mul_add(w170, cos_j6 * w273);
+    let w292 = sin_j6.neg_mul_add(w289, cos_j6 * w287);
+    let w293 = w225.mul_add(T::from_f64(-0.0005), w290);
+    let w294 = w193.mul_add(T::from_f64(-0.034980000000000004), w260);
+    let w295 = w294 + w220.mul_add(T::from_f64(0.012552), w292);
+    let w296 = w193.neg_mul_add(T::from_f64(-0.00017), w265);
+    let w297 = w296 + w291.mul_add(T::from_f64(0.4), w293);
+    let w298 = w203.neg_mul_add(T::from_f64(-0.034980000000000004), w272);
+    let w299 = w252.mul_add(T::from_f64(0.00017), w251) + w291;
+    let w300 = w254.mul_add(T::from_f64(0.034980000000000004), w253);
+    let w301 = w220.mul_add(T::from_f64(-0.03138), w300);
+    let w302 = w209.mul_add(T::from_f64(-0.00017), w255);
+    let w303 = sin_j5.neg_mul_add(w297, cos_j5 * w295);
+    let w304 = w186.mul_add(T::from_f64(-1.46375), w245) + w303;
+    let w305 = w247.mul_add(T::from_f64(-0.0045000000000000005), w246);
+    let w306 = w305 + (w298 - sin_j6.mul_add(w287, cos_j6 * w289));
+    let w307 = sin_j5.neg_mul_add(w301, cos_j5 * w299);
+    let w308 = w194.mul_add(T::from_f64(1.46375), w307);
+    let w309 = w302 - cos_j6.mul_add(w170, sin_j6 * w273);
+    let w310 = w127 + w129;
+    let w311 = w310.mul_add(T::from_f64(-1.46375), w309);
+    let w312 = sin_j5.mul_add(w299, cos_j5 * w301);
+    let w313 = w192.neg_mul_add(T::from_f64(1.46375), w250);
+    let w314 = w196.neg_mul_add(T::from_f64(1.46375), w312);
+    let w315 = sin_j4.neg_mul_add(w311, cos_j4 * w308);
+    let w316 = sin_j4.neg_mul_add(w306, cos_j4 * w304);
+    let w317 = sin_j5.mul_add(w295, cos_j5 * w297) - w313;
+    let w318 = cos_j2.mul_add(T::from_f64(-0.017658000000000097), w237);
+    let w319 = w318 + w314.mul_add(T::from_f64(-0.42), w316);
+    let w320 = w239.mul_add(T::from_f64(-0.0024999999999999953), w238);
+    let w321 = w320 + w315.mul_add(T::from_f64(0.42), w317);
+    let w322 = w110.neg_mul_add(T::from_f64(0.00180000000000001), w242);
+    let w323 = w229.neg_mul_add(T::from_f64(-5.04e-5), w230);
+    let w324 = T::from_f64(2.0) * d_j1_sin_j2;
+    let w325 = cos_j3_d_j1_sin_j2 - d_j2_sin_j3;
+    let w326 = T::from_f64(2.0) * w108;
+    let w327 = T::from_f64(2.0) * w325;
+    let w328 = T::from_f64(2.0) * w123;
+    let w329 = T::from_f64(2.0) * w121;
+    let w330 = w125.neg_mul_add(w329, w126 * w328);
+    let w331 = w107 * w121;
+    let w332 = w331.mul_add(T::from_f64(0.84), w193);
+    let w333 = w107 * w123;
+    let w334 = w333.mul_sub(T::from_f64(0.84), w192);
+    let w335 = T::from_f64(2.0) * w136;
+    let w336 = w138 - w139;
+    let w337 = T::from_f64(2.0) * w135;
+    let w338 = w140.neg_mul_add(w337, w141 * w335);
+    let w339 = w126.neg_mul_add(w337, w204);
+    let w340 = w126.mul_add(w335, w203);
+    let w341 = w151 - w152;
+    let w342 = T::from_f64(2.0) * w341;
+    let w343 = w157 * (T::from_f64(2.0) * w154);
+    let w344 = cos_j6.mul_add(w212, sin_j6 * w211);
+    let w345 = T::from_f64(0.0001008) * d_j1_cos_j2;
+    let w346 = T::from_f64(0.00014159999999999997) * dq_j2;
+    let w347 = T::from_f64(0.012000719999999996) * dq_j2;
+    let w348 = T::from_f64(-0.00014159999999999997) * d_j1_sin_j2;
+    let w349 = T::from_f64(-0.012000719999999996) * d_j1_cos_j2;
+    let w350 = T::from_f64(0.019824) * d_j1_cos_j2;
+    let w351 = T::from_f64(0.019824) * d_j1_sin_j2;
+    let w352 = T::from_f64(-3.2133895) * d_j1_sin_j2;
+    let w353 = T::from_f64(-0.00014159999999999997) * d_j1_cos_j2;
+    let w354 = T::from_f64(-0.016902) * w108;
+    let w355 = T::from_f64(-0.009000000000000001) * w123;
+    let w356 = T::from_f64(0.012301200000000003) * w123;
+    let w357 = w124.neg_mul_add(T::from_f64(1.0089654500000003), w356);
+    let w358 = T::from_f64(-2.9275) * w126;
+    let w359 = T::from_f64(1.2295500000000001) * w107;
+    let w360 = T::from_f64(-0.012301200000000003) * w124;
+    let w361 = T::from_f64(2.9275) * w121;
+    let w362 = T::from_f64(-8.857e-5) * w136;
+    let w363 = T::from_f64(7.140000000000001e-6) * w137;
+    let w364 = T::from_f64(0.003000033999999999) * w137;
+    let w365 = T::from_f64(7.140000000000001e-6) * w135;
+    let w366 = w362 - w363;
+    let w367 = w135.neg_mul_add(T::from_f64(-8.857e-5), w364);
+    let w368 = w136.neg_mul_add(T::from_f64(0.003000033999999999), w365);
+    let w369 = T::from_f64(-0.0180237) * w136;
+    let w370 = T::from_f64(-0.0180237) * w135;
+    let w371 = T::from_f64(0.012399976000000002) * w135;
+    let w372 = T::from_f64(0.06996000000000001) * w141;
+    let w373 = w137.neg_mul_add(T::from_f64(0.012399976000000002), w369);
+    let w374 = w136.neg_mul_add(T::from_f64(7.140000000000001e-6), w371);
+    let w375 = T::from_f64(-0.06996000000000001) * w135;
+    let w376 = w136.neg_mul_add(T::from_f64(-0.00034), w375);
+    let w377 = T::from_f64(8.64e-7) * w154;
+    let w378 = T::from_f64(8.64e-7) * w153;
+    let w379 = T::from_f64(-8.64e-7) * w153;
+    let w380 = w155.neg_mul_add(T::from_f64(0.013221896), w377);
+    let w381 = w156.mul_add(T::from_f64(-0.06276), w380);
+    let w382 = w157.mul_add(T::from_f64(-0.06276), w378);
+    let w383 = T::from_f64(-0.06276) * w150;
+    let w384 = w153.mul_add(T::from_f64(0.013221896), w383);
+    let w385 = T::from_f64(0.06276) * w155;
+    let w386 = T::from_f64(0.06276) * w153;
+    let w387 = T::from_f64(0.001) * w155;
+    let w388 = T::from_f64(0.001) * w153;
+    let w389 = T::from_f64(-0.001) * w166;
+    let w390 = w155.mul_add(T::from_f64(8.64e-7), w389);
+    let w391 = T::from_f64(0.0043) * w155;
+    let w392 = w154.mul_add(T::from_f64(0.0033), w171);
+    let w393 = cos_j6 * w385;
+    let w394 = sin_j6 * w385;
+    let w395 = sin_j6 * (w381 + w391);
+    let w396 = cos_j6.mul_add(w382, w395);
+    let w397 = cos_j6 * w396;
+    let w398 = sin_j6 * w396;
+    let w399 = cos_j6.neg_mul_add(w388, sin_j6 * w390);
+    let w400 = cos_j6 * w392;
+    let w401 = sin_j6 * w384;
+    let w402 = sin_j6.mul_add(w392, cos_j6 * w384);
+    let w403 = w399 + w402;
+    let w404 = w401 - w400;
+    let w405 = w398 - w381;
+    let w406 = w399 - w403;
+    let w407 = T::from_f64(-0.4) * w394;
+    let w408 = w140.mul_add(T::from_f64(-0.00034), w366);
+    let w409 = w408 + (w382 - w397);
+    let w410 = w140.mul_add(T::from_f64(-0.06996000000000001), w373);
+    let w411 = w410 + cos_j6.mul_add(w390, sin_j6 * w388);
+    let w412 = w393.mul_add(T::from_f64(0.4), w405);
+    let w413 = w137.mul_add(T::from_f64(0.0180237), w412);
+    let w414 = w141.mul_add(T::from_f64(0.00034), w367) + (w400 - w401);
+    let w415 = w363 - w370 + w372 + w379;
+    let w416 = w153.mul_add(T::from_f64(-0.025104), w406);
+    let w417 = w137.mul_add(T::from_f64(-8.857e-5), w416);
+    let w418 = w126.mul_add(T::from_f64(0.00034), w368) + (w398 - w391);
+    let w419 = w126.mul_add(T::from_f64(0.06996000000000001), w374);
+    let w420 = w419 + (w402 - w403);
+    let w421 = w370 - w362 + (w397 + w407);
+    let w422 = w137.mul_add(T::from_f64(0.06996000000000001), w393);
+    let w423 = T::from_f64(-0.06276) * w153;
+    let w424 = w137.mul_add(T::from_f64(-0.00034), w423);
+    let w425 = w376 - w394;
+    let w426 = sin_j5.mul_add(w422, cos_j5 * w424);
+    let w427 = cos_j5 * (w409 - w415);
+    let w428 = sin_j5.neg_mul_add(w411 + w414, w427);
+    let w429 = cos_j5 * w428;
+    let w430 = sin_j5 * w428;
+    let w431 = w415 + w429;
+    let w432 = w411 + w430;
+    let w433 = w414 + w430;
+    let w434 = sin_j5.mul_add(w413, cos_j5 * w417);
+    let w435 = cos_j5 * w418;
+    let w436 = sin_j5 * w420;
+    let w437 = sin_j5.mul_add(w418, cos_j5 * w420);
+    let w438 = w434 + w437;
+    let w439 = w434 - w438;
+    let w440 = w436 - w435;
+    let w441 = sin_j5.neg_mul_add(w417, cos_j5 * w413);
+    let w442 = w125.mul_add(T::from_f64(2.9275), w357) + w441;
+    let w443 = w360 - w432;
+    let w444 = w435 - w436;
+    let w445 = w124.mul_add(T::from_f64(0.009000000000000001), w444);
+    let w446 = w121.mul_add(T::from_f64(-0.012301200000000003), w358);
+    let w447 = w446 + w421;
+    let w448 = w355 - w433;
+    let w449 = w121.mul_add(T::from_f64(1.0089654500000003), w359);
+    let w450 = w449 + (w437 - w438);
+    let w451 = w409 - w429;
+    let w452 = w121.mul_add(T::from_f64(0.012301200000000003), w451);
+    let w453 = sin_j5.neg_mul_add(w424, cos_j5 * w422);
+    let w454 = w124.mul_add(T::from_f64(-2.9275), w453);
+    let w455 = w361 - w426;
+    let w456 = cos_j4 * (w431 - w447);
+    let w457 = sin_j4.neg_mul_add(w442 + w445, w456);
+    let w458 = cos_j4 * w457;
+    let w459 = sin_j4 * w457;
+    let w460 = w447 + w458;
+    let w461 = sin_j4.mul_add(w443, cos_j4 * w439);
+    let w462 = sin_j4 * w450;
+    let w463 = cos_j4 * w450;
+    let w464 = sin_j4.mul_add(w448, w463);
+    let w465 = w461 + w464;
+    let w466 = sin_j4.neg_mul_add(w425, cos_j4 * w454);
+    let w467 = w442 + w459;
+    let w468 = w461 - w465;
+    let w469 = w426 - w361;
+    let w470 = w469.mul_add(T::from_f64(0.42), w468);
+    let w471 = sin_j4.mul_add(w454, cos_j4 * w425);
+    let w472 = w431 - w458;
+    let w473 = w354 - T::from_f64(0.0376424) * d_j3_plus_d_j1_cos_j2;
+    let w474 = w473 + cos_j4.neg_mul_add(w443, sin_j4 * w439);
+    let w475 = w466.mul_add(T::from_f64(0.42), w467);
+    let w476 = d_j3_plus_d_j1_cos_j2.mul_add(T::from_f64(0.016902), w475);
+    let w477 = cos_j4.neg_mul_add(w448, w462);
+    let w478 = T::from_f64(0.0049999999999999906) * d_j3_plus_d_j1_cos_j2;
+    let w479 = w478 + w477;
+    let w480 = w107.mul_add(T::from_f64(0.016902), w452);
+    let w481 = w445 + w459;
+    let w482 = w108.mul_add(T::from_f64(-0.0049999999999999906), w481);
+    let w483 = w464 - w465;
+    let w484 = w107.mul_add(T::from_f64(0.0376424), w483);
+    let w485 = w471.mul_add(T::from_f64(0.42), w472);
+    let w486 = w107.mul_add(T::from_f64(-0.016902), w485);
+    let w487 = cos_j3 * (w460 - w480);
+    let w488 = sin_j3.neg_mul_add(w474 + w479, w487);
+    let w489 = cos_j3 * w488;
+    let w490 = sin_j3 * w488;
+    let w491 = sin_j3.mul_add(w476, cos_j3 * w470);
+    let w492 = sin_j3.mul_add(w482, cos_j3 * w484);
+    let w493 = w491 + w492;
+    let w494 = cos_j3.neg_mul_add(w482, sin_j3 * w484);
+    let w495 = w345 - w346 + (w480 + w489);
+    let w496 = dq_j2.neg_mul_add(T::from_f64(3.2133895), w350);
+    let w497 = w496 + cos_j3.neg_mul_add(w476, sin_j3 * w470);
+    let w498 = w474 + w490;
+    let w499 = d_j1_sin_j2.neg_mul_add(T::from_f64(0.0001008), w347);
+    let w500 = w499 + w494;
+    let w501 = w346 - w351 + w486;
+    let w502 = w491 - w493;
+    let w503 = w348 - w349 + (w479 + w490);
+    let w504 = w352 - w353 + (w492 - w493);
+    let w505 = w351 - w345 + (w460 - w489);
+    let w506 = cos_j2 * (w495 - w501);
+    let w507 = sin_j2.neg_mul_add(w497 + w500, w506);
+    let d_tau_j2_j1 = sin_j2.mul_add(w503, cos_j2 * w504);
+    let d_tau_j1_j1 = w505 + cos_j2.mul_add(w507, w501);
+    let w508 = w55 * w105;
+    let w509 = (T::from_f64(-3.9695) - w39) * w105;
+    let w510 = T::from_f64(-0.0012) + w62;
+    let w511 = w59 + w66;
+    let w512 = w64.neg_mul_add(sin_j2_dd_j1, w176 * w511);
+    let w513 = w59 + w63;
+    let w514 = sin_j2_dd_j1.mul_add(w513, w67 * w106);
+    let w515 = (w63 + w66).mul_add(w106, w65 * w176);
+    let w516 = w65.mul_add(w106, w512);
+    let w517 = w67.mul_add(sin_j2_dd_j1, w515);
+    let w518 = d_j1_sin_j2 * w497;
+    let w519 = d_j1_sin_j2 * (w495 + w505);
+    let w520 = d_j1_cos_j2 * w503;
+    let w521 = w174.neg_mul_add(T::from_f64(-7.079999999999999e-5), w235);
+    let w522 = d_j1_cos_j2.mul_add(w501 + w505, w518);
+    let w523 = w64.neg_mul_add(w176, w514) - w508;
+    let w524 = d_j1_sin_j2.neg_mul_add(w504, w520);
+    let d_tau_j2_j2 = w510.mul_add(w104, w509) - w517 + w524;
+    let w525 = T::from_f64(2.0) * d_j1_cos_j2;
+    let w526 = w322 + sin_j4.mul_add(w304, cos_j4 * w306) - w521;
+    let w527 = w323 + sin_j3.neg_mul_add(w321, cos_j3 * w319);
+    let w528 = dq_j2.mul_add(T::from_f64(0.019824), w498);
+    let w529 = dq_j2.mul_add(T::from_f64(-0.0001008), w502);
+    let d_tau_j2_j2_2 = w495 + w501 + w67.neg_mul_add(w324, w65 * w525);
+    let w530 = w527 + (w523 + d_j1_cos_j2.mul_add(w500, w519));
+    let w531 = w526 + (w55.neg_mul_add(w104, w516) - w522);
+    let d_tau_j1_j2 = -sin_j2.mul_add(w531, cos_j2 * w530);
+    let w532 = sin_j2 * (w528 + w511.mul_add(w525, w64 * w324));
+    let w533 = w324.mul_add(w513, w64 * w525) - w529;
+    let d_tau_j1_j2_2 = cos_j2.neg_mul_add(w533, w532);
+    let w534 = w460 + w480;
+    let w535 = w68.neg_mul_add(sin_j2_dd_j1, w61 * w176);
+    let w536 = d_j1_sin_j2 * w534;
+    let w537 = w508 + w60.mul_add(w106, w535);
+    let d_tau_j3_j2 = w537 - d_j1_cos_j2.mul_add(w494, w536);
+    let d_tau_j3_j2_2 = -(w492 + w61.mul_add(w525, w68 * w324));
+    let d_tau_j3_j1 = sin_j2.neg_mul_add(w494, cos_j2 * w534);
+    let w538 = w39 * w111;
+    let w539 = w49 + w52;
+    let w540 = w44.neg_mul_add(w183, w184 * w539);
+    let w541 = w49 + w51;
+    let w542 = w183.mul_add(w541, w54 * w115);
+    let w543 = w68.mul_add(w115, w47 * w184);
+    let w544 = w47.mul_add(w115, w540);
+    let w545 = w50.neg_mul_add(w111, w38 * w110);
+    let w546 = w545 - w54.mul_add(w183, w543);
+    let w547 = w108 * (w480 + w486);
+    let w548 = w325 * (w460 + w486);
+    let w549 = w108.mul_add(w482, w325 * w484);
+    let w550 = w325.neg_mul_add(w474, w547);
+    let w551 = w538 + w44.neg_mul_add(w184, w542);
+    let d_tau_j3_j3 = w546 - w549;
+    let w552 = w47.mul_add(w326, w54 * w327);
+    let w553 = w39.neg_mul_add(w110, w544) + w550 - w321;
+    let w554 = w319 + (w551 + w108.neg_mul_add(w479, w548));
+    let w555 = w44.neg_mul_add(w327, w326 * w539) - w476;
+    let w556 = w44.neg_mul_add(w326, w327 * w541) - w470;
+    let d_tau_j3_j3_2 = w534 - w552;
+    let d_tau_j2_j3 = sin_j3.mul_add(w553, cos_j3 * w554);
+    let d_tau_j2_j3_2 = sin_j3.mul_add(w555, cos_j3 * w556);
+    let w557 = sin_j3.neg_mul_add(w554, cos_j3 * w553);
+    let w558 = cos_j2 * (w549 - w546);
+    let d_tau_j1_j3 = -sin_j2.mul_add(w557, w558);
+    let w559 = sin_j3.neg_mul_add(w556, cos_j3 * w555);
+    let w560 = cos_j2 * (w552 - w534);
+    let d_tau_j1_j3_2 = -sin_j2.mul_add(w559, w560);
+    let w561 = w433 - w355;
+    let w562 = w431 + w447;
+    let w563 = cos_j4.mul_add(w561, w462);
+    let w564 = sin_j4 * w561;
+    let w565 = w71.mul_add(w184, w73 * w183);
+    let w566 = w325.neg_mul_add(w562, w108 * w563);
+    let d_tau_j4_j3 = w72.neg_mul_add(w115, w565) - w538 + w566;
+    let d_tau_j4_j3_2 = w564 - w463 + w71.mul_add(w326, w73 * w327);
+    let w567 = cos_j3.mul_add(w563, sin_j3 * w562);
+    let w568 = w463 - w564;
+    let w569 = w72.neg_mul_add(sin_j2_dd_j1, w74 * w176);
+    let w570 = sin_j3.mul_add(w71, cos_j3 * w73);
+    let w571 = (w37 - w36) * w104;
+    let w572 = (cos_j3 * w39).mul_add(w105, w571);
+    let w573 = d_j1_sin_j2 * w568;
+    let w574 = w570.neg_mul_add(w106, w569) + w572;
+    let d_tau_j4_j2 = w574 + d_j1_cos_j2.neg_mul_add(w567, w573);
+    let w575 = cos_j3.neg_mul_add(w562, sin_j3 * w563);
+    let d_tau_j4_j2_2 = w575 - w74.mul_add(w525, w72 * w324);
+    let d_tau_j4_j1 = -sin_j2.mul_add(w567, cos_j2 * w568);
+    let w576 = w24 + w34;
+    let w577 = w28.neg_mul_add(w195, w197 * w576);
+    let w578 = w24 + w33;
+    let w579 = w195.mul_add(w578, w35 * w132);
+    let w580 = w69.neg_mul_add(w132, w25 * w197);
+    let w581 = w31.mul_add(w330, w19 * w334);
+    let w582 = w19.mul_add(w332, w17 * w330);
+    let w583 = w31.neg_mul_add(w332, w17 * w334);
+    let w584 = w123.mul_add(w447 + w452, w121 * w442);
+    let w585 = w123.mul_add(w445, w121 * (w431 + w452));
+    let w586 = w583 + w35.neg_mul_add(w195, w580);
+    let d_tau_j4_j4 = w586 + w123.mul_add(w561, w121 * w450);
+    let w587 = w19.neg_mul_add(w195, w31 * w132);
+    let w588 = w17.neg_mul_add(w132, w19 * w197);
+    let w589 = w17.neg_mul_add(w195, w31 * w197);
+    let w590 = T::from_f64(2.0) * w125;
+    let w591 = T::from_f64(2.0) * w126;
+    let w592 = w328.mul_add(w576, w28 * w329);
+    let w593 = w329.mul_add(w578, w28 * w328);
+    let w594 = w17.neg_mul_add(w590, w31 * w591);
+    let w595 = w581 + w25.neg_mul_add(w132, w577) + w584 - w306;
+    let w596 = w304 + (w28.neg_mul_add(w197, w579) - w582 - w585);
+    let w597 = w432 - w360 + w19.neg_mul_add(w590, w592);
+    let w598 = w437 + w19.mul_sub(w591, w593);
+    let d_tau_j4_j4_2 = w562 + (w594 + w25.mul_add(w328, w35 * w329));
+    let w599 = cos_j4 * (w121.neg_mul_add(w455, w587) - w311);
+    let w600 = w308 + w123.neg_mul_add(w455, w588);
+    let d_tau_j3_j4 = sin_j4.mul_add(w595, cos_j4 * w596);
+    let w601 = w589 + w123.mul_add(w425, w121 * w454);
+    let w602 = sin_j4.neg_mul_add(w596, cos_j4 * w595);
+    let w603 = w601.mul_add(T::from_f64(0.42), w602);
+    let w604 = sin_j4.neg_mul_add(w600, w599);
+    let w605 = w604.mul_sub(T::from_f64(0.42), d_tau_j4_j4);
+    let w606 = cos_j4 * w19.mul_add(w329, w394 - w376);
+    let w607 = w19.mul_add(w328, w454);
+    let d_tau_j3_j4_2 = sin_j4.mul_add(w597, cos_j4 * w598);
+    let w608 = sin_j4.neg_mul_add(w598, cos_j4 * w597);
+    let w609 = w31.mul_add(w328, w17 * w329);
+    let w610 = w609.mul_add(T::from_f64(0.42), w608);
+    let w611 = sin_j4.neg_mul_add(w607, w606);
+    let w612 = w611.mul_sub(T::from_f64(0.42), d_tau_j4_j4_2);
+    let d_tau_j2_j4 = sin_j3.mul_add(w603, cos_j3 * w605);
+    let d_tau_j2_j4_2 = sin_j3.mul_add(w610, cos_j3 * w612);
+    let w613 = sin_j3.neg_mul_add(w605, cos_j3 * w603);
+    let w614 = cos_j2 * d_tau_j3_j4;
+    let d_tau_j1_j4 = sin_j2.neg_mul_add(w613, w614);
+    let w615 = sin_j3.neg_mul_add(w612, cos_j3 * w610);
+    let w616 = cos_j2 * d_tau_j3_j4_2;
+    let d_tau_j1_j4_2 = sin_j2.neg_mul_add(w615, w616);
+    let w617 = w409 + w415;
+    let w618 = w30.mul_add(w197, w75 * w195);
+    let w619 = w77.neg_mul_add(w330, w76 * w332);
+    let w620 = w121.neg_mul_add(w617, w123 * w440);
+    let d_tau_j5_j4 = w29.neg_mul_add(w132, w618) + w619 + w620;
+    let w621 = w75.neg_mul_add(w329, w30 * w328);
+    let d_tau_j5_j4_2 = w437 + w76.neg_mul_add(w591, w621);
+    let w622 = sin_j4.neg_mul_add(w617, cos_j4 * w440);
+    let w623 = sin_j4.mul_add(w440, cos_j4 * w617);
+    let w624 = w81.mul_add(w184, w82 * w183);
+    let w625 = w78.mul_add(w111, w77 * w110);
+    let w626 = w325.neg_mul_add(w437, w108 * w622);
+    let d_tau_j5_j3 = w79.neg_mul_add(w115, w624) + w625 + w626;
+    let d_tau_j5_j3_2 = w623 + w81.mul_add(w326, w82 * w327);
+    let w627 = cos_j3.mul_add(w622, sin_j3 * w437);
+    let w628 = w79.neg_mul_add(sin_j2_dd_j1, w83 * w176);
+    let w629 = sin_j3.mul_add(w81, cos_j3 * w82);
+    let w630 = sin_j3.neg_mul_add(w77, cos_j3 * w78);
+    let w631 = w630.mul_add(w105, sin_j4 * w76 * w104);
+    let w632 = d_j1_sin_j2 * w623;
+    let w633 = w629.neg_mul_add(w106, w628) - w631;
+    let d_tau_j5_j2 = w633 - d_j1_cos_j2.mul_add(w627, w632);
+    let w634 = cos_j3.neg_mul_add(w437, sin_j3 * w622);
+    let d_tau_j5_j2_2 = w634 - w83.mul_add(w525, w79 * w324);
+    let d_tau_j5_j1 = sin_j2.neg_mul_add(w627, cos_j2 * w623);
+    let w635 = w2 * w340;
+    let w636 = w2 * w339;
+    let w637 = T::from_f64(-0.034980000000000004) * w339;
+    let w638 = T::from_f64(0.0066999880000000005) + w9;
+    let w639 = w13.neg_mul_add(w207, w210 * w638);
+    let w640 = w9 + w12;
+    let w641 = w207.mul_add(w640, w15 * w147);
+    let w642 = w75.mul_add(w147, w14 * w210);
+    let w643 = w2 * w207;
+    let w644 = T::from_f64(-0.034980000000000004) * w210;
+    let w645 = w338.mul_add(T::from_f64(-0.034980000000000004), w635);
+    let w646 = w13.neg_mul_add(w210, w641);
+    let w647 = w136.mul_add(w415 + w421, w135 * w411);
+    let w648 = w136.mul_add(w414, w135 * (w409 + w421));
+    let w649 = w10.mul_add(w340, w637) + w15.mul_add(w207, w642);
+    let d_tau_j5_j5 = w136.neg_mul_add(w418, w135 * w420) - w649;
+    let w650 = w147.neg_mul_add(T::from_f64(0.034980000000000004), w643);
+    let w651 = w10.mul_add(w147, w2 * w210);
+    let w652 = w136.mul_add(w424, w135 * w422);
+    let w653 = T::from_f64(-0.06276) * (cos_j6 * w141);
+    let w654 = w10 * w337;
+    let w655 = w335.mul_add(w638, w13 * w337);
+    let w656 = cos_j6 * w336;
+    let w657 = w10.mul_sub(T::from_f64(2.0) * w336, w372);
+    let w658 = w645 + w14.mul_add(w147, w639) + w647 - w297;
+    let w659 = w295 + (w10.neg_mul_add(w338, w636) + w646 - w648);
+    let w660 = w135.neg_mul_add(w425, w650) - w301;
+    let w661 = w299 - w136.mul_add(w425, w651);
+    let w662 = w656.mul_add(T::from_f64(-0.06276), w655) - w413;
+    let w663 = w653 - w337.mul_add(w640, w13 * w335) - w417;
+    let d_tau_j5_j5_2 = w617 + (w657 + w14.neg_mul_add(w335, w15 * w337));
+    let w664 = w152.mul_sub(T::from_f64(-0.06276), w424);
+    let w665 = cos_j6 * w136;
+    let w666 = w665.mul_add(T::from_f64(-0.06276), w422);
+    let w667 = sin_j5.neg_mul_add(w659, cos_j5 * w658);
+    let w668 = sin_j5.mul_add(w658, cos_j5 * w659);
+    let d_tau_j4_j5 = -w668;
+    let w669 = sin_j5.neg_mul_add(w663, cos_j5 * w662);
+    let w670 = sin_j5.mul_add(w662, cos_j5 * w663);
+    let d_tau_j4_j5_2 = -w670;
+    let w671 = cos_j4 * sin_j5.neg_mul_add(w661, cos_j5 * w660);
+    let w672 = w10.neg_mul_add(w207, w644) + w652;
+    let w673 = cos_j4 * w667;
+    let d_tau_j3_j5 = sin_j4.mul_add(w667, cos_j4 * d_tau_j5_j5);
+    let w674 = sin_j5.mul_add(w660, cos_j5 * w661);
+    let w675 = sin_j4.neg_mul_add(d_tau_j5_j5, w673);
+    let w676 = w674.mul_add(T::from_f64(-0.42), w675);
+    let w677 = sin_j4.neg_mul_add(w672, w671);
+    let w678 = w677.mul_add(T::from_f64(0.42), w668);
+    let w679 = w136.mul_add(T::from_f64(-0.06996000000000001), w654);
+    let w680 = cos_j4 * sin_j5.neg_mul_add(w666, cos_j5 * w664);
+    let w681 = cos_j4 * w669;
+    let w682 = cos_j4 * d_tau_j5_j5_2;
+    let d_tau_j3_j5_2 = sin_j4.mul_add(w669, w682);
+    let w683 = sin_j5.mul_add(w664, cos_j5 * w666);
+    let w684 = sin_j4.neg_mul_add(d_tau_j5_j5_2, w681);
+    let w685 = w683.mul_add(T::from_f64(-0.42), w684);
+    let w686 = sin_j4.neg_mul_add(w679, w680);
+    let w687 = w686.mul_add(T::from_f64(0.42), w670);
+    let d_tau_j2_j5 = sin_j3.mul_add(w676, cos_j3 * w678);
+    let d_tau_j2_j5_2 = sin_j3.mul_add(w685, cos_j3 * w687);
+    let w688 = sin_j3.neg_mul_add(w678, cos_j3 * w676);
+    let w689 = cos_j2 * d_tau_j3_j5;
+    let d_tau_j1_j5 = sin_j2.neg_mul_add(w688, w689);
+    let w690 = sin_j3.neg_mul_add(w687, cos_j3 * w685);
+    let w691 = cos_j2 * d_tau_j3_j5_2;
+    let d_tau_j1_j5_2 = sin_j2.neg_mul_add(w690, w691);
+    let w692 = w5.neg_mul_add(w210, w85 * w207);
+    let w693 = w6.mul_add(w147, w692) + w1.neg_mul_add(w338, w636);
+    let d_tau_j6_j5 = w693 + w135.neg_mul_add(w382, w136 * w404);
+    let w694 = sin_j6 * w136;
+    let w695 = T::from_f64(-8.64e-7) * w694;
+    let d_tau_j6_j5_2 = w402 + (w653 + w85.neg_mul_add(w337, w695));
+    let w696 = sin_j5.neg_mul_add(w382, cos_j5 * w404);
+    let w697 = sin_j5.mul_add(w404, cos_j5 * w382);
+    let w698 = w88.mul_add(w197, w6 * w195);
+    let w699 = w1.neg_mul_add(w334, w86 * w332);
+    let w700 = (w89 - w90).mul_add(w132, w698);
+    let w701 = w121.neg_mul_add(w402, w123 * w696);
+    let d_tau_j6_j4 = w87.neg_mul_add(w330, w699) - w700 + w701;
+    let w702 = cos_j6 * w121;
+    let w703 = T::from_f64(8.64e-7) * w702;
+    let w704 = T::from_f64(0.06276) * (sin_j6 * w125);
+    let w705 = w86.neg_mul_add(w591, w704);
+    let d_tau_j6_j4_2 = w88.neg_mul_add(w328, w703) + w705 - w697;
+    let w706 = sin_j4.neg_mul_add(w402, cos_j4 * w696);
+    let w707 = sin_j4.mul_add(w696, cos_j4 * w402);
+    let w708 = w94.mul_add(w184, w95 * w183);
+    let w709 = w91.mul_add(w111, w87 * w110);
+    let w710 = w108.mul_add(w706, w325 * w697);
+    let d_tau_j6_j3 = w92.mul_add(w115, w708) + w709 + w710;
+    let d_tau_j6_j3_2 = w707 + w94.mul_add(w326, w95 * w327);
+    let w711 = sin_j3.neg_mul_add(w697, cos_j3 * w706);
+    let w712 = w96.mul_add(w176, w92 * sin_j2_dd_j1);
+    let w713 = sin_j3.mul_add(w94, cos_j3 * w95);
+    let w714 = sin_j4.neg_mul_add(w86, cos_j4 * w1) * w104;
+    let w715 = sin_j3.neg_mul_add(w87, cos_j3 * w91);
+    let w716 = w715.neg_mul_add(w105, w714);
+    let w717 = d_j1_sin_j2 * w707;
+    let w718 = w713.neg_mul_add(w106, w712) + w716;
+    let d_tau_j6_j2 = w718 - d_j1_cos_j2.mul_add(w711, w717);
+    let w719 = sin_j3.mul_add(w706, cos_j3 * w697);
+    let d_tau_j6_j2_2 = w719 + w96.neg_mul_add(w525, w92 * w324);
+    let d_tau_j6_j1 = sin_j2.neg_mul_add(w711, cos_j2 * w707);
+    let w720 = T::from_f64(-0.00265) * w219;
+    let w721 = T::from_f64(-0.008760948000000001) * w164;
+    let w722 = T::from_f64(0.007110948000000001) * w221;
+    let w723 = w156.mul_add(w342, w343);
+    let w724 = w219.neg_mul_add(T::from_f64(4.32e-7), w721);
+    let w725 = w150.mul_add(w342, w344);
+    let w726 = w154.mul_add(w379 + w382, w341 * w381);
+    let w727 = w164.neg_mul_add(T::from_f64(4.32e-7), w720);
+    let w728 = w725.mul_add(T::from_f64(-0.03138), w724);
+    let d_tau_j6_j6 = w728 + w341.neg_mul_add(w384, w154 * w392);
+    let w729 = T::from_f64(-0.03138) * w164;
+    let w730 = T::from_f64(-0.03138) * w221;
+    let w731 = w341.neg_mul_add(w385, w730);
+    let w732 = T::from_f64(0.06276) * w154;
+    let w733 = T::from_f64(8.64e-7) * w341;
+    let w734 = w723.mul_add(T::from_f64(-0.03138), w722) - w726;
+    let w735 = w734 - w289;
+    let w736 = w287 + (w727 + w341.neg_mul_add(w378, w154 * w391));
+    let w737 = w341.neg_mul_add(w386, w729);
+    let w738 = w162.mul_add(T::from_f64(-0.03138), w737);
+    let w739 = w154.neg_mul_add(w386, w273);
+    let w740 = w154.mul_sub(T::from_f64(-0.014221896000000001), w390);
+    let w741 = w341.mul_add(T::from_f64(0.0053), w388);
+    let d_tau_j6_j6_2 = w382 + w157.mul_add(T::from_f64(0.06276), w733);
+    let w742 = sin_j6.neg_mul_add(w739, cos_j6 * w738);
+    let w743 = sin_j6.mul_add(w735, cos_j6 * w736);
+    let d_tau_j5_j6 = -w743;
+    let w744 = sin_j6.neg_mul_add(w736, cos_j6 * w735);
+    let w745 = w731.mul_add(T::from_f64(-0.4), w744);
+    let w746 = w742.mul_add(T::from_f64(0.4), d_tau_j6_j6);
+    let w747 = sin_j6.mul_add(w740, cos_j6 * w741);
+    let d_tau_j5_j6_2 = -w747;
+    let w748 = sin_j6.neg_mul_add(w741, cos_j6 * w740);
+    let w749 = w154.mul_add(T::from_f64(-0.025104), w748);
+    let w750 = w407 + d_tau_j6_j6_2;
+    let w751 = sin_j5.neg_mul_add(w746, cos_j5 * w745);
+    let w752 = sin_j5.mul_add(w745, cos_j5 * w746);
+    let d_tau_j4_j6 = -w752;
+    let w753 = sin_j5.neg_mul_add(w750, cos_j5 * w749);
+    let w754 = sin_j5.mul_add(w749, cos_j5 * w750);
+    let d_tau_j4_j6_2 = -w754;
+    let w755 = sin_j4 * sin_j6.mul_add(w738, cos_j6 * w739);
+    let w756 = sin_j5.neg_mul_add(w731, cos_j5 * w742);
+    let w757 = sin_j4 * w751;
+    let w758 = cos_j4 * w743;
+    let d_tau_j3_j6 = w757 - w758;
+    let w759 = sin_j5.mul_add(w742, cos_j5 * w731);
+    let w760 = cos_j4.mul_add(w751, sin_j4 * w743);
+    let w761 = w759.mul_add(T::from_f64(-0.42), w760);
+    let w762 = cos_j4.mul_add(w756, w755);
+    let w763 = w762.mul_add(T::from_f64(0.42), w752);
+    let w764 = cos_j5.mul_add(w394, sin_j5 * w732);
+    let w765 = sin_j4 * w753;
+    let w766 = cos_j4 * w747;
+    let d_tau_j3_j6_2 = w765 - w766;
+    let w767 = sin_j5.neg_mul_add(w394, cos_j5 * w732);
+    let w768 = cos_j4.neg_mul_add(w764, sin_j4 * w393);
+    let w769 = cos_j4.mul_add(w753, sin_j4 * w747);
+    let w770 = w767.mul_add(T::from_f64(-0.42), w769);
+    let w771 = w768.mul_add(T::from_f64(0.42), w754);
+    let d_tau_j2_j6 = sin_j3.mul_add(w761, cos_j3 * w763);
+    let d_tau_j2_j6_2 = sin_j3.mul_add(w770, cos_j3 * w771);
+    let w772 = sin_j3.neg_mul_add(w763, cos_j3 * w761);
+    let w773 = cos_j2 * (w758 - w757);
+    let d_tau_j1_j6 = -sin_j2.mul_add(w772, w773);
+    let w774 = sin_j3.neg_mul_add(w771, cos_j3 * w770);
+    let w775 = cos_j2 * (w766 - w765);
+    let d_tau_j1_j6_2 = -sin_j2.mul_add(w774, w775);
+    let w776 = T::from_f64(0.001) * w219;
+    let d_tau_j7_j6 = w154.neg_mul_add(w387, w776);
+    let w777 = T::from_f64(-0.002) * w341;
+    let d_tau_j7_j6_2 = w153.mul_add(T::from_f64(-0.001), w777);
+    let w778 = cos_j6 * w387;
+    let w779 = sin_j6 * w387;
+    let d_tau_j5_j7 = -w779;
+    let w780 = w98.neg_mul_add(w147, w97 * w210);
+    let d_tau_j7_j5 = w780 + w136.mul_add(w778, w135 * w388);
+    let d_tau_j7_j5_2 = w694.mul_sub(T::from_f64(0.002), w779);
+    let w781 = cos_j5 * w778;
+    let w782 = sin_j5.mul_add(w388, w781);
+    let w783 = sin_j5 * w778;
+    let w784 = cos_j5 * w388;
+    let w785 = w783 - w784;
+    let w786 = w99.mul_add(w197, w98 * w195);
+    let w787 = w123.mul_add(w782, w121 * w779);
+    let d_tau_j7_j4 = w100.mul_add(w132, w786) + w787;
+    let w788 = T::from_f64(-0.002) * w702;
+    let d_tau_j7_j4_2 = w784 - w783 + w99.mul_add(w328, w788);
+    let w789 = sin_j4 * w779;
+    let w790 = cos_j4.mul_add(w782, w789);
+    let w791 = sin_j4 * w782;
+    let w792 = cos_j4 * w779;
+    let w793 = w101.mul_add(w184, w100 * w183);
+    let w794 = w108.mul_add(w790, w325 * w785);
+    let d_tau_j7_j3 = w102.neg_mul_add(w115, w793) + w794;
+    let d_tau_j7_j3_2 = w791 - w792 + w101.mul_add(w326, w100 * w327);
+    let w795 = sin_j3.neg_mul_add(w785, cos_j3 * w790);
+    let w796 = w792 - w791;
+    let w797 = w103 * w176;
+    let w798 = sin_j3.mul_add(w101, cos_j3 * w100);
+    let w799 = w102.neg_mul_add(sin_j2_dd_j1, w797);
+    let w800 = d_j1_sin_j2 * w796;
+    let w801 = d_j1_cos_j2.neg_mul_add(w795, w800);
+    let d_tau_j7_j2 = w798.neg_mul_add(w106, w799) + w801;
+    let w802 = sin_j3.mul_add(w790, cos_j3 * w785);
+    let d_tau_j7_j2_2 = w802 - w103.mul_add(w525, w102 * w324);
+    let d_tau_j7_j1 = -sin_j2.mul_add(w795, cos_j2 * w796);
+    let w803 = w171 * w341;
+    let w804 = w168 + w223;
+    let w805 = T::from_f64(0.0005) * (w167 - w222);
+    let w806 = w341.neg_mul_add(w388, w155 * w387);
+    let d_tau_j7_j7 = w162.mul_add(T::from_f64(-0.001), w806);
+    let d_tau_j6_j7 = T::from_f64(0.001) * w341;
+    let w807 = w804.mul_add(T::from_f64(0.0005), w803);
+    let w808 = w225.mul_add(T::from_f64(0.0005), w807);
+    let d_tau_j6_j7_2 = w284 + w155.neg_mul_add(w171, w805);
+    let w809 = cos_j6.mul_add(w808, sin_j6 * d_tau_j7_j7);
+    let w810 = cos_j6 * d_tau_j7_j7;
+    let d_tau_j5_j7_2 = sin_j6.neg_mul_add(w808, w810);
+    let w811 = cos_j5 * w809;
+    let w812 = sin_j5.neg_mul_add(d_tau_j6_j7_2, w811);
+    let w813 = cos_j5 * d_tau_j6_j7_2;
+    let w814 = sin_j5.mul_add(w809, w813);
+    let d_tau_j4_j7 = -w814;
+    let w815 = sin_j5.neg_mul_add(d_tau_j6_j7, w781);
+    let w816 = cos_j5.mul_add(d_tau_j6_j7, w783);
+    let d_tau_j4_j7_2 = -w816;
+    let w817 = cos_j4 * w812;
+    let w818 = sin_j4.neg_mul_add(d_tau_j5_j7_2, w817);
+    let w819 = cos_j4 * d_tau_j5_j7_2;
+    let d_tau_j3_j7 = sin_j4.mul_add(w812, w819);
+    let w820 = cos_j4.mul_add(w815, w789);
+    let w821 = sin_j4 * w815;
+    let d_tau_j3_j7_2 = w821 - w792;
+    let d_tau_j2_j7 = sin_j3.mul_add(w818, cos_j3 * w814);
+    let d_tau_j2_j7_2 = sin_j3.mul_add(w820, cos_j3 * w816);
+    let w822 = sin_j3.neg_mul_add(w814, cos_j3 * w818);
+    let w823 = cos_j2 * d_tau_j3_j7;
+    let d_tau_j1_j7 = sin_j2.neg_mul_add(w822, w823);
+    let w824 = sin_j3.neg_mul_add(w816, cos_j3 * w820);
+    let w825 = cos_j2 * (w792 - w821);
+    let d_tau_j1_j7_2 = -sin_j2.mul_add(w824, w825);
+    InverseDynamicsDerivatives {
+        inverse_dynamics_by_position: [
+            [
+                T::zero(),
+                d_tau_j1_j2,
+                d_tau_j1_j3,
+                d_tau_j1_j4,
+                d_tau_j1_j5,
+                d_tau_j1_j6,
+                d_tau_j1_j7,
+            ],
+            [
+                T::zero(),
+                d_tau_j2_j2,
+                d_tau_j2_j3,
+                d_tau_j2_j4,
+                d_tau_j2_j5,
+                d_tau_j2_j6,
+                d_tau_j2_j7,
+            ],
+            [
+                T::zero(),
+                d_tau_j3_j2,
+                d_tau_j3_j3,
+                d_tau_j3_j4,
+                d_tau_j3_j5,
+                d_tau_j3_j6,
+                d_tau_j3_j7,
+            ],
+            [
+                T::zero(),
+                d_tau_j4_j2,
+                d_tau_j4_j3,
+                d_tau_j4_j4,
+                d_tau_j4_j5,
+                d_tau_j4_j6,
+                d_tau_j4_j7,
+            ],
+            [
+                T::zero(),
+                d_tau_j5_j2,
+                d_tau_j5_j3,
+                d_tau_j5_j4,
+                d_tau_j5_j5,
+                d_tau_j5_j6,
+                d_tau_j5_j7_2,
+            ],
+            [
+                T::zero(),
+                d_tau_j6_j2,
+                d_tau_j6_j3,
+                d_tau_j6_j4,
+                d_tau_j6_j5,
+                d_tau_j6_j6,
+                d_tau_j6_j7_2,
+            ],
+            [
+                T::zero(),
+                d_tau_j7_j2,
+                d_tau_j7_j3,
+                d_tau_j7_j4,
+                d_tau_j7_j5,
+                d_tau_j7_j6,
+                d_tau_j7_j7,
+            ],
+        ],
+        inverse_dynamics_by_velocity: [
+            [
+                d_tau_j1_j1,
+                d_tau_j1_j2_2,
+                d_tau_j1_j3_2,
+                d_tau_j1_j4_2,
+                d_tau_j1_j5_2,
+                d_tau_j1_j6_2,
+                d_tau_j1_j7_2,
+            ],
+            [
+                d_tau_j2_j1,
+                d_tau_j2_j2_2,
+                d_tau_j2_j3_2,
+                d_tau_j2_j4_2,
+                d_tau_j2_j5_2,
+                d_tau_j2_j6_2,
+                d_tau_j2_j7_2,
+            ],
+            [
+                d_tau_j3_j1,
+                d_tau_j3_j2_2,
+                d_tau_j3_j3_2,
+                d_tau_j3_j4_2,
+                d_tau_j3_j5_2,
+                d_tau_j3_j6_2,
+                d_tau_j3_j7_2,
+            ],
+            [
+                d_tau_j4_j1,
+                d_tau_j4_j2_2,
+                d_tau_j4_j3_2,
+                d_tau_j4_j4_2,
+                d_tau_j4_j5_2,
+                d_tau_j4_j6_2,
+                d_tau_j4_j7_2,
+            ],
+            [
+                d_tau_j5_j1,
+                d_tau_j5_j2_2,
+                d_tau_j5_j3_2,
+                d_tau_j5_j4_2,
+                d_tau_j5_j5_2,
+                d_tau_j5_j6_2,
+                d_tau_j5_j7,
+            ],
+            [
+                d_tau_j6_j1,
+                d_tau_j6_j2_2,
+                d_tau_j6_j3_2,
+                d_tau_j6_j4_2,
+                d_tau_j6_j5_2,
+                d_tau_j6_j6_2,
+                d_tau_j6_j7,
+            ],
+            [
+                d_tau_j7_j1,
+                d_tau_j7_j2_2,
+                d_tau_j7_j3_2,
+                d_tau_j7_j4_2,
+                d_tau_j7_j5_2,
+                d_tau_j7_j6_2,
+                T::zero(),
+            ],
+        ],
+    }
+}
+
+/// Forward dynamics `a = M⁻¹ Q`, as if there were no constraint; `M` must be positive definite, 7.
+///
+/// Entries: `j1` (rad/s^2), `j2` (rad/s^2), `j3` (rad/s^2), `j4` (rad/s^2), `j5` (rad/s^2), `j6` (rad/s^2), `j7` (rad/s^2).
+#[allow(clippy::approx_constant, reason = "numbers as the model states them")]
+pub fn forward_dynamics<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 7, 7, 0>) -> [T; 7] {
+    let q_j2 = x.q[1];
+    let q_j3 = x.q[2];
+    let q_j4 = x.q[3];
+    let q_j5 = x.q[4];
+    let q_j6 = x.q[5];
+    let dq_j1 = x.v[0];
+    let dq_j2 = x.v[1];
+    let dq_j3 = x.v[2];
+    let dq_j4 = x.v[3];
+    let dq_j5 = x.v[4];
+    let dq_j6 = x.v[5];
+    let dq_j7 = x.v[6];
+    let u_j1 = x.u[0];
+    let u_j2 = x.u[1];
+    let u_j3 = x.u[2];
+    let u_j4 = x.u[3];
+    let u_j5 = x.u[4];
+    let u_j6 = x.u[5];
+    let u_j7 = x.u[6];
+    let circular = T::sin_cos_4(q_j2, q_j3, q_j4, q_j5);
+    let (sin_j2, cos_j2) = circular[0];
+    let (sin_j3, cos_j3) = circular[1];
+    let (sin_j4, cos_j4) = circular[2];
+    let (sin_j5, cos_j5) = circular[3];
+    let (sin_j6, cos_j6) = q_j6.sin_cos();
+    let w1 = T::from_f64(0.03138) * sin_j6;
+    let w2 = T::from_f64(0.03138) * cos_j6;
+    let w3 = T::from_f64(0.004460948) * cos_j6;
+    let w4 = cos_j6 * w3;
+    let w5 = T::from_f64(4.32e-7) * sin_j6;
+    let w6 = T::from_f64(4.32e-7) * cos_j6;
+    let w7 = T::from_f64(0.012552) * sin_j6;
+    let w8 = T::from_f64(0.00215) + w4;
+    let w9 = T::from_f64(-0.00017) + w1;
+    let w10 = T::from_f64(0.006610948) - w4;
+    let w11 = T::from_f64(0.0015000169999999995) + w10;
+    let w12 = T::from_f64(3.5700000000000005e-6) + w5;
+    let w13 = T::from_f64(-4.4285e-5) + sin_j6.mul_add(w3, w7);
+    let w14 = T::from_f64(-0.00901185) + w6;
+    let w15 = cos_j5 * w9;
+    let w16 = w15 - T::from_f64(-0.034980000000000004) * sin_j5;
+    let w17 = sin_j5 * w9;
+    let w18 = cos_j5 * (w11 - T::from_f64(0.0066999880000000005));
+    let w19 = T::from_f64(2.0) * sin_j5;
+    let w20 = w12.neg_mul_add(w19, w18);
+    let w21 = cos_j5 * w20;
+    let w22 = sin_j5.mul_add(w20, w12);
+    let w23 = cos_j5 * w13;
+    let w24 = sin_j5 * w14;
+    let w25 = w23 - w24;
+    let w26 = sin_j5.mul_add(w13, cos_j5 * w14);
+    let w27 = w24 - w23;
+    let w28 = T::from_f64(1.46375) + w2;
+    let w29 = T::from_f64(0.0066999880000000005) + w21;
+    let w30 = T::from_f64(0.0045000000000000005) + w29;
+    let w31 = cos_j6.mul_add(T::from_f64(0.025104), w8);
+    let w32 = T::from_f64(0.5044827250000001) + w31;
+    let w33 = T::from_f64(0.006150600000000002) - w26;
+    let w34 = sin_j4.mul_add(w16, cos_j4 * w28);
+    let w35 = T::from_f64(2.0) * sin_j4;
+    let w36 = w25.neg_mul_add(w35, cos_j4 * (w30 - w32));
+    let w37 = cos_j4 * w36;
+    let w38 = cos_j4 * w22;
+    let w39 = sin_j4.mul_add(w33, w38);
+    let w40 = sin_j4 * w22;
+    let w41 = sin_j4.neg_mul_add(w28, cos_j4 * w16);
+    let w42 = sin_j4.mul_add(w36, w25);
+    let w43 = w41.mul_add(T::from_f64(0.42), w42);
+    let w44 = cos_j5.mul_add(T::from_f64(-0.034980000000000004), w17);
+    let w45 = cos_j4.neg_mul_add(w33, w40);
+    let w46 = T::from_f64(0.0024999999999999953) + (w32 + w37);
+    let w47 = T::from_f64(0.0188212) + (w11 - w21);
+    let w48 = w44.mul_add(T::from_f64(0.42), w45);
+    let w49 = T::from_f64(-0.008451) + w48;
+    let w50 = T::from_f64(2.0) * sin_j3;
+    let w51 = w39.neg_mul_add(w50, cos_j3 * (w46 - w47));
+    let w52 = cos_j3 * w51;
+    let w53 = sin_j3.mul_add(w43, cos_j3 * w49);
+    let w54 = cos_j3.neg_mul_add(w43, sin_j3 * w49);
+    let w55 = T::from_f64(0.006000359999999998) + (w47 + w52);
+    let w56 = w34.mul_add(T::from_f64(0.84), w30 - w37);
+    let w57 = T::from_f64(1.60669475) + w56;
+    let w58 = T::from_f64(7.079999999999999e-5) + w54;
+    let w59 = T::from_f64(2.0) * sin_j2;
+    let w60 = w58.neg_mul_add(w59, cos_j2 * (w55 - w57));
+    let w61 = T::from_f64(-5.04e-5) + sin_j3.mul_add(w51, w39);
+    let w62 = cos_j2.mul_add(w60, w57);
+    let w63 = T::from_f64(0.03765600000000001) + (w46 - w52);
+    let w64 = w53 - T::from_f64(-0.009912);
+    let w65 = w46 + w47;
+    let w66 = w30 + w32;
+    let w67 = w26 - T::from_f64(0.006150600000000002);
+    let w68 = sin_j4.neg_mul_add(w67, w38);
+    let w69 = cos_j4.mul_add(w67, w40);
+    let w70 = w34.mul_sub(T::from_f64(-0.42), w66);
+    let w71 = sin_j3.neg_mul_add(w70, cos_j3 * w68);
+    let w72 = T::from_f64(0.0066999880000000005) + w11;
+    let w73 = cos_j5.mul_sub(T::from_f64(0.034980000000000004), w17);
+    let w74 = sin_j4.mul_add(w27, cos_j4 * w72);
+    let w75 = sin_j5.mul_add(T::from_f64(0.034980000000000004), w15);
+    let w76 = sin_j4.neg_mul_add(w72, cos_j4 * w27);
+    let w77 = w75.mul_add(T::from_f64(-0.42), w76);
+    let w78 = cos_j4 * w73;
+    let w79 = w78.mul_sub(T::from_f64(0.42), w26);
+    let w80 = sin_j3.neg_mul_add(w79, cos_j3 * w77);
+    let w81 = T::from_f64(0.012552) * cos_j6;
+    let w82 = T::from_f64(0.008760948000000001) + w81;
+    let w83 = cos_j5.mul_add(w5, sin_j5 * w82);
+    let w84 = sin_j5 * w5;
+    let w85 = cos_j5 * w82;
+    let w86 = w84 - w85;
+    let w87 = sin_j4.mul_add(w83, cos_j4 * w6);
+    let w88 = cos_j4.mul_add(cos_j5 * w2, sin_j4 * w1);
+    let w89 = cos_j4.neg_mul_add(w83, sin_j4 * w6);
+    let w90 = sin_j5 * w2;
+    let w91 = w90.mul_add(T::from_f64(-0.42), w89);
+    let w92 = w88.mul_add(T::from_f64(0.42), w85 - w84);
+    let w93 = sin_j3.mul_add(w91, cos_j3 * w92);
+    let w94 = sin_j3.neg_mul_add(w92, cos_j3 * w91);
+    let w95 = sin_j2.mul_add(w94, cos_j2 * w87);
+    let w96 = T::from_f64(0.001) * sin_j6;
+    let w97 = T::from_f64(0.001) * cos_j6;
+    let w98 = cos_j5 * w96;
+    let w99 = sin_j5 * w96;
+    let w100 = sin_j4.neg_mul_add(w97, cos_j4 * w98);
+    let w101 = sin_j4.mul_add(w98, cos_j4 * w97);
+    let w102 = sin_j3.mul_add(w100, cos_j3 * w99);
+    let w103 = sin_j3.neg_mul_add(w99, cos_j3 * w100);
+    let w104 = sin_j2.neg_mul_add(w103, cos_j2 * w101);
+    let d_j1_sin_j2 = dq_j1 * sin_j2;
+    let d_j1_cos_j2 = dq_j1 * cos_j2;
+    let d_j2_d_j1_cos_j2 = dq_j2 * d_j1_cos_j2;
+    let d_j2_d_j1_sin_j2 = dq_j2 * d_j1_sin_j2;
+    let w105 = T::from_f64(9.81) * sin_j2;
+    let d_j1_sin_j2_sq = d_j1_sin_j2 * d_j1_sin_j2;
+    let d_j1_cos_j2_sq = d_j1_cos_j2 * d_j1_cos_j2;
+    let d_j2_sq = dq_j2 * dq_j2;
+    let d_j1_sin_j2_d_j1_cos_j2 = d_j1_sin_j2 * d_j1_cos_j2;
+    let d_j2_sin_j3 = dq_j2 * sin_j3;
+    let w106 = cos_j3.neg_mul_add(d_j1_sin_j2, d_j2_sin_j3);
+    let sin_j3_d_j1_sin_j2 = sin_j3 * d_j1_sin_j2;
+    let w107 = dq_j2.mul_add(cos_j3, sin_j3_d_j1_sin_j2);
+    let w108 = sin_j3 * d_j2_d_j1_cos_j2;
+    let d_j3_plus_d_j1_cos_j2 = dq_j3 + d_j1_cos_j2;
+    let w109 = dq_j3 * w106;
+    let w110 = dq_j3 * w107;
+    let w111 = cos_j3.neg_mul_add(d_j2_d_j1_cos_j2, w110);
+    let w112 = w108 - w109;
+    let w113 = cos_j3 * w105;
+    let w114 = w107 * w107;
+    let w115 = w106 * w107;
+    let w116 = d_j2_d_j1_sin_j2 + w115;
+    let w117 = w107 * d_j3_plus_d_j1_cos_j2;
+    let w118 = w106 * d_j3_plus_d_j1_cos_j2;
+    let w119 = w112 + w118;
+    let w120 = w119.mul_sub(T::from_f64(0.42), w113);
+    let w121 = T::from_f64(0.42) * (w117 - w111);
+    let w122 = sin_j3.mul_add(w105, w121);
+    let w123 = T::from_f64(-0.42) * w106.mul_add(w106, w114);
+    let w124 = cos_j2.mul_add(T::from_f64(9.81), w123);
+    let w125 = cos_j4 * w106;
+    let w126 = sin_j4.mul_add(d_j3_plus_d_j1_cos_j2, w125);
+    let w127 = cos_j4 * d_j3_plus_d_j1_cos_j2;
+    let w128 = sin_j4.neg_mul_add(w106, w127);
+    let w129 = w109 - w108;
+    let w130 = cos_j4 * w111;
+    let w131 = sin_j4 * w111;
+    let w132 = dq_j4 - w107;
+    let w133 = sin_j4.neg_mul_add(d_j2_d_j1_sin_j2, w130);
+    let w134 = dq_j4.mul_add(w128, w133);
+    let w135 = cos_j4.mul_add(d_j2_d_j1_sin_j2, w131);
+    let w136 = dq_j4.mul_add(w126, w135);
+    let w137 = sin_j4.mul_add(w124, cos_j4 * w120);
+    let w138 = sin_j4.neg_mul_add(w120, cos_j4 * w124);
+    let w139 = w132 * w132;
+    let w140 = w126 * w128;
+    let w141 = w140 - w129;
+    let w142 = w128.mul_add(w132, w134);
+    let w143 = w126 * w132;
+    let w144 = w107 - dq_j4;
+    let w145 = sin_j5.mul_add(w144, cos_j5 * w126);
+    let w146 = sin_j5.neg_mul_add(w126, cos_j5 * w144);
+    let w147 = dq_j5 + w128;
+    let w148 = sin_j5.mul_add(w112, cos_j5 * w134);
+    let w149 = dq_j5.mul_add(w146, w148);
+    let w150 = sin_j5.neg_mul_add(w134, cos_j5 * w112);
+    let w151 = dq_j5.neg_mul_add(w145, w150);
+    let w152 = sin_j5.mul_add(w122, cos_j5 * w137);
+    let w153 = sin_j5.neg_mul_add(w137, cos_j5 * w122);
+    let w154 = w145 * w145;
+    let w155 = w146 * w146;
+    let w156 = w147 * w147;
+    let w157 = w145 * w146;
+    let w158 = w136 + w157;
+    let w159 = w157 - w136;
+    let w160 = w146 * w147;
+    let w161 = w160 - w149;
+    let w162 = w149 + w160;
+    let w163 = w145 * w147;
+    let w164 = w163 - w151;
+    let w165 = w151 + w163;
+    let w166 = w154 + w155;
+    let w167 = sin_j6.neg_mul_add(w147, cos_j6 * w145);
+    let w168 = cos_j6.mul_add(w147, sin_j6 * w145);
+    let w169 = sin_j6.neg_mul_add(w149, cos_j6 * w136);
+    let w170 = dq_j6 + w146;
+    let w171 = dq_j6 * w167;
+    let w172 = sin_j6.mul_add(w136, cos_j6 * w149);
+    let w173 = dq_j6.neg_mul_add(w168, w172);
+    let w174 = w169 - w171;
+    let w175 = cos_j6 * w165.mul_add(T::from_f64(0.4), w152);
+    let w176 = w166.mul_add(T::from_f64(-0.4), w138);
+    let w177 = w170 * w170;
+    let w178 = w167 * w168;
+    let w179 = w151 + w178;
+    let w180 = w168.neg_mul_add(w170, w173);
+    let w181 = w167 * w170;
+    let w182 = w171 - w169;
+    let w183 = dq_j7 + w168;
+    let w184 = dq_j7.mul_add(w170, w173);
+    let w185 = dq_j7.neg_mul_add(w167, w151);
+    let w186 = T::from_f64(-0.009912) * (d_j2_sq - d_j1_cos_j2_sq);
+    let w187 = d_j2_d_j1_cos_j2.mul_add(T::from_f64(-3.2133895), w186);
+    let w188 = T::from_f64(-0.00014159999999999997) * d_j2_d_j1_sin_j2;
+    let w189 = w187 + w188;
+    let w190 = T::from_f64(-5.04e-5) * (d_j1_sin_j2_sq - d_j2_sq);
+    let w191 = T::from_f64(0.012000719999999996) * d_j2_d_j1_sin_j2;
+    let w192 = w191 + w190;
+    let w193 = T::from_f64(-0.009912) * d_j1_sin_j2_d_j1_cos_j2;
+    let w194 = w192 + w193;
+    let w195 = T::from_f64(-0.00014159999999999997) * d_j2_d_j1_cos_j2;
+    let w196 = d_j1_cos_j2_sq - d_j1_sin_j2_sq;
+    let w197 = T::from_f64(7.079999999999999e-5) * w196;
+    let w198 = T::from_f64(-1.60069439) * d_j1_sin_j2_d_j1_cos_j2;
+    let w199 = w198 + w197;
+    let w200 = cos_j2.mul_add(T::from_f64(0.011772), w199);
+    let w201 = d_j3_plus_d_j1_cos_j2.mul_sub(d_j3_plus_d_j1_cos_j2, w114);
+    let w202 = T::from_f64(-0.008451) * w201;
+    let w203 = w111 + w117;
+    let w204 = w203.mul_add(T::from_f64(0.0188212), w202);
+    let w205 = T::from_f64(-0.008451) * w116;
+    let w206 = w118 - w112;
+    let w207 = w115 - d_j2_d_j1_sin_j2;
+    let w208 = T::from_f64(0.0024999999999999953) * w207;
+    let w209 = w116.neg_mul_add(T::from_f64(0.0188212), w208);
+    let w210 = w119.neg_mul_add(T::from_f64(-0.008451), w209);
+    let w211 = w128.neg_mul_add(w128, w139);
+    let w212 = T::from_f64(0.006150600000000002) * w211;
+    let w213 = w142.mul_add(T::from_f64(0.5044827250000001), w212);
+    let w214 = T::from_f64(0.006150600000000002) * w141;
+    let w215 = w136 + w143;
+    let w216 = T::from_f64(0.0045000000000000005) * (w129 + w140);
+    let w217 = w141.neg_mul_add(T::from_f64(0.5044827250000001), w216);
+    let w218 = w143 - w136;
+    let w219 = w218.neg_mul_add(T::from_f64(0.006150600000000002), w217);
+    let w220 = w137.neg_mul_add(T::from_f64(1.46375), w219);
+    let w221 = T::from_f64(-0.034980000000000004) * w158;
+    let w222 = w155 + w156;
+    let w223 = T::from_f64(0.034980000000000004) * (w154 + w156);
+    let w224 = T::from_f64(-0.034980000000000004) * w162;
+    let w225 = T::from_f64(-0.00901185) * (w156 - w155);
+    let w226 = w162.mul_add(T::from_f64(0.006199988000000001), w225);
+    let w227 = w164.mul_add(T::from_f64(3.5700000000000005e-6), w226);
+    let w228 = w159.neg_mul_add(T::from_f64(-4.4285e-5), w227);
+    let w229 = T::from_f64(-4.4285e-5) * (w154 - w156);
+    let w230 = w164.mul_add(T::from_f64(-0.0015000169999999995), w229);
+    let w231 = w158.mul_add(T::from_f64(-0.00901185), w230);
+    let w232 = w162.neg_mul_add(T::from_f64(3.5700000000000005e-6), w231);
+    let w233 = T::from_f64(0.0015000169999999995) * w159;
+    let w234 = w158.neg_mul_add(T::from_f64(0.006199988000000001), w233);
+    let w235 = w155 - w154;
+    let w236 = w235.mul_add(T::from_f64(3.5700000000000005e-6), w234);
+    let w237 = w161.mul_add(T::from_f64(-4.4285e-5), w236);
+    let w238 = w165.neg_mul_add(T::from_f64(-0.00901185), w237);
+    let w239 = w153.mul_add(T::from_f64(-0.00017), w238);
+    let w240 = T::from_f64(0.03138) * w179;
+    let w241 = T::from_f64(0.03138) * w167.mul_add(w167, w177);
+    let w242 = T::from_f64(-4.32e-7) * w168.neg_mul_add(w168, w177);
+    let w243 = w161.mul_add(T::from_f64(0.4), w153);
+    let w244 = w180.mul_add(T::from_f64(0.006610948), w242);
+    let w245 = T::from_f64(4.32e-7) * w179;
+    let w246 = w181 - w174;
+    let w247 = T::from_f64(0.00165) * (w151 - w178);
+    let w248 = w179.neg_mul_add(T::from_f64(-0.006610948), w247);
+    let w249 = w174 + w181;
+    let w250 = w249.neg_mul_add(T::from_f64(-4.32e-7), w248);
+    let w251 = sin_j6.neg_mul_add(w176, w175);
+    let w252 = T::from_f64(0.0005) * (w181 + w182);
+    let w253 = T::from_f64(0.0005) * (w181 - w182);
+    let w254 = w243.mul_add(T::from_f64(-0.03138), w244);
+    let w255 = w170.mul_add(w183, w184);
+    let w256 = w255.mul_add(T::from_f64(0.0005), w254);
+    let w257 = w246.mul_add(T::from_f64(-0.00165), w245);
+    let w258 = w257 + (w253 - w252);
+    let w259 = w251.neg_mul_add(T::from_f64(-0.03138), w250);
+    let w260 = w167.mul_sub(w183, w185);
+    let w261 = w260.mul_add(T::from_f64(-0.0005), w259);
+    let w262 = sin_j6.neg_mul_add(w241, cos_j6 * w240);
+    let w263 = sin_j6.neg_mul_add(w258, cos_j6 * w256);
+    let w264 = w138.mul_add(T::from_f64(-0.034980000000000004), w228);
+    let w265 = w264 + w180.mul_add(T::from_f64(0.012552), w263);
+    let w266 = w138.neg_mul_add(T::from_f64(-0.00017), w232);
+    let w267 = w266 + w262.mul_add(T::from_f64(0.4), w261);
+    let w268 = w152.neg_mul_add(T::from_f64(-0.034980000000000004), w239);
+    let w269 = w268 - sin_j6.mul_add(w256, cos_j6 * w258);
+    let w270 = w222.mul_add(T::from_f64(0.00017), w221) + w262;
+    let w271 = w159.mul_add(T::from_f64(-0.00017), w223);
+    let w272 = w180.mul_add(T::from_f64(-0.03138), w271);
+    let w273 = w164.mul_add(T::from_f64(-0.00017), w224);
+    let w274 = sin_j5.mul_add(w265, cos_j5 * w267);
+    let w275 = sin_j5.neg_mul_add(w267, cos_j5 * w265);
+    let w276 = w122.mul_add(T::from_f64(-1.46375), w213) + w275;
+    let w277 = w215.mul_add(T::from_f64(-0.0045000000000000005), w214);
+    let w278 = w277 + w269;
+    let w279 = sin_j5.neg_mul_add(w272, cos_j5 * w270);
+    let w280 = w273 - sin_j6.mul_add(w240, cos_j6 * w241);
+    let w281 = w126.mul_add(w126, w139);
+    let w282 = cos_j4 * w141.mul_add(T::from_f64(1.46375), w279);
+    let w283 = w281.mul_add(T::from_f64(-1.46375), w280);
+    let w284 = sin_j5.mul_add(w270, cos_j5 * w272);
+    let w285 = w142.neg_mul_add(T::from_f64(1.46375), w284);
+    let w286 = sin_j4.neg_mul_add(w278, cos_j4 * w276);
+    let w287 = sin_j4.neg_mul_add(w283, w282);
+    let w288 = w274 - w220;
+    let w289 = cos_j2.mul_add(T::from_f64(-0.017658000000000097), w204);
+    let w290 = w289 + w285.mul_add(T::from_f64(-0.42), w286);
+    let w291 = w206.mul_add(T::from_f64(-0.0024999999999999953), w205);
+    let w292 = w291 + w287.mul_add(T::from_f64(0.42), w288);
+    let w293 = w113.neg_mul_add(T::from_f64(0.00180000000000001), w210);
+    let w294 = w293 + sin_j4.mul_add(w276, cos_j4 * w278);
+    let w295 = w189 - T::from_f64(-5.04e-5) * d_j1_sin_j2_d_j1_cos_j2;
+    let w296 = sin_j2.neg_mul_add(T::from_f64(38.940795), w200);
+    let w297 = w295 + sin_j3.neg_mul_add(w292, cos_j3 * w290);
+    let w298 = cos_j2 * (w194 - w195 - w294);
+    let w299 = u_j6 - w261;
+    let w300 = T::from_f64(1000.0) * w104;
+    let w301 = T::from_f64(1000.0) * w102;
+    let w302 = T::from_f64(1000.0) * w101;
+    let w303 = T::from_f64(1000.0) * w99;
+    let w304 = T::from_f64(0.0049999999999999975) + w62 + w63;
+    let w305 = cos_j2.neg_mul_add(w64, sin_j2 * w61);
+    let w306 = sin_j2.neg_mul_add(w54, cos_j2 * w65);
+    let w307 = sin_j2.neg_mul_add(w71, cos_j2 * w69);
+    let w308 = sin_j3.mul_add(w68, cos_j3 * w70);
+    let w309 = sin_j2.neg_mul_add(w80, cos_j2 * w74);
+    let w310 = sin_j3.mul_add(w77, cos_j3 * w79);
+    let w311 = T::from_f64(114.14289869087226) * w95;
+    let w312 = T::from_f64(114.14289869087226) * w93;
+    let w313 = T::from_f64(114.14289869087226) * w87;
+    let w314 = T::from_f64(114.14289869087226) * w86;
+    let w315 = T::from_f64(4.9309732234456816e-5) * cos_j6;
+    let w316 = w104.neg_mul_add(w300, w304);
+    let w317 = w104.neg_mul_add(w301, w305);
+    let w318 = w102.neg_mul_add(w301, w55 + w57);
+    let w319 = w104.neg_mul_add(w302, w306);
+    let w320 = w101.neg_mul_add(w302, w65);
+    let w321 = w102.mul_add(w303, w308);
+    let w322 = w99.neg_mul_add(w303, w66);
+    let w323 = cos_j6.neg_mul_add(w104, w309);
+    let w324 = w95.neg_mul_add(w315, w323);
+    let w325 = cos_j6.neg_mul_add(w102, w310);
+    let w326 = w93.mul_add(w315, w325);
+    let w327 = cos_j6.neg_mul_add(w101, w74);
+    let w328 = w87.neg_mul_add(w315, w327);
+    let w329 = w86.mul_add(w315, cos_j6.mul_add(w99, w26));
+    let w330 = cos_j6.neg_mul_add(w97, w72);
+    let cos_j6_sq = cos_j6 * cos_j6;
+    let w331 = w330 - T::from_f64(2.1301804325285345e-11) * cos_j6_sq;
+    let w332 = T::one() / w331;
+    let w333 = w324 * w332;
+    let w334 = w326 * w332;
+    let w335 = w328 * w332;
+    let w336 = w329 * w332;
+    let w337 = w95.neg_mul_add(w311, w316);
+    let w338 = w95.mul_add(w312, w317);
+    let w339 = w93.neg_mul_add(w312, w318);
+    let w340 = w95.neg_mul_add(w313, w319);
+    let w341 = w93.mul_sub(w313, w102.mul_add(w302, w53));
+    let w342 = w87.neg_mul_add(w313, w320);
+    let w343 = w95.mul_add(w314, w104.mul_add(w303, w307));
+    let w344 = w324.neg_mul_add(w336, w343);
+    let w345 = w93.neg_mul_add(w314, w321);
+    let w346 = w326.neg_mul_add(w336, w345);
+    let w347 = w87.mul_add(w314, w101.mul_add(w303, w69));
+    let w348 = w328.neg_mul_add(w336, w347);
+    let w349 = w86.neg_mul_add(w314, w322);
+    let w350 = T::one() / w329.neg_mul_add(w336, w349);
+    let w351 = w344 * w350;
+    let w352 = w346 * w350;
+    let w353 = w348 * w350;
+    let w354 = w324.neg_mul_add(w333, w337);
+    let w355 = w324.neg_mul_add(w334, w338);
+    let w356 = w326.neg_mul_add(w334, w339);
+    let w357 = w324.neg_mul_add(w335, w340);
+    let w358 = w344.neg_mul_add(w353, w357);
+    let w359 = w326.neg_mul_add(w335, w341);
+    let w360 = w346.neg_mul_add(w353, w359);
+    let w361 = w328.neg_mul_add(w335, w342);
+    let w362 = T::one() / w348.neg_mul_add(w353, w361);
+    let w363 = w358 * w362;
+    let w364 = w360 * w362;
+    let w365 = w344.neg_mul_add(w351, w354);
+    let w366 = w344.neg_mul_add(w352, w355);
+    let w367 = w358.neg_mul_add(w364, w366);
+    let w368 = w346.neg_mul_add(w352, w356);
+    let w369 = T::one() / w360.neg_mul_add(w364, w368);
+    let w370 = w367 * w369;
+    let w371 = w358.neg_mul_add(w363, w365);
+    let w372 = u_j7 - (w252 - w253);
+    let w373 = u_j1 + sin_j2.mul_add(w297, w298);
+    let w374 = u_j2 - (w296 + sin_j3.mul_add(w290, cos_j3 * w292));
+    let w375 = w300.neg_mul_add(w372, w373);
+    let w376 = w301.neg_mul_add(w372, w374);
+    let w377 = w302.neg_mul_add(w372, u_j3 - w294);
+    let w378 = w303.mul_add(w372, u_j4 - (w220 - w274));
+    let w379 = cos_j6.neg_mul_add(w372, u_j5 - w269);
+    let w380 = w299.mul_add(w315, w379);
+    let w381 = w299.mul_add(w311, w375);
+    let w382 = w299.neg_mul_add(w312, w376);
+    let w383 = w299.mul_add(w313, w377);
+    let w384 = w299.neg_mul_add(w314, w378);
+    let w385 = w336.neg_mul_add(w380, w384);
+    let w386 = w333.neg_mul_add(w380, w381);
+    let w387 = w334.neg_mul_add(w380, w382);
+    let w388 = w335.neg_mul_add(w380, w383);
+    let w389 = w353.neg_mul_add(w385, w388);
+    let w390 = w351.neg_mul_add(w385, w386);
+    let w391 = w352.neg_mul_add(w385, w387);
+    let w392 = w364.neg_mul_add(w389, w391);
+    let w393 = w363.neg_mul_add(w389, w390);
+    let w394 = T::one() / w367.neg_mul_add(w370, w371);
+    let acceleration_j1 = w394 * w370.neg_mul_add(w392, w393);
+    let w395 = w369 * w392;
+    let acceleration_j2 = w370.neg_mul_add(acceleration_j1, w395);
+    let w396 = w362 * w389;
+    let w397 = w363.neg_mul_add(acceleration_j1, w396);
+    let acceleration_j3 = w364.neg_mul_add(acceleration_j2, w397);
+    let w398 = w350 * w385;
+    let w399 = w351.neg_mul_add(acceleration_j1, w398);
+    let w400 = w352.neg_mul_add(acceleration_j2, w399);
+    let acceleration_j4 = w353.neg_mul_add(acceleration_j3, w400);
+    let w401 = w332 * w380;
+    let w402 = w333.neg_mul_add(acceleration_j1, w401);
+    let w403 = w334.neg_mul_add(acceleration_j2, w402);
+    let w404 = w335.neg_mul_add(acceleration_j3, w403);
+    let acceleration_j5 = w336.neg_mul_add(acceleration_j4, w404);
+    let w405 = w311 * acceleration_j1;
+    let w406 = w299.mul_add(T::from_f64(114.14289869087226), w405);
+    let w407 = w312.neg_mul_add(acceleration_j2, w406);
+    let w408 = w313.mul_add(acceleration_j3, w407);
+    let w409 = w314.neg_mul_add(acceleration_j4, w408);
+    let acceleration_j6 = w315.mul_add(acceleration_j5, w409);
+    let w410 = T::from_f64(1000.0) * w372;
+    let w411 = w300.neg_mul_add(acceleration_j1, w410);
+    let w412 = w301.neg_mul_add(acceleration_j2, w411);
+    let w413 = w302.neg_mul_add(acceleration_j3, w412);
+    let w414 = w303.mul_add(acceleration_j4, w413);
+    let acceleration_j7 = cos_j6.neg_mul_add(acceleration_j5, w414);
+    [
+        acceleration_j1,
+        acceleration_j2,
+        acceleration_j3,
+        acceleration_j4,
+        acceleration_j5,
+        acceleration_j6,
+        acceleration_j7,
+    ]
+}
+
+/// `forward_dynamics`, `forward_dynamics_by_position`, `forward_dynamics_by_velocity`, `forward_dynamics_by_input`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ForwardDynamicsDerivatives<T> {
+    /// Forward dynamics `a = M⁻¹ Q`, as if there were no constraint; `M` must be positive definite, 7.
+    ///
+    /// Entries: `j1` (rad/s^2), `j2` (rad/s^2), `j3` (rad/s^2), `j4` (rad/s^2), `j5` (rad/s^2), `j6` (rad/s^2), `j7` (rad/s^2).
+    pub forward_dynamics: [T; 7],
+    /// Derivative by the positions `q` of: Forward dynamics `a = M⁻¹ Q`, as if there were no constraint; `M` must be positive definite, 7×7.
+    ///
+    /// Rows: `j1` (rad/s^2), `j2` (rad/s^2), `j3` (rad/s^2), `j4` (rad/s^2), `j5` (rad/s^2), `j6` (rad/s^2), `j7` (rad/s^2).
+    /// Columns: `j1` (rad), `j2` (rad), `j3` (rad), `j4` (rad), `j5` (rad), `j6` (rad), `j7` (rad).
+    /// The unit of an entry is its row's over its column's.
+    pub forward_dynamics_by_position: [[T; 7]; 7],
+    /// Derivative by the velocities `v` of: Forward dynamics `a = M⁻¹ Q`, as if there were no constraint; `M` must be positive definite, 7×7.
+    ///
+    /// Rows: `j1` (rad/s^2), `j2` (rad/s^2), `j3` (rad/s^2), `j4` (rad/s^2), `j5` (rad/s^2), `j6` (rad/s^2), `j7` (rad/s^2).
+    /// Columns: `j1` (rad/s), `j2` (rad/s), `j3` (rad/s), `j4` (rad/s), `j5` (rad/s), `j6` (rad/s), `j7` (rad/s).
+    /// The unit of an entry is its row's over its column's.
+    pub forward_dynamics_by_velocity: [[T; 7]; 7],
+    /// Derivative by the inputs `u` of: Forward dynamics `a = M⁻¹ Q`, as if there were no constraint; `M` must be positive definite, 7×7.
+    ///
+    /// Rows: `j1` (rad/s^2), `j2` (rad/s^2), `j3` (rad/s^2), `j4` (rad/s^2), `j5` (rad/s^2), `j6` (rad/s^2), `j7` (rad/s^2).
+    /// Columns: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+    /// The unit of an entry is its row's over its column's.
+    pub forward_dynamics_by_input: [[T; 7]; 7],
+}
+
+impl<T: Scalar> ::dynamics::Entries<T> for ForwardDynamicsDerivatives<T> {
+    const LENGTH: usize = 154;
+
+    #[inline(always)]
+    fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {
+        let part = results.map(|result| &result.forward_dynamics);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.forward_dynamics_by_position);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.forward_dynamics_by_velocity);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.forward_dynamics_by_input);
+        ::dynamics::Entries::each_of(part, take);
+    }
+}
+
+/// `forward_dynamics`, `forward_dynamics_by_position`, `forward_dynamics_by_velocity`, `forward_dynamics_by_input`; shared terms are computed once.
+#[allow(clippy::approx_constant, reason = "numbers as the model states them")]
+pub fn forward_dynamics_derivatives<T: Scalar>(
+    _p: &Parameters<T>,
+    x: &Point<T, 7, 7, 0>,
+) -> ForwardDynamicsDerivatives<T> {
+    let q_j2 = x.q[1];
+    let q_j3 = x.q[2];
+    let q_j4 = x.q[3];
+    let q_j5 = x.q[4];
+    let q_j6 = x.q[5];
+    let dq_j1 = x.v[0];
+    let dq_j2 = x.v[1];
+    let dq_j3 = x.v[2];
+    let dq_j4 = x.v[3];
+    let dq_j5 = x.v[4];
+    let dq_j6 = x.v[5];
+    let dq_j7 = x.v[6];
+    let u_j1 = x.u[0];
+    let u_j2 = x.u[1];
+    let u_j3 = x.u[2];
+    let u_j4 = x.u[3];
+    let u_j5 = x.u[4];
+    let u_j6 = x.u[5];
+    let u_j7 = x.u[6];
+    let circular = T::sin_cos_4(q_j2, q_j3, q_j4, q_j5);
+    let (sin_j2, cos_j2) = circular[0];
+    let (sin_j3, cos_j3) = circular[1];
+    let (sin_j4, cos_j4) = circular[2];
+    let (sin_j5, cos_j5) = circular[3];
+    let (sin_j6, cos_j6) = q_j6.sin_cos();
+    let w1 = T::from_f64(0.03138) * sin_j6;
+    let w2 = T::from_f64(0.03138) * cos_j6;
+    let w3 = T::from_f64(0.004460948) * cos_j6;
+    let w4 = cos_j6 * w3;
+    let w5 = T::from_f64(4.32e-7) * sin_j6;
+    let w6 = T::from_f64(4.32e-7) * cos_j6;
+    let w7 = T::from_f64(0.012552) * sin_j6;
+    let w8 = T::from_f64(0.00215) + w4;
+    let w9 = cos_j6.mul_add(T::from_f64(0.025104), w8);
+    let w10 = T::from_f64(-0.00017) + w1;
+    let w11 = T::from_f64(0.006610948) - w4;
+    let w12 = T::from_f64(0.0015000169999999995) + w11;
+    let w13 = T::from_f64(3.5700000000000005e-6) + w5;
+    let w14 = T::from_f64(-4.4285e-5) + sin_j6.mul_add(w3, w7);
+    let w15 = T::from_f64(-0.00901185) + w6;
+    let w16 = cos_j5 * w10;
+    let w17 = w16 - T::from_f64(-0.034980000000000004) * sin_j5;
+    let w18 = sin_j5 * w10;
+    let w19 = cos_j5.mul_add(T::from_f64(-0.034980000000000004), w18);
+    let w20 = cos_j5 * (w12 - T::from_f64(0.0066999880000000005));
+    let w21 = T::from_f64(2.0) * sin_j5;
+    let w22 = w13.neg_mul_add(w21, w20);
+    let w23 = cos_j5 * w22;
+    let w24 = w12 - w23;
+    let w25 = sin_j5.mul_add(w22, w13);
+    let w26 = cos_j5 * w14;
+    let w27 = sin_j5 * w15;
+    let w28 = w26 - w27;
+    let w29 = sin_j5.mul_add(w14, cos_j5 * w15);
+    let w30 = w27 - w26;
+    let w31 = T::from_f64(1.46375) + w2;
+    let w32 = T::from_f64(0.0066999880000000005) + w23;
+    let w33 = T::from_f64(0.0045000000000000005) + w32;
+    let w34 = T::from_f64(0.5044827250000001) + w9;
+    let w35 = T::from_f64(0.006150600000000002) - w29;
+    let w36 = cos_j4 * w17;
+    let w37 = sin_j4 * w31;
+    let w38 = w36 - w37;
+    let w39 = sin_j4.mul_add(w17, cos_j4 * w31);
+    let w40 = T::from_f64(2.0) * sin_j4;
+    let w41 = w28.neg_mul_add(w40, cos_j4 * (w33 - w34));
+    let w42 = cos_j4 * w41;
+    let w43 = cos_j4 * w25;
+    let w44 = sin_j4.mul_add(w35, w43);
+    let w45 = sin_j4 * w25;
+    let w46 = sin_j4.mul_add(w41, w28);
+    let w47 = w38.mul_add(T::from_f64(0.42), w46);
+    let w48 = cos_j4.neg_mul_add(w35, w45);
+    let w49 = w39.mul_add(T::from_f64(0.84), w33 - w42);
+    let w50 = T::from_f64(-0.00180000000000001) + w19;
+    let w51 = T::from_f64(0.0024999999999999953) + (w34 + w42);
+    let w52 = T::from_f64(0.0188212) + w24;
+    let w53 = w19.mul_add(T::from_f64(0.42), w48);
+    let w54 = T::from_f64(-0.008451) + w53;
+    let w55 = sin_j3.mul_add(w38, cos_j3 * w50);
+    let w56 = T::from_f64(2.0) * sin_j3;
+    let w57 = w44.neg_mul_add(w56, cos_j3 * (w51 - w52));
+    let w58 = cos_j3 * w57;
+    let w59 = w51 - w58;
+    let w60 = sin_j3.mul_add(w47, cos_j3 * w54);
+    let w61 = cos_j3.neg_mul_add(w47, sin_j3 * w54);
+    let w62 = sin_j3.neg_mul_add(w50, cos_j3 * w38);
+    let w63 = T::from_f64(0.006000359999999998) + (w52 + w58);
+    let w64 = T::from_f64(7.079999999999999e-5) + w61;
+    let w65 = T::from_f64(-5.04e-5) + sin_j3.mul_add(w57, w44);
+    let w66 = T::from_f64(1.60669475) + w49;
+    let w67 = T::from_f64(-0.009912) - w60;
+    let w68 = T::from_f64(2.0) * sin_j2;
+    let w69 = w64.neg_mul_add(w68, cos_j2 * (w63 - w66));
+    let w70 = cos_j2.mul_add(w69, w66);
+    let w71 = T::from_f64(0.0049999999999999975) + w70;
+    let w72 = w63 + w66;
+    let w73 = w60 - T::from_f64(-0.009912);
+    let w74 = w51 + w52;
+    let w75 = w33 + w34;
+    let w76 = w29 - T::from_f64(0.006150600000000002);
+    let w77 = sin_j4.neg_mul_add(w76, w43);
+    let w78 = cos_j4.mul_add(w76, w45);
+    let w79 = w39.mul_sub(T::from_f64(-0.42), w75);
+    let w80 = sin_j3.neg_mul_add(w79, cos_j3 * w77);
+    let w81 = sin_j3.mul_add(w77, cos_j3 * w79);
+    let w82 = T::from_f64(0.0066999880000000005) + w12;
+    let w83 = cos_j5.mul_sub(T::from_f64(0.034980000000000004), w18);
+    let w84 = sin_j5.mul_add(T::from_f64(0.034980000000000004), w16);
+    let w85 = cos_j4 * w83;
+    let w86 = sin_j4.mul_add(w30, cos_j4 * w82);
+    let w87 = sin_j4.neg_mul_add(w82, cos_j4 * w30);
+    let w88 = w84.mul_add(T::from_f64(-0.42), w87);
+    let w89 = w85.mul_sub(T::from_f64(0.42), w29);
+    let w90 = sin_j3.neg_mul_add(w89, cos_j3 * w88);
+    let w91 = sin_j3.mul_add(w88, cos_j3 * w89);
+    let w92 = T::from_f64(0.012552) * cos_j6;
+    let w93 = T::from_f64(0.008760948000000001) + w92;
+    let w94 = cos_j5 * w2;
+    let w95 = sin_j5 * w2;
+    let w96 = cos_j5.mul_add(w5, sin_j5 * w93);
+    let w97 = sin_j5 * w5;
+    let w98 = cos_j5 * w93;
+    let w99 = w97 - w98;
+    let w100 = cos_j4.mul_add(w94, sin_j4 * w1);
+    let w101 = sin_j4.mul_add(w96, cos_j4 * w6);
+    let w102 = cos_j4.neg_mul_add(w96, sin_j4 * w6);
+    let w103 = w95.mul_add(T::from_f64(-0.42), w102);
+    let w104 = w100.mul_add(T::from_f64(0.42), w98 - w97);
+    let w105 = sin_j3.neg_mul_add(w104, cos_j3 * w103);
+    let w106 = sin_j3.mul_add(w103, cos_j3 * w104);
+    let w107 = sin_j2.mul_add(w105, cos_j2 * w101);
+    let w108 = T::from_f64(0.001) * sin_j6;
+    let w109 = T::from_f64(0.001) * cos_j6;
+    let w110 = cos_j5 * w108;
+    let w111 = sin_j5 * w108;
+    let w112 = sin_j4.neg_mul_add(w109, cos_j4 * w110);
+    let w113 = sin_j4.mul_add(w110, cos_j4 * w109);
+    let w114 = sin_j3.neg_mul_add(w111, cos_j3 * w112);
+    let w115 = sin_j3.mul_add(w112, cos_j3 * w111);
+    let w116 = sin_j2.neg_mul_add(w114, cos_j2 * w113);
+    let d_j1_sin_j2 = dq_j1 * sin_j2;
+    let d_j1_cos_j2 = dq_j1 * cos_j2;
+    let d_j2_d_j1_cos_j2 = dq_j2 * d_j1_cos_j2;
+    let d_j2_d_j1_sin_j2 = dq_j2 * d_j1_sin_j2;
+    let w117 = T::from_f64(9.81) * sin_j2;
+    let w118 = T::from_f64(9.81) * cos_j2;
+    let d_j1_sin_j2_sq = d_j1_sin_j2 * d_j1_sin_j2;
+    let d_j1_cos_j2_sq = d_j1_cos_j2 * d_j1_cos_j2;
+    let d_j2_sq = dq_j2 * dq_j2;
+    let d_j1_sin_j2_d_j1_cos_j2 = d_j1_sin_j2 * d_j1_cos_j2;
+    let w119 = d_j1_sin_j2_sq + d_j1_cos_j2_sq;
+    let d_j2_sin_j3 = dq_j2 * sin_j3;
+    let cos_j3_d_j1_sin_j2 = cos_j3 * d_j1_sin_j2;
+    let w120 = d_j2_sin_j3 - cos_j3_d_j1_sin_j2;
+    let sin_j3_d_j1_sin_j2 = sin_j3 * d_j1_sin_j2;
+    let w121 = dq_j2.mul_add(cos_j3, sin_j3_d_j1_sin_j2);
+    let w122 = sin_j3 * d_j2_d_j1_cos_j2;
+    let d_j3_plus_d_j1_cos_j2 = dq_j3 + d_j1_cos_j2;
+    let w123 = dq_j3 * w121;
+    let w124 = dq_j3 * w120;
+    let w125 = cos_j3.neg_mul_add(d_j2_d_j1_cos_j2, w123);
+    let w126 = w122 - w124;
+    let w127 = cos_j3 * w117;
+    let w128 = sin_j3 * w117;
+    let w129 = w121 * w121;
+    let w130 = w120 * w121;
+    let w131 = d_j2_d_j1_sin_j2 + w130;
+    let w132 = w121 * d_j3_plus_d_j1_cos_j2;
+    let w133 = w120.mul_add(w120, w129);
+    let w134 = w120 * d_j3_plus_d_j1_cos_j2;
+    let w135 = w126 + w134;
+    let w136 = T::from_f64(0.42) * w121;
+    let w137 = T::from_f64(0.42) * w120;
+    let w138 = w135.mul_sub(T::from_f64(0.42), w127);
+    let w139 = w132 - w125;
+    let w140 = w139.mul_add(T::from_f64(0.42), w128);
+    let w141 = w133.mul_add(T::from_f64(-0.42), w118);
+    let w142 = cos_j4 * w120;
+    let w143 = sin_j4.mul_add(d_j3_plus_d_j1_cos_j2, w142);
+    let w144 = cos_j4 * d_j3_plus_d_j1_cos_j2;
+    let w145 = sin_j4.neg_mul_add(w120, w144);
+    let w146 = w124 - w122;
+    let w147 = cos_j4 * w125;
+    let w148 = sin_j4 * w125;
+    let w149 = dq_j4 - w121;
+    let w150 = dq_j4 * w145;
+    let w151 = dq_j4 * w143;
+    let w152 = sin_j4.neg_mul_add(d_j2_d_j1_sin_j2, w147) + w150;
+    let w153 = cos_j4.mul_add(d_j2_d_j1_sin_j2, w148) + w151;
+    let w154 = cos_j4 * w136;
+    let w155 = sin_j4 * w136;
+    let w156 = sin_j4 * w141;
+    let w157 = cos_j4.mul_add(w138, w156);
+    let w158 = cos_j4 * w141;
+    let w159 = sin_j4.neg_mul_add(w138, w158);
+    let w160 = w143 * w143;
+    let w161 = w145 * w145;
+    let w162 = w149 * w149;
+    let w163 = w143 * w145;
+    let w164 = w163 - w146;
+    let w165 = w145 * w149;
+    let w166 = w152 + w165;
+    let w167 = w160 + w161;
+    let w168 = w143 * w149;
+    let w169 = w121 - dq_j4;
+    let w170 = sin_j5.mul_add(w169, cos_j5 * w143);
+    let w171 = sin_j5.neg_mul_add(w143, cos_j5 * w169);
+    let w172 = dq_j5 + w145;
+    let w173 = dq_j5 * w171;
+    let w174 = dq_j5 * w170;
+    let w175 = sin_j5.mul_add(w126, cos_j5 * w152) + w173;
+    let w176 = sin_j5.neg_mul_add(w152, cos_j5 * w126) - w174;
+    let w177 = sin_j5 * w137;
+    let w178 = cos_j5 * w154;
+    let w179 = w178 - w177;
+    let w180 = cos_j5.mul_add(w137, sin_j5 * w154);
+    let w181 = sin_j5.mul_add(w140, cos_j5 * w157);
+    let w182 = sin_j5.neg_mul_add(w157, cos_j5 * w140);
+    let w183 = w170 * w170;
+    let w184 = w171 * w171;
+    let w185 = w172 * w172;
+    let w186 = w170 * w171;
+    let w187 = w153 + w186;
+    let w188 = w186 - w153;
+    let w189 = w171 * w172;
+    let w190 = w189 - w175;
+    let w191 = w175 + w189;
+    let w192 = w183 + w184;
+    let w193 = w170 * w172;
+    let w194 = w193 - w176;
+    let w195 = w176 + w193;
+    let w196 = w171.mul_add(T::from_f64(0.4), w179);
+    let w197 = w170.mul_sub(T::from_f64(-0.4), w180);
+    let w198 = T::from_f64(-0.4) * w192;
+    let w199 = sin_j6 * w172;
+    let w200 = cos_j6 * w170;
+    let w201 = w200 - w199;
+    let w202 = cos_j6.mul_add(w172, sin_j6 * w170);
+    let w203 = sin_j6.neg_mul_add(w175, cos_j6 * w153);
+    let w204 = dq_j6 + w171;
+    let w205 = dq_j6 * w202;
+    let w206 = dq_j6 * w201;
+    let w207 = sin_j6.mul_add(w153, cos_j6 * w175) - w205;
+    let w208 = w203 - w206;
+    let w209 = sin_j6.mul_add(w155, cos_j6 * w196);
+    let w210 = sin_j6.neg_mul_add(w196, cos_j6 * w155);
+    let w211 = cos_j6 * w195.mul_add(T::from_f64(0.4), w181);
+    let w212 = w201 * w201;
+    let w213 = w202 * w202;
+    let w214 = w204 * w204;
+    let w215 = w201 * w202;
+    let w216 = w176 + w215;
+    let w217 = w212 + w214;
+    let w218 = w202 * w204;
+    let w219 = w207 - w218;
+    let w220 = w212 + w213;
+    let w221 = w201 * w204;
+    let w222 = w206 - w203;
+    let w223 = dq_j7 + w202;
+    let w224 = dq_j7 * w204;
+    let w225 = dq_j7 * w201;
+    let w226 = w204 * w223;
+    let w227 = w201 * w223;
+    let w228 = T::from_f64(-0.009912) * (d_j2_sq - d_j1_cos_j2_sq);
+    let w229 = d_j2_d_j1_cos_j2.mul_add(T::from_f64(-3.2133895), w228);
+    let w230 = T::from_f64(-0.00014159999999999997) * d_j2_d_j1_sin_j2;
+    let w231 = w229 + w230;
+    let w232 = T::from_f64(-5.04e-5) * (d_j1_sin_j2_sq - d_j2_sq);
+    let w233 = T::from_f64(0.012000719999999996) * d_j2_d_j1_sin_j2;
+    let w234 = w233 + w232;
+    let w235 = T::from_f64(-0.009912) * d_j1_sin_j2_d_j1_cos_j2;
+    let w236 = w234 + w235;
+    let w237 = T::from_f64(-0.00014159999999999997) * d_j2_d_j1_cos_j2;
+    let w238 = d_j1_cos_j2_sq - d_j1_sin_j2_sq;
+    let w239 = T::from_f64(7.079999999999999e-5) * w238;
+    let w240 = T::from_f64(-1.60069439) * d_j1_sin_j2_d_j1_cos_j2;
+    let w241 = w240 + w239;
+    let w242 = cos_j2.mul_add(T::from_f64(0.011772), w241);
+    let w243 = d_j3_plus_d_j1_cos_j2.mul_sub(d_j3_plus_d_j1_cos_j2, w129);
+    let w244 = T::from_f64(-0.008451) * w243;
+    let w245 = w125 + w132;
+    let w246 = T::from_f64(-0.017658000000000097) * cos_j2;
+    let w247 = T::from_f64(-0.008451) * w131;
+    let w248 = w134 - w126;
+    let w249 = w130 - d_j2_d_j1_sin_j2;
+    let w250 = T::from_f64(0.0024999999999999953) * w249;
+    let w251 = w131.neg_mul_add(T::from_f64(0.0188212), w250);
+    let w252 = T::from_f64(0.00180000000000001) * w127;
+    let w253 = T::from_f64(-1.46375) * (w160 + w162);
+    let w254 = T::from_f64(0.006150600000000002) * (w162 - w161);
+    let w255 = w166.mul_add(T::from_f64(0.5044827250000001), w254);
+    let w256 = T::from_f64(0.006150600000000002) * w164;
+    let w257 = w153 + w168;
+    let w258 = T::from_f64(0.0045000000000000005) * (w146 + w163);
+    let w259 = w164.neg_mul_add(T::from_f64(0.5044827250000001), w258);
+    let w260 = w168 - w153;
+    let w261 = w260.neg_mul_add(T::from_f64(0.006150600000000002), w259);
+    let w262 = w157.neg_mul_add(T::from_f64(1.46375), w261);
+    let w263 = T::from_f64(0.00017) * (w184 + w185);
+    let w264 = T::from_f64(0.034980000000000004) * (w183 + w185);
+    let w265 = T::from_f64(-0.034980000000000004) * w191;
+    let w266 = T::from_f64(-0.00901185) * (w185 - w184);
+    let w267 = w191.mul_add(T::from_f64(0.006199988000000001), w266);
+    let w268 = w194.mul_add(T::from_f64(3.5700000000000005e-6), w267);
+    let w269 = w188.neg_mul_add(T::from_f64(-4.4285e-5), w268);
+    let w270 = T::from_f64(-4.4285e-5) * (w183 - w185);
+    let w271 = w194.mul_add(T::from_f64(-0.0015000169999999995), w270);
+    let w272 = w187.mul_add(T::from_f64(-0.00901185), w271);
+    let w273 = w191.neg_mul_add(T::from_f64(3.5700000000000005e-6), w272);
+    let w274 = T::from_f64(0.0015000169999999995) * w188;
+    let w275 = T::from_f64(3.5700000000000005e-6) * (w184 - w183);
+    let w276 = w187.neg_mul_add(T::from_f64(0.006199988000000001), w274);
+    let w277 = w276 + w275;
+    let w278 = w190.mul_add(T::from_f64(-4.4285e-5), w277);
+    let w279 = w195.neg_mul_add(T::from_f64(-0.00901185), w278);
+    let w280 = w182.mul_add(T::from_f64(-0.00017), w279);
+    let w281 = T::from_f64(0.03138) * w216;
+    let w282 = T::from_f64(0.03138) * w217;
+    let w283 = T::from_f64(-4.32e-7) * (w214 - w213);
+    let w284 = w190.mul_add(T::from_f64(0.4), w182);
+    let w285 = w219.mul_add(T::from_f64(0.006610948), w283);
+    let w286 = T::from_f64(4.32e-7) * w216;
+    let w287 = w221 - w208;
+    let w288 = T::from_f64(0.00165) * (w176 - w215);
+    let w289 = w216.neg_mul_add(T::from_f64(-0.006610948), w288);
+    let w290 = w208 + w221;
+    let w291 = sin_j6.neg_mul_add(w159 + w198, w211);
+    let w292 = w290.neg_mul_add(T::from_f64(-4.32e-7), w289);
+    let w293 = T::from_f64(0.0005) * (w221 + w222);
+    let w294 = T::from_f64(0.0005) * (w221 - w222);
+    let w295 = w284.mul_add(T::from_f64(-0.03138), w285);
+    let w296 = w207 + w224 + w226;
+    let w297 = w296.mul_add(T::from_f64(0.0005), w295);
+    let w298 = w287.mul_add(T::from_f64(-0.00165), w286);
+    let w299 = w298 + (w294 - w293);
+    let w300 = w291.neg_mul_add(T::from_f64(-0.03138), w292);
+    let w301 = w227 - (w176 - w225);
+    let w302 = w301.mul_add(T::from_f64(-0.0005), w300);
+    let w303 = sin_j6 * w282;
+    let w304 = cos_j6.mul_sub(w281, w303);
+    let w305 = cos_j6 * w282;
+    let w306 = sin_j6.neg_mul_add(w299, cos_j6 * w297);
+    let w307 = w159.mul_add(T::from_f64(-0.034980000000000004), w269);
+    let w308 = w307 + w219.mul_add(T::from_f64(0.012552), w306);
+    let w309 = w159.neg_mul_add(T::from_f64(-0.00017), w273);
+    let w310 = w309 + w304.mul_add(T::from_f64(0.4), w302);
+    let w311 = w181.neg_mul_add(T::from_f64(-0.034980000000000004), w280);
+    let w312 = w311 - sin_j6.mul_add(w297, cos_j6 * w299);
+    let w313 = w187.mul_add(T::from_f64(-0.034980000000000004), w263);
+    let w314 = w313 + w304;
+    let w315 = w188.mul_add(T::from_f64(-0.00017), w264);
+    let w316 = w219.mul_add(T::from_f64(-0.03138), w315);
+    let w317 = w194.mul_add(T::from_f64(-0.00017), w265);
+    let w318 = sin_j5.mul_add(w308, cos_j5 * w310);
+    let w319 = sin_j5.neg_mul_add(w310, cos_j5 * w308);
+    let w320 = w140.mul_add(T::from_f64(-1.46375), w255) + w319;
+    let w321 = w257.mul_add(T::from_f64(-0.0045000000000000005), w256);
+    let w322 = w321 + w312;
+    let w323 = sin_j5.neg_mul_add(w316, cos_j5 * w314);
+    let w324 = cos_j4 * w164.mul_add(T::from_f64(1.46375), w323);
+    let w325 = w253 + (w317 - sin_j6.mul_add(w281, w305));
+    let w326 = sin_j5.mul_add(w314, cos_j5 * w316);
+    let w327 = w166.neg_mul_add(T::from_f64(1.46375), w326);
+    let w328 = sin_j4.neg_mul_add(w322, cos_j4 * w320);
+    let w329 = sin_j4.neg_mul_add(w325, w324);
+    let w330 = w318 - w262;
+    let w331 = w245.mul_add(T::from_f64(0.0188212), w244) + w246;
+    let w332 = w331 + w327.mul_add(T::from_f64(-0.42), w328);
+    let w333 = w248.mul_add(T::from_f64(-0.0024999999999999953), w247);
+    let w334 = w333 + w329.mul_add(T::from_f64(0.42), w330);
+    let w335 = w135.neg_mul_add(T::from_f64(-0.008451), w251) - w252;
+    let w336 = w335 + sin_j4.mul_add(w320, cos_j4 * w322);
+    let w337 = w231 - T::from_f64(-5.04e-5) * d_j1_sin_j2_d_j1_cos_j2;
+    let w338 = sin_j2.neg_mul_add(T::from_f64(38.940795), w242);
+    let w339 = w337 + sin_j3.neg_mul_add(w334, cos_j3 * w332);
+    let w340 = cos_j2 * (w236 - w237 - w336);
+    let w341 = T::from_f64(0.001) * w223;
+    let w342 = u_j6 - w302;
+    let w343 = T::from_f64(2.0) * d_j1_sin_j2;
+    let w344 = cos_j3_d_j1_sin_j2 - d_j2_sin_j3;
+    let w345 = T::from_f64(2.0) * w121;
+    let w346 = T::from_f64(2.0) * w344;
+    let w347 = T::from_f64(2.0) * w145;
+    let w348 = T::from_f64(2.0) * w143;
+    let w349 = w154.neg_mul_add(w348, w155 * w347);
+    let w350 = T::from_f64(2.0) * w171;
+    let w351 = w177 - w178;
+    let w352 = T::from_f64(2.0) * w170;
+    let w353 = w179.neg_mul_add(w352, w180 * w350);
+    let w354 = w199 - w200;
+    let w355 = T::from_f64(2.0) * w354;
+    let w356 = w210 * (T::from_f64(2.0) * w202);
+    let w357 = T::from_f64(0.0001008) * d_j1_cos_j2;
+    let w358 = T::from_f64(0.00014159999999999997) * dq_j2;
+    let w359 = T::from_f64(0.012000719999999996) * dq_j2;
+    let w360 = T::from_f64(-0.00014159999999999997) * d_j1_sin_j2;
+    let w361 = T::from_f64(-0.012000719999999996) * d_j1_cos_j2;
+    let w362 = T::from_f64(0.019824) * d_j1_cos_j2;
+    let w363 = T::from_f64(0.019824) * d_j1_sin_j2;
+    let w364 = T::from_f64(-3.2133895) * d_j1_sin_j2;
+    let w365 = T::from_f64(-0.00014159999999999997) * d_j1_cos_j2;
+    let w366 = T::from_f64(-0.016902) * w121;
+    let w367 = T::from_f64(-0.009000000000000001) * w145;
+    let w368 = T::from_f64(0.012301200000000003) * w145;
+    let w369 = w149.neg_mul_add(T::from_f64(1.0089654500000003), w368);
+    let w370 = T::from_f64(-2.9275) * w155;
+    let w371 = T::from_f64(1.2295500000000001) * w120;
+    let w372 = T::from_f64(-0.012301200000000003) * w149;
+    let w373 = T::from_f64(2.9275) * w143;
+    let w374 = T::from_f64(-8.857e-5) * w171;
+    let w375 = T::from_f64(7.140000000000001e-6) * w172;
+    let w376 = T::from_f64(0.003000033999999999) * w172;
+    let w377 = T::from_f64(7.140000000000001e-6) * w170;
+    let w378 = w374 - w375;
+    let w379 = w170.neg_mul_add(T::from_f64(-8.857e-5), w376);
+    let w380 = w171.neg_mul_add(T::from_f64(0.003000033999999999), w377);
+    let w381 = T::from_f64(-0.0180237) * w171;
+    let w382 = T::from_f64(-0.0180237) * w170;
+    let w383 = T::from_f64(0.012399976000000002) * w170;
+    let w384 = T::from_f64(0.06996000000000001) * w180;
+    let w385 = w172.neg_mul_add(T::from_f64(0.012399976000000002), w381);
+    let w386 = w171.neg_mul_add(T::from_f64(7.140000000000001e-6), w383);
+    let w387 = T::from_f64(-0.06996000000000001) * w170;
+    let w388 = w171.neg_mul_add(T::from_f64(-0.00034), w387);
+    let w389 = T::from_f64(8.64e-7) * w202;
+    let w390 = T::from_f64(8.64e-7) * w201;
+    let w391 = T::from_f64(-8.64e-7) * w201;
+    let w392 = w204.neg_mul_add(T::from_f64(0.013221896), w389);
+    let w393 = w209.mul_add(T::from_f64(-0.06276), w392);
+    let w394 = w210.mul_add(T::from_f64(-0.06276), w390);
+    let w395 = T::from_f64(-0.06276) * w197;
+    let w396 = w201.mul_add(T::from_f64(0.013221896), w395);
+    let w397 = T::from_f64(0.06276) * w204;
+    let w398 = T::from_f64(0.06276) * w201;
+    let w399 = T::from_f64(0.001) * w204;
+    let w400 = T::from_f64(0.001) * w201;
+    let w401 = T::from_f64(-0.001) * w223;
+    let w402 = w204.mul_add(T::from_f64(8.64e-7), w401);
+    let w403 = T::from_f64(0.0043) * w204;
+    let w404 = w202.mul_add(T::from_f64(0.0033), w341);
+    let w405 = cos_j6 * w397;
+    let w406 = sin_j6 * w397;
+    let w407 = sin_j6 * (w393 + w403);
+    let w408 = cos_j6.mul_add(w394, w407);
+    let w409 = cos_j6 * w408;
+    let w410 = sin_j6 * w408;
+    let w411 = cos_j6.neg_mul_add(w400, sin_j6 * w402);
+    let w412 = cos_j6 * w404;
+    let w413 = sin_j6 * w396;
+    let w414 = sin_j6.mul_add(w404, cos_j6 * w396);
+    let w415 = w411 + w414;
+    let w416 = w413 - w412;
+    let w417 = w410 - w393;
+    let w418 = w411 - w415;
+    let w419 = T::from_f64(-0.4) * w406;
+    let w420 = w179.mul_add(T::from_f64(-0.00034), w378);
+    let w421 = w420 + (w394 - w409);
+    let w422 = w179.mul_add(T::from_f64(-0.06996000000000001), w385);
+    let w423 = w422 + cos_j6.mul_add(w402, sin_j6 * w400);
+    let w424 = w405.mul_add(T::from_f64(0.4), w417);
+    let w425 = w172.mul_add(T::from_f64(0.0180237), w424);
+    let w426 = w180.mul_add(T::from_f64(0.00034), w379) + (w412 - w413);
+    let w427 = w375 - w382 + w384 + w391;
+    let w428 = w201.mul_add(T::from_f64(-0.025104), w418);
+    let w429 = w172.mul_add(T::from_f64(-8.857e-5), w428);
+    let w430 = w155.mul_add(T::from_f64(0.00034), w380) + (w410 - w403);
+    let w431 = w155.mul_add(T::from_f64(0.06996000000000001), w386);
+    let w432 = w431 + (w414 - w415);
+    let w433 = w382 - w374 + (w409 + w419);
+    let w434 = w172.mul_add(T::from_f64(0.06996000000000001), w405);
+    let w435 = T::from_f64(-0.06276) * w201;
+    let w436 = w172.mul_add(T::from_f64(-0.00034), w435);
+    let w437 = w388 - w406;
+    let w438 = sin_j5.mul_add(w434, cos_j5 * w436);
+    let w439 = cos_j5 * (w421 - w427);
+    let w440 = sin_j5.neg_mul_add(w423 + w426, w439);
+    let w441 = cos_j5 * w440;
+    let w442 = sin_j5 * w440;
+    let w443 = w427 + w441;
+    let w444 = w423 + w442;
+    let w445 = w426 + w442;
+    let w446 = sin_j5.mul_add(w425, cos_j5 * w429);
+    let w447 = cos_j5 * w430;
+    let w448 = sin_j5 * w432;
+    let w449 = sin_j5.mul_add(w430, cos_j5 * w432);
+    let w450 = w446 + w449;
+    let w451 = w446 - w450;
+    let w452 = w448 - w447;
+    let w453 = sin_j5.neg_mul_add(w429, cos_j5 * w425);
+    let w454 = w154.mul_add(T::from_f64(2.9275), w369) + w453;
+    let w455 = w372 - w444;
+    let w456 = w447 - w448;
+    let w457 = w149.mul_add(T::from_f64(0.009000000000000001), w456);
+    let w458 = w143.mul_add(T::from_f64(-0.012301200000000003), w370);
+    let w459 = w458 + w433;
+    let w460 = w367 - w445;
+    let w461 = w143.mul_add(T::from_f64(1.0089654500000003), w371);
+    let w462 = w461 + (w449 - w450);
+    let w463 = w421 - w441;
+    let w464 = w143.mul_add(T::from_f64(0.012301200000000003), w463);
+    let w465 = sin_j5.neg_mul_add(w436, cos_j5 * w434);
+    let w466 = w149.mul_add(T::from_f64(-2.9275), w465);
+    let w467 = w373 - w438;
+    let w468 = cos_j4 * (w443 - w459);
+    let w469 = sin_j4.neg_mul_add(w454 + w457, w468);
+    let w470 = cos_j4 * w469;
+    let w471 = sin_j4 * w469;
+    let w472 = w459 + w470;
+    let w473 = sin_j4.mul_add(w455, cos_j4 * w451);
+    let w474 = sin_j4 * w462;
+    let w475 = cos_j4 * w462;
+    let w476 = sin_j4.mul_add(w460, w475);
+    let w477 = w473 + w476;
+    let w478 = sin_j4.neg_mul_add(w437, cos_j4 * w466);
+    let w479 = w454 + w471;
+    let w480 = w473 - w477;
+    let w481 = w438 - w373;
+    let w482 = w481.mul_add(T::from_f64(0.42), w480);
+    let w483 = sin_j4.mul_add(w466, cos_j4 * w437);
+    let w484 = w443 - w470;
+    let w485 = w366 - T::from_f64(0.0376424) * d_j3_plus_d_j1_cos_j2;
+    let w486 = w485 + cos_j4.neg_mul_add(w455, sin_j4 * w451);
+    let w487 = w478.mul_add(T::from_f64(0.42), w479);
+    let w488 = d_j3_plus_d_j1_cos_j2.mul_add(T::from_f64(0.016902), w487);
+    let w489 = cos_j4.neg_mul_add(w460, w474);
+    let w490 = T::from_f64(0.0049999999999999906) * d_j3_plus_d_j1_cos_j2;
+    let w491 = w490 + w489;
+    let w492 = w120.mul_add(T::from_f64(0.016902), w464);
+    let w493 = w457 + w471;
+    let w494 = w121.mul_add(T::from_f64(-0.0049999999999999906), w493);
+    let w495 = w476 - w477;
+    let w496 = w120.mul_add(T::from_f64(0.0376424), w495);
+    let w497 = w483.mul_add(T::from_f64(0.42), w484);
+    let w498 = w120.mul_add(T::from_f64(-0.016902), w497);
+    let w499 = cos_j3 * (w472 - w492);
+    let w500 = sin_j3.neg_mul_add(w486 + w491, w499);
+    let w501 = cos_j3 * w500;
+    let w502 = sin_j3 * w500;
+    let w503 = sin_j3.mul_add(w488, cos_j3 * w482);
+    let w504 = sin_j3.mul_add(w494, cos_j3 * w496);
+    let w505 = w503 + w504;
+    let w506 = cos_j3.neg_mul_add(w494, sin_j3 * w496);
+    let w507 = w357 - w358 + (w492 + w501);
+    let w508 = dq_j2.neg_mul_add(T::from_f64(3.2133895), w362);
+    let w509 = w508 + cos_j3.neg_mul_add(w488, sin_j3 * w482);
+    let w510 = w486 + w502;
+    let w511 = d_j1_sin_j2.neg_mul_add(T::from_f64(0.0001008), w359);
+    let w512 = w511 + w506;
+    let w513 = w358 - w363 + w498;
+    let w514 = w503 - w505;
+    let w515 = w360 - w361 + (w491 + w502);
+    let w516 = w364 - w365 + (w504 - w505);
+    let w517 = w363 - w357 + (w472 - w501);
+    let w518 = cos_j2 * (w507 - w513);
+    let w519 = sin_j2.neg_mul_add(w509 + w512, w518);
+    let w520 = w55 * w118;
+    let w521 = (T::from_f64(-3.9695) - w39) * w118;
+    let w522 = T::from_f64(-0.0012) + w62;
+    let w523 = w59 + w66;
+    let w524 = w59 + w63;
+    let w525 = d_j1_sin_j2 * w509;
+    let w526 = d_j1_sin_j2 * (w507 + w517);
+    let w527 = d_j1_cos_j2 * w515;
+    let w528 = T::from_f64(2.0) * d_j1_cos_j2;
+    let w529 = dq_j2.mul_add(T::from_f64(0.019824), w510);
+    let w530 = dq_j2.mul_add(T::from_f64(-0.0001008), w514);
+    let w531 = sin_j2 * (w529 + w523.mul_add(w528, w64 * w343));
+    let w532 = w343.mul_add(w524, w64 * w528) - w530;
+    let w533 = w472 + w492;
+    let w534 = d_j1_sin_j2 * w533;
+    let w535 = w39 * w128;
+    let w536 = w49 + w52;
+    let w537 = w49 + w51;
+    let w538 = w121 * (w492 + w498);
+    let w539 = w344 * (w472 + w498);
+    let w540 = w121.mul_add(w494, w344 * w496);
+    let w541 = w47.mul_add(w345, w54 * w346);
+    let w542 = w44.neg_mul_add(w346, w345 * w536) - w488;
+    let w543 = w44.neg_mul_add(w345, w346 * w537) - w482;
+    let w544 = sin_j3.neg_mul_add(w543, cos_j3 * w542);
+    let w545 = cos_j2 * (w541 - w533);
+    let w546 = w445 - w367;
+    let w547 = w443 + w459;
+    let w548 = cos_j4.mul_add(w546, w474);
+    let w549 = sin_j4 * w546;
+    let w550 = cos_j3.mul_add(w548, sin_j3 * w547);
+    let w551 = w475 - w549;
+    let w552 = (w37 - w36) * w117;
+    let w553 = d_j1_sin_j2 * w551;
+    let w554 = cos_j3.neg_mul_add(w547, sin_j3 * w548);
+    let w555 = w24 + w34;
+    let w556 = w24 + w33;
+    let w557 = T::from_f64(2.0) * w154;
+    let w558 = T::from_f64(2.0) * w155;
+    let w559 = w347.mul_add(w555, w28 * w348);
+    let w560 = w348.mul_add(w556, w28 * w347);
+    let w561 = w17.neg_mul_add(w557, w31 * w558);
+    let w562 = w444 - w372 + w19.neg_mul_add(w557, w559);
+    let w563 = w449 + w19.mul_sub(w558, w560);
+    let w564 = w547 + (w561 + w25.mul_add(w347, w35 * w348));
+    let w565 = cos_j4 * w19.mul_add(w348, w406 - w388);
+    let w566 = w19.mul_add(w347, w466);
+    let w567 = sin_j4.mul_add(w562, cos_j4 * w563);
+    let w568 = sin_j4.neg_mul_add(w563, cos_j4 * w562);
+    let w569 = w31.mul_add(w347, w17 * w348);
+    let w570 = w569.mul_add(T::from_f64(0.42), w568);
+    let w571 = sin_j4.neg_mul_add(w566, w565);
+    let w572 = w571.mul_sub(T::from_f64(0.42), w564);
+    let w573 = sin_j3.neg_mul_add(w572, cos_j3 * w570);
+    let w574 = w421 + w427;
+    let w575 = w82.neg_mul_add(w348, w30 * w347);
+    let w576 = sin_j4.neg_mul_add(w574, cos_j4 * w452);
+    let w577 = sin_j4.mul_add(w452, cos_j4 * w574);
+    let w578 = cos_j3.mul_add(w576, sin_j3 * w449);
+    let w579 = sin_j3.neg_mul_add(w84, cos_j3 * w85);
+    let w580 = d_j1_sin_j2 * w577;
+    let w581 = cos_j3.neg_mul_add(w449, sin_j3 * w576);
+    let w582 = T::from_f64(0.0066999880000000005) + w9;
+    let w583 = w9 + w12;
+    let w584 = T::from_f64(-0.06276) * (cos_j6 * w180);
+    let w585 = w10 * w352;
+    let w586 = w350.mul_add(w582, w13 * w352);
+    let w587 = cos_j6 * w351;
+    let w588 = w10.mul_sub(T::from_f64(2.0) * w351, w384);
+    let w589 = w587.mul_add(T::from_f64(-0.06276), w586) - w425;
+    let w590 = w584 - w352.mul_add(w583, w13 * w350) - w429;
+    let w591 = w574 + (w588 + w14.neg_mul_add(w350, w15 * w352));
+    let w592 = w200.mul_sub(T::from_f64(-0.06276), w436);
+    let w593 = cos_j6 * w171;
+    let w594 = w593.mul_add(T::from_f64(-0.06276), w434);
+    let w595 = sin_j5.neg_mul_add(w590, cos_j5 * w589);
+    let w596 = sin_j5.mul_add(w589, cos_j5 * w590);
+    let w597 = w171.mul_add(T::from_f64(-0.06996000000000001), w585);
+    let w598 = cos_j4 * sin_j5.neg_mul_add(w594, cos_j5 * w592);
+    let w599 = sin_j4.mul_add(w595, cos_j4 * w591);
+    let w600 = sin_j5.mul_add(w592, cos_j5 * w594);
+    let w601 = sin_j4.neg_mul_add(w591, cos_j4 * w595);
+    let w602 = w600.mul_add(T::from_f64(-0.42), w601);
+    let w603 = sin_j4.neg_mul_add(w597, w598);
+    let w604 = w603.mul_add(T::from_f64(0.42), w596);
+    let w605 = sin_j3.neg_mul_add(w604, cos_j3 * w602);
+    let w606 = sin_j6 * w171;
+    let w607 = T::from_f64(-8.64e-7) * w606;
+    let w608 = w414 + (w584 + w93.neg_mul_add(w352, w607));
+    let w609 = sin_j5.neg_mul_add(w394, cos_j5 * w416);
+    let w610 = sin_j5.mul_add(w416, cos_j5 * w394);
+    let w611 = cos_j6 * w143;
+    let w612 = T::from_f64(8.64e-7) * w611;
+    let w613 = T::from_f64(0.06276) * (sin_j6 * w154);
+    let w614 = w94.neg_mul_add(w558, w613);
+    let w615 = w96.neg_mul_add(w347, w612) + w614 - w610;
+    let w616 = sin_j4.neg_mul_add(w414, cos_j4 * w609);
+    let w617 = sin_j4.mul_add(w609, cos_j4 * w414);
+    let w618 = w617 + w103.mul_add(w345, w104 * w346);
+    let w619 = sin_j3.neg_mul_add(w610, cos_j3 * w616);
+    let w620 = sin_j4.neg_mul_add(w94, cos_j4 * w1) * w117;
+    let w621 = sin_j3.neg_mul_add(w95, cos_j3 * w100);
+    let w622 = d_j1_sin_j2 * w617;
+    let w623 = w105.neg_mul_add(w528, w101 * w343);
+    let w624 = sin_j3.mul_add(w616, cos_j3 * w610) + w623;
+    let w625 = sin_j2.neg_mul_add(w619, cos_j2 * w617);
+    let w626 = T::from_f64(-0.03138) * w220;
+    let w627 = T::from_f64(0.06276) * w202;
+    let w628 = T::from_f64(8.64e-7) * w354;
+    let w629 = w354.neg_mul_add(w398, w626);
+    let w630 = w217.mul_add(T::from_f64(-0.03138), w629);
+    let w631 = w202.mul_sub(T::from_f64(-0.014221896000000001), w402);
+    let w632 = w354.mul_add(T::from_f64(0.0053), w400);
+    let w633 = w394 + w210.mul_add(T::from_f64(0.06276), w628);
+    let w634 = sin_j6.mul_add(w631, cos_j6 * w632);
+    let w635 = sin_j6.neg_mul_add(w632, cos_j6 * w631);
+    let w636 = w202.mul_add(T::from_f64(-0.025104), w635);
+    let w637 = w419 + w633;
+    let w638 = sin_j5.neg_mul_add(w637, cos_j5 * w636);
+    let w639 = sin_j5.mul_add(w636, cos_j5 * w637);
+    let w640 = cos_j5.mul_add(w406, sin_j5 * w627);
+    let w641 = sin_j4 * w638;
+    let w642 = cos_j4 * w634;
+    let w643 = sin_j5.neg_mul_add(w406, cos_j5 * w627);
+    let w644 = cos_j4.neg_mul_add(w640, sin_j4 * w405);
+    let w645 = cos_j4.mul_add(w638, sin_j4 * w634);
+    let w646 = w643.mul_add(T::from_f64(-0.42), w645);
+    let w647 = w644.mul_add(T::from_f64(0.42), w639);
+    let w648 = sin_j3.neg_mul_add(w647, cos_j3 * w646);
+    let w649 = cos_j2 * (w642 - w641);
+    let w650 = T::from_f64(-0.002) * w354;
+    let w651 = w201.mul_add(T::from_f64(-0.001), w650);
+    let w652 = cos_j6 * w399;
+    let w653 = sin_j6 * w399;
+    let w654 = w606.mul_sub(T::from_f64(0.002), w653);
+    let w655 = cos_j5 * w652;
+    let w656 = sin_j5.mul_add(w400, w655);
+    let w657 = sin_j5 * w652;
+    let w658 = cos_j5 * w400;
+    let w659 = w657 - w658;
+    let w660 = T::from_f64(-0.002) * w611;
+    let w661 = w658 - w657 + w110.mul_add(w347, w660);
+    let w662 = sin_j4 * w653;
+    let w663 = cos_j4.mul_add(w656, w662);
+    let w664 = sin_j4 * w656;
+    let w665 = cos_j4 * w653;
+    let w666 = w664 - w665 + w112.mul_add(w345, w111 * w346);
+    let w667 = sin_j3.neg_mul_add(w659, cos_j3 * w663);
+    let w668 = w665 - w664;
+    let w669 = d_j1_sin_j2 * w668;
+    let w670 = sin_j3.mul_add(w663, cos_j3 * w659);
+    let w671 = w670 - w114.mul_add(w528, w113 * w343);
+    let w672 = sin_j2.mul_add(w667, cos_j2 * w668);
+    let w673 = w354.neg_mul_add(w400, w204 * w399);
+    let w674 = w217.mul_add(T::from_f64(-0.001), w673);
+    let w675 = T::from_f64(0.001) * w354;
+    let w676 = cos_j6 * w674;
+    let w677 = sin_j5.neg_mul_add(w675, w655);
+    let w678 = cos_j5.mul_add(w675, w657);
+    let w679 = cos_j4.mul_add(w677, w662);
+    let w680 = sin_j4 * w677;
+    let w681 = sin_j3.neg_mul_add(w678, cos_j3 * w679);
+    let w682 = cos_j2 * (w665 - w680);
+    let w683 = T::from_f64(1000.0) * w116;
+    let w684 = T::from_f64(1000.0) * w115;
+    let w685 = T::from_f64(1000.0) * w113;
+    let w686 = T::from_f64(1000.0) * w111;
+    let w687 = w71 + (T::from_f64(0.03765600000000001) + w59);
+    let w688 = cos_j2.neg_mul_add(w73, sin_j2 * w65);
+    let w689 = sin_j2.neg_mul_add(w61, cos_j2 * w74);
+    let w690 = sin_j2.neg_mul_add(w80, cos_j2 * w78);
+    let w691 = sin_j2.neg_mul_add(w90, cos_j2 * w86);
+    let w692 = T::from_f64(114.14289869087226) * w107;
+    let w693 = T::from_f64(114.14289869087226) * w106;
+    let w694 = T::from_f64(114.14289869087226) * w101;
+    let w695 = T::from_f64(114.14289869087226) * w99;
+    let w696 = T::from_f64(4.9309732234456816e-5) * cos_j6;
+    let w697 = w116.neg_mul_add(w683, w687);
+    let w698 = w116.neg_mul_add(w684, w688);
+    let w699 = w115.neg_mul_add(w684, w72);
+    let w700 = w116.neg_mul_add(w685, w689);
+    let w701 = w113.neg_mul_add(w685, w74);
+    let w702 = w115.mul_add(w686, w81);
+    let w703 = w111.neg_mul_add(w686, w75);
+    let w704 = cos_j6.neg_mul_add(w116, w691);
+    let w705 = w107.neg_mul_add(w696, w704);
+    let w706 = cos_j6.neg_mul_add(w115, w91);
+    let w707 = w106.mul_add(w696, w706);
+    let w708 = cos_j6.neg_mul_add(w113, w86);
+    let w709 = w101.neg_mul_add(w696, w708);
+    let w710 = w99.mul_add(w696, cos_j6.mul_add(w111, w29));
+    let w711 = cos_j6.neg_mul_add(w109, w82);
+    let cos_j6_sq = cos_j6 * cos_j6;
+    let w712 = w711 - T::from_f64(2.1301804325285345e-11) * cos_j6_sq;
+    let w713 = T::one() / w712;
+    let w714 = w705 * w713;
+    let w715 = w707 * w713;
+    let w716 = w709 * w713;
+    let w717 = w710 * w713;
+    let w718 = w107.neg_mul_add(w692, w697);
+    let w719 = w107.mul_add(w693, w698);
+    let w720 = w106.neg_mul_add(w693, w699);
+    let w721 = w107.neg_mul_add(w694, w700);
+    let w722 = w106.mul_sub(w694, w115.mul_add(w685, w60));
+    let w723 = w101.neg_mul_add(w694, w701);
+    let w724 = w107.mul_add(w695, w116.mul_add(w686, w690));
+    let w725 = w705.neg_mul_add(w717, w724);
+    let w726 = w106.neg_mul_add(w695, w702);
+    let w727 = w707.neg_mul_add(w717, w726);
+    let w728 = w101.mul_add(w695, w113.mul_add(w686, w78));
+    let w729 = w709.neg_mul_add(w717, w728);
+    let w730 = w99.neg_mul_add(w695, w703);
+    let w731 = T::one() / w710.neg_mul_add(w717, w730);
+    let w732 = w725 * w731;
+    let w733 = w727 * w731;
+    let w734 = w729 * w731;
+    let w735 = w705.neg_mul_add(w714, w718);
+    let w736 = w705.neg_mul_add(w715, w719);
+    let w737 = w707.neg_mul_add(w715, w720);
+    let w738 = w705.neg_mul_add(w716, w721);
+    let w739 = w725.neg_mul_add(w734, w738);
+    let w740 = w707.neg_mul_add(w716, w722);
+    let w741 = w727.neg_mul_add(w734, w740);
+    let w742 = w709.neg_mul_add(w716, w723);
+    let w743 = T::one() / w729.neg_mul_add(w734, w742);
+    let w744 = w739 * w743;
+    let w745 = w741 * w743;
+    let w746 = w725.neg_mul_add(w732, w735);
+    let w747 = w725.neg_mul_add(w733, w736);
+    let w748 = w739.neg_mul_add(w745, w747);
+    let w749 = w727.neg_mul_add(w733, w737);
+    let w750 = T::one() / w741.neg_mul_add(w745, w749);
+    let w751 = w748 * w750;
+    let w752 = w739.neg_mul_add(w744, w746);
+    let d_acceleration_j1_j1 = T::one() / w748.neg_mul_add(w751, w752);
+    let w753 = u_j7 - (w293 - w294);
+    let w754 = u_j1 + sin_j2.mul_add(w339, w340);
+    let w755 = u_j2 - (w338 + sin_j3.mul_add(w332, cos_j3 * w334));
+    let w756 = w683.neg_mul_add(w753, w754);
+    let w757 = w684.neg_mul_add(w753, w755);
+    let w758 = w685.neg_mul_add(w753, u_j3 - w336);
+    let w759 = w686.mul_add(w753, u_j4 - (w262 - w318));
+    let w760 = cos_j6.neg_mul_add(w753, u_j5 - w312);
+    let w761 = w342.mul_add(w696, w760);
+    let w762 = w342.mul_add(w692, w756);
+    let w763 = w342.neg_mul_add(w693, w757);
+    let w764 = w342.mul_add(w694, w758);
+    let w765 = w342.neg_mul_add(w695, w759);
+    let w766 = w717.neg_mul_add(w761, w765);
+    let w767 = w714.neg_mul_add(w761, w762);
+    let w768 = w715.neg_mul_add(w761, w763);
+    let w769 = w716.neg_mul_add(w761, w764);
+    let w770 = w734.neg_mul_add(w766, w769);
+    let w771 = w732.neg_mul_add(w766, w767);
+    let w772 = w733.neg_mul_add(w766, w768);
+    let w773 = w745.neg_mul_add(w770, w772);
+    let w774 = w744.neg_mul_add(w770, w771);
+    let acceleration_j1 = d_acceleration_j1_j1 * w751.neg_mul_add(w773, w774);
+    let w775 = w750 * w773;
+    let acceleration_j2 = w751.neg_mul_add(acceleration_j1, w775);
+    let w776 = w743 * w770;
+    let w777 = w744.neg_mul_add(acceleration_j1, w776);
+    let acceleration_j3 = w745.neg_mul_add(acceleration_j2, w777);
+    let w778 = w731 * w766;
+    let w779 = w732.neg_mul_add(acceleration_j1, w778);
+    let w780 = w733.neg_mul_add(acceleration_j2, w779);
+    let acceleration_j4 = w734.neg_mul_add(acceleration_j3, w780);
+    let w781 = w713 * w761;
+    let w782 = w714.neg_mul_add(acceleration_j1, w781);
+    let w783 = w715.neg_mul_add(acceleration_j2, w782);
+    let w784 = w716.neg_mul_add(acceleration_j3, w783);
+    let acceleration_j5 = w717.neg_mul_add(acceleration_j4, w784);
+    let w785 = w692 * acceleration_j1;
+    let w786 = w342.mul_add(T::from_f64(114.14289869087226), w785);
+    let w787 = w693.neg_mul_add(acceleration_j2, w786);
+    let w788 = w694.mul_add(acceleration_j3, w787);
+    let w789 = w695.neg_mul_add(acceleration_j4, w788);
+    let acceleration_j6 = w696.mul_add(acceleration_j5, w789);
+    let w790 = T::from_f64(1000.0) * w753;
+    let w791 = w683.neg_mul_add(acceleration_j1, w790);
+    let w792 = w684.neg_mul_add(acceleration_j2, w791);
+    let w793 = w685.neg_mul_add(acceleration_j3, w792);
+    let w794 = w686.mul_add(acceleration_j4, w793);
+    let acceleration_j7 = cos_j6.neg_mul_add(acceleration_j5, w794);
+    let w795 = sin_j2 * acceleration_j1;
+    let w796 = cos_j2 * acceleration_j1;
+    let w797 = d_j2_d_j1_cos_j2 + w795;
+    let w798 = d_j2_d_j1_sin_j2 - w796;
+    let w799 = d_j2_d_j1_cos_j2 + w797;
+    let w800 = d_j2_d_j1_sin_j2 + w798;
+    let w801 = w798 - d_j2_d_j1_sin_j2;
+    let w802 = sin_j3 * acceleration_j2;
+    let w803 = sin_j3 * w797;
+    let w804 = cos_j3.mul_add(acceleration_j2, w803);
+    let w805 = w123 + cos_j3.neg_mul_add(w797, w802);
+    let w806 = w804 - w124;
+    let w807 = acceleration_j3 + (w796 - d_j2_d_j1_sin_j2);
+    let w808 = w130 - w807;
+    let w809 = w132 - w805;
+    let w810 = w134 + w806;
+    let w811 = w810.mul_sub(T::from_f64(0.42), w127);
+    let w812 = w809.mul_add(T::from_f64(0.42), w128);
+    let w813 = w150 + sin_j4.mul_add(w807, cos_j4 * w805);
+    let w814 = sin_j4.neg_mul_add(w805, cos_j4 * w807) - w151;
+    let w815 = acceleration_j4 + (w124 - w804);
+    let w816 = cos_j4.mul_add(w811, w156);
+    let w817 = sin_j4.neg_mul_add(w811, w158);
+    let w818 = w163 - w815;
+    let w819 = w165 - w813;
+    let w820 = w165 + w813;
+    let w821 = w168 + w814;
+    let w822 = w173 + sin_j5.neg_mul_add(w815, cos_j5 * w813);
+    let w823 = w174 + cos_j5.mul_add(w815, sin_j5 * w813);
+    let w824 = acceleration_j5 + w814;
+    let w825 = sin_j5.mul_add(w812, cos_j5 * w816);
+    let w826 = sin_j5.neg_mul_add(w816, cos_j5 * w812);
+    let w827 = w186 - w824;
+    let w828 = w186 + w824;
+    let w829 = w189 - w822;
+    let w830 = w189 + w822;
+    let w831 = w193 + w823;
+    let w832 = w193 - w823;
+    let w833 = w832.mul_add(T::from_f64(0.4), w825);
+    let w834 = w198 + w817;
+    let w835 = sin_j6.neg_mul_add(w824, cos_j6 * w822) - w205;
+    let w836 = w206 + cos_j6.mul_add(w824, sin_j6 * w822);
+    let w837 = acceleration_j6 - w823;
+    let w838 = w215 + w837;
+    let w839 = w218 + w835;
+    let w840 = w835 - w218;
+    let w841 = w221 - w836;
+    let w842 = w224 + w835;
+    let w843 = w837 - w225;
+    let w844 = acceleration_j7 + w836;
+    let w845 = w227 - w843;
+    let w846 = w799.mul_add(T::from_f64(-1.60669475), w228);
+    let w847 = d_j1_sin_j2_d_j1_cos_j2 + acceleration_j2;
+    let w848 = w800.mul_add(T::from_f64(-7.079999999999999e-5), w846);
+    let w849 = d_j1_sin_j2_d_j1_cos_j2 - acceleration_j2;
+    let w850 = w800.mul_add(T::from_f64(0.006000359999999998), w232);
+    let w851 = w849.mul_add(T::from_f64(-0.009912), w850);
+    let w852 = w132 + w805;
+    let w853 = T::from_f64(-0.008451) * w808;
+    let w854 = w134 - w806;
+    let w855 = T::from_f64(0.0024999999999999953) * (w130 + w807);
+    let w856 = w808.neg_mul_add(T::from_f64(0.0188212), w855);
+    let w857 = w820.mul_add(T::from_f64(0.5044827250000001), w254);
+    let w858 = T::from_f64(0.006150600000000002) * w818;
+    let w859 = w168 - w814;
+    let w860 = T::from_f64(0.0045000000000000005) * (w163 + w815);
+    let w861 = w818.neg_mul_add(T::from_f64(0.5044827250000001), w860);
+    let w862 = w821.neg_mul_add(T::from_f64(0.006150600000000002), w861);
+    let w863 = T::from_f64(-0.034980000000000004) * w830;
+    let w864 = w830.mul_add(T::from_f64(0.006199988000000001), w266);
+    let w865 = w831.mul_add(T::from_f64(3.5700000000000005e-6), w864);
+    let w866 = w828.neg_mul_add(T::from_f64(-4.4285e-5), w865);
+    let w867 = w831.mul_add(T::from_f64(-0.0015000169999999995), w270);
+    let w868 = w827.mul_add(T::from_f64(-0.00901185), w867);
+    let w869 = w830.neg_mul_add(T::from_f64(3.5700000000000005e-6), w868);
+    let w870 = T::from_f64(0.0015000169999999995) * w828;
+    let w871 = w827.neg_mul_add(T::from_f64(0.006199988000000001), w870);
+    let w872 = w275 + w871;
+    let w873 = w829.mul_add(T::from_f64(-4.4285e-5), w872);
+    let w874 = w832.neg_mul_add(T::from_f64(-0.00901185), w873);
+    let w875 = w826.mul_add(T::from_f64(-0.00017), w874);
+    let w876 = T::from_f64(0.03138) * w838;
+    let w877 = w829.mul_add(T::from_f64(0.4), w826);
+    let w878 = w840.mul_add(T::from_f64(0.006610948), w283);
+    let w879 = T::from_f64(4.32e-7) * w838;
+    let w880 = w221 + w836;
+    let w881 = T::from_f64(0.00165) * (w837 - w215);
+    let w882 = w838.neg_mul_add(T::from_f64(-0.006610948), w881);
+    let w883 = sin_j6.neg_mul_add(w834, cos_j6 * w833);
+    let w884 = w841.neg_mul_add(T::from_f64(-4.32e-7), w882);
+    let w885 = T::from_f64(0.0005) * (w226 + w842);
+    let w886 = T::from_f64(0.0005) * (w221 - w844);
+    let w887 = w221 + w844;
+    let w888 = w877.mul_add(T::from_f64(-0.03138), w878) + w885;
+    let w889 = w887.neg_mul_add(T::from_f64(0.0005), w886);
+    let w890 = w880.mul_add(T::from_f64(-0.00165), w879) + w889;
+    let w891 = w883.neg_mul_add(T::from_f64(-0.03138), w884);
+    let w892 = cos_j6.mul_sub(w876, w303);
+    let w893 = sin_j6.neg_mul_add(w890, cos_j6 * w888);
+    let w894 = w845.mul_add(T::from_f64(-0.0005), w891);
+    let w895 = w817.mul_add(T::from_f64(-0.034980000000000004), w866);
+    let w896 = w895 + w840.mul_add(T::from_f64(0.012552), w893);
+    let w897 = w817.neg_mul_add(T::from_f64(-0.00017), w869);
+    let w898 = w897 + w892.mul_add(T::from_f64(0.4), w894);
+    let w899 = w825.neg_mul_add(T::from_f64(-0.034980000000000004), w875);
+    let w900 = w827.mul_add(T::from_f64(-0.034980000000000004), w263);
+    let w901 = w900 + w892;
+    let w902 = w828.mul_add(T::from_f64(-0.00017), w264);
+    let w903 = w840.mul_add(T::from_f64(-0.03138), w902);
+    let w904 = w831.mul_add(T::from_f64(-0.00017), w863);
+    let w905 = sin_j5.neg_mul_add(w898, cos_j5 * w896);
+    let w906 = w812.mul_add(T::from_f64(-1.46375), w857) + w905;
+    let w907 = w859.mul_add(T::from_f64(-0.0045000000000000005), w858);
+    let w908 = w907 + (w899 - sin_j6.mul_add(w888, cos_j6 * w890));
+    let w909 = sin_j5.neg_mul_add(w903, cos_j5 * w901);
+    let w910 = w818.mul_add(T::from_f64(1.46375), w909);
+    let w911 = w253 + (w904 - sin_j6.mul_add(w876, w305));
+    let w912 = sin_j5.mul_add(w901, cos_j5 * w903);
+    let w913 = w816.neg_mul_add(T::from_f64(1.46375), w862);
+    let w914 = w820.neg_mul_add(T::from_f64(1.46375), w912);
+    let w915 = sin_j4.neg_mul_add(w911, cos_j4 * w910);
+    let w916 = sin_j4.neg_mul_add(w908, cos_j4 * w906);
+    let w917 = sin_j5.mul_add(w896, cos_j5 * w898) - w913;
+    let w918 = w246 + w852.mul_add(T::from_f64(0.0188212), w244);
+    let w919 = w918 + w914.mul_add(T::from_f64(-0.42), w916);
+    let w920 = w854.mul_add(T::from_f64(-0.0024999999999999953), w853);
+    let w921 = w920 + w915.mul_add(T::from_f64(0.42), w917);
+    let w922 = w810.neg_mul_add(T::from_f64(-0.008451), w856) - w252;
+    let w923 = w847.neg_mul_add(T::from_f64(-5.04e-5), w848);
+    let w924 = w120 * w143;
+    let w925 = w924.mul_add(T::from_f64(0.84), w817);
+    let w926 = w120 * w145;
+    let w927 = w926.mul_sub(T::from_f64(0.84), w816);
+    let w928 = w155.neg_mul_add(w352, w826);
+    let w929 = w155.mul_add(w350, w825);
+    let w930 = cos_j6.mul_add(w834, sin_j6 * w833);
+    let w931 = w64.neg_mul_add(w795, w523 * w801);
+    let w932 = w67.mul_add(w119, w524 * w795);
+    let w933 = w72.mul_add(w119, w65 * w801);
+    let w934 = w65.mul_add(w119, w931);
+    let w935 = w799.neg_mul_add(T::from_f64(-7.079999999999999e-5), w851);
+    let w936 = d_j1_cos_j2.mul_add(w513 + w517, w525);
+    let w937 = w64.neg_mul_add(w801, w932) - w520;
+    let w938 = w522.mul_add(w117, w521) - w67.mul_add(w795, w933);
+    let w939 = w922 + sin_j4.mul_add(w906, cos_j4 * w908) - w935;
+    let w940 = w923 + sin_j3.neg_mul_add(w921, cos_j3 * w919);
+    let w941 = w940 + (d_j1_cos_j2.mul_add(w512, w526) + w937);
+    let w942 = w939 + (w55.neg_mul_add(w117, w934) - w936);
+    let w943 = w74.neg_mul_add(w795, w61 * w801);
+    let w944 = w520 + w60.mul_add(w119, w943);
+    let w945 = w44.neg_mul_add(w809, w536 * w810);
+    let w946 = w54.mul_add(w133, w537 * w809);
+    let w947 = w74.mul_add(w133, w47 * w810);
+    let w948 = w47.mul_add(w133, w945);
+    let w949 = w50.neg_mul_add(w128, w38 * w127);
+    let w950 = w949 - w54.mul_add(w809, w947);
+    let w951 = w344.neg_mul_add(w486, w538);
+    let w952 = w535 + w44.neg_mul_add(w810, w946);
+    let w953 = w951 + w39.neg_mul_add(w127, w948) - w921;
+    let w954 = w919 + (w121.neg_mul_add(w491, w539) + w952);
+    let w955 = sin_j3.neg_mul_add(w954, cos_j3 * w953);
+    let w956 = cos_j2 * (w540 - w950);
+    let w957 = w77.mul_add(w810, w79 * w809);
+    let w958 = w344.neg_mul_add(w547, w121 * w548);
+    let w959 = w78.neg_mul_add(w795, w80 * w801);
+    let w960 = (cos_j3 * w39).mul_add(w118, w552);
+    let w961 = w960 + w81.neg_mul_add(w119, w959);
+    let w962 = w28.neg_mul_add(w819, w555 * w821);
+    let w963 = w35.mul_add(w167, w556 * w819);
+    let w964 = w75.neg_mul_add(w167, w25 * w821);
+    let w965 = w31.mul_add(w349, w19 * w927);
+    let w966 = w17.mul_add(w349, w19 * w925);
+    let w967 = w31.neg_mul_add(w925, w17 * w927);
+    let w968 = w145.mul_add(w459 + w464, w143 * w454);
+    let w969 = w145.mul_add(w457, w143 * (w443 + w464));
+    let w970 = w967 + w35.neg_mul_add(w819, w964);
+    let w971 = w145.mul_add(w546, w143 * w462) + w970;
+    let w972 = w19.neg_mul_add(w819, w31 * w167);
+    let w973 = w17.neg_mul_add(w167, w19 * w821);
+    let w974 = w17.neg_mul_add(w819, w31 * w821);
+    let w975 = w968 + (w965 + w25.neg_mul_add(w167, w962)) - w908;
+    let w976 = w906 + (w28.neg_mul_add(w821, w963) - w966 - w969);
+    let w977 = cos_j4 * (w143.neg_mul_add(w467, w972) - w911);
+    let w978 = w910 + w145.neg_mul_add(w467, w973);
+    let w979 = sin_j4.mul_add(w975, cos_j4 * w976);
+    let w980 = w145.mul_add(w437, w143 * w466) + w974;
+    let w981 = sin_j4.neg_mul_add(w976, cos_j4 * w975);
+    let w982 = w980.mul_add(T::from_f64(0.42), w981);
+    let w983 = sin_j4.neg_mul_add(w978, w977);
+    let w984 = w983.mul_sub(T::from_f64(0.42), w971);
+    let w985 = sin_j3.neg_mul_add(w984, cos_j3 * w982);
+    let w986 = w30.mul_add(w821, w82 * w819);
+    let w987 = w84.neg_mul_add(w349, w83 * w925);
+    let w988 = w143.neg_mul_add(w574, w145 * w452);
+    let w989 = w88.mul_add(w810, w89 * w809);
+    let w990 = w85.mul_add(w128, w84 * w127);
+    let w991 = w344.neg_mul_add(w449, w121 * w576);
+    let w992 = w86.neg_mul_add(w795, w90 * w801);
+    let w993 = w579.mul_add(w118, sin_j4 * w83 * w117);
+    let w994 = w91.neg_mul_add(w119, w992) - w993;
+    let w995 = w2 * w929;
+    let w996 = w2 * w928;
+    let w997 = T::from_f64(-0.034980000000000004) * w928;
+    let w998 = w13.neg_mul_add(w829, w582 * w832);
+    let w999 = w15.mul_add(w192, w583 * w829);
+    let w1000 = w82.mul_add(w192, w14 * w832);
+    let w1001 = w2 * w829;
+    let w1002 = T::from_f64(-0.034980000000000004) * w832;
+    let w1003 = w353.mul_add(T::from_f64(-0.034980000000000004), w995);
+    let w1004 = w13.neg_mul_add(w832, w999);
+    let w1005 = w171.mul_add(w427 + w433, w170 * w423);
+    let w1006 = w171.mul_add(w426, w170 * (w421 + w433));
+    let w1007 = w10.mul_add(w929, w997) + w15.mul_add(w829, w1000);
+    let w1008 = w171.neg_mul_add(w430, w170 * w432) - w1007;
+    let w1009 = w192.neg_mul_add(T::from_f64(0.034980000000000004), w1001);
+    let w1010 = w10.mul_add(w192, w2 * w832);
+    let w1011 = w171.mul_add(w436, w170 * w434);
+    let w1012 = w1005 + (w1003 + w14.mul_add(w192, w998)) - w898;
+    let w1013 = w896 + (w10.neg_mul_add(w353, w996) + w1004 - w1006);
+    let w1014 = w170.neg_mul_add(w437, w1009) - w903;
+    let w1015 = w901 - w171.mul_add(w437, w1010);
+    let w1016 = sin_j5.neg_mul_add(w1013, cos_j5 * w1012);
+    let w1017 = sin_j5.mul_add(w1012, cos_j5 * w1013);
+    let w1018 = cos_j4 * sin_j5.neg_mul_add(w1015, cos_j5 * w1014);
+    let w1019 = w1011 + w10.neg_mul_add(w829, w1002);
+    let w1020 = sin_j4.mul_add(w1016, cos_j4 * w1008);
+    let w1021 = sin_j5.mul_add(w1014, cos_j5 * w1015);
+    let w1022 = sin_j4.neg_mul_add(w1008, cos_j4 * w1016);
+    let w1023 = w1021.mul_add(T::from_f64(-0.42), w1022);
+    let w1024 = sin_j4.neg_mul_add(w1019, w1018);
+    let w1025 = w1024.mul_add(T::from_f64(0.42), w1017);
+    let w1026 = sin_j3.neg_mul_add(w1025, cos_j3 * w1023);
+    let w1027 = w5.neg_mul_add(w832, w93 * w829);
+    let w1028 = w6.mul_add(w192, w1027) + w1.neg_mul_add(w353, w996);
+    let w1029 = w170.neg_mul_add(w394, w171 * w416) + w1028;
+    let w1030 = w96.mul_add(w821, w6 * w819);
+    let w1031 = w1.neg_mul_add(w927, w94 * w925);
+    let w1032 = w95.neg_mul_add(w349, w1031) - w99.mul_add(w167, w1030);
+    let w1033 = w143.neg_mul_add(w414, w145 * w609) + w1032;
+    let w1034 = w103.mul_add(w810, w104 * w809);
+    let w1035 = w100.mul_add(w128, w95 * w127);
+    let w1036 = w1035 + w101.mul_add(w133, w1034);
+    let w1037 = w121.mul_add(w616, w344 * w610) + w1036;
+    let w1038 = w105.mul_add(w801, w101 * w795);
+    let w1039 = w106.neg_mul_add(w119, w1038);
+    let w1040 = w621.neg_mul_add(w118, w620) + w1039;
+    let w1041 = w1040 - d_j1_cos_j2.mul_add(w619, w622);
+    let w1042 = T::from_f64(-0.00265) * w839;
+    let w1043 = T::from_f64(-0.008760948000000001) * w220;
+    let w1044 = T::from_f64(0.007110948000000001) * w841;
+    let w1045 = w209.mul_add(w355, w356);
+    let w1046 = w839.neg_mul_add(T::from_f64(4.32e-7), w1043);
+    let w1047 = w197.mul_add(w355, w930);
+    let w1048 = w1045.mul_add(T::from_f64(-0.03138), w1044);
+    let w1049 = w220.neg_mul_add(T::from_f64(4.32e-7), w1042);
+    let w1050 = w1047.mul_add(T::from_f64(-0.03138), w1046);
+    let w1051 = w354.neg_mul_add(w396, w202 * w404) + w1050;
+    let w1052 = T::from_f64(-0.03138) * w841;
+    let w1053 = w354.neg_mul_add(w397, w1052);
+    let w1054 = w1048 - w202.mul_add(w391 + w394, w354 * w393);
+    let w1055 = w1054 - w890;
+    let w1056 = w888 + (w354.neg_mul_add(w390, w202 * w403) + w1049);
+    let w1057 = w202.neg_mul_add(w398, w876);
+    let w1058 = sin_j6.neg_mul_add(w1057, cos_j6 * w630);
+    let w1059 = sin_j6.mul_add(w1055, cos_j6 * w1056);
+    let w1060 = sin_j6.neg_mul_add(w1056, cos_j6 * w1055);
+    let w1061 = w1053.mul_add(T::from_f64(-0.4), w1060);
+    let w1062 = w1058.mul_add(T::from_f64(0.4), w1051);
+    let w1063 = sin_j5.neg_mul_add(w1062, cos_j5 * w1061);
+    let w1064 = sin_j5.mul_add(w1061, cos_j5 * w1062);
+    let w1065 = sin_j4 * sin_j6.mul_add(w630, cos_j6 * w1057);
+    let w1066 = sin_j5.neg_mul_add(w1053, cos_j5 * w1058);
+    let w1067 = sin_j4 * w1063;
+    let w1068 = cos_j4 * w1059;
+    let w1069 = sin_j5.mul_add(w1058, cos_j5 * w1053);
+    let w1070 = cos_j4.mul_add(w1063, sin_j4 * w1059);
+    let w1071 = w1069.mul_add(T::from_f64(-0.42), w1070);
+    let w1072 = cos_j4.mul_add(w1066, w1065);
+    let w1073 = w1072.mul_add(T::from_f64(0.42), w1064);
+    let w1074 = sin_j3.neg_mul_add(w1073, cos_j3 * w1071);
+    let w1075 = cos_j2 * (w1068 - w1067);
+    let w1076 = T::from_f64(0.001) * w839;
+    let w1077 = w202.neg_mul_add(w399, w1076);
+    let w1078 = w109.neg_mul_add(w192, w108 * w832);
+    let w1079 = w171.mul_add(w652, w170 * w400) + w1078;
+    let w1080 = w110.mul_add(w821, w109 * w819);
+    let w1081 = w145.mul_add(w656, w143 * w653);
+    let w1082 = w1081 + w111.mul_add(w167, w1080);
+    let w1083 = w112.mul_add(w810, w111 * w809);
+    let w1084 = w121.mul_add(w663, w344 * w659);
+    let w1085 = w1084 + w113.neg_mul_add(w133, w1083);
+    let w1086 = w113.neg_mul_add(w795, w114 * w801);
+    let w1087 = d_j1_cos_j2.neg_mul_add(w667, w669);
+    let w1088 = w1087 + w115.neg_mul_add(w119, w1086);
+    let w1089 = T::from_f64(0.0005) * (w227 + w843);
+    let w1090 = T::from_f64(0.0005) * (w226 - w842);
+    let w1091 = w341.mul_add(w354, w1089);
+    let w1092 = w845.mul_add(T::from_f64(0.0005), w1091);
+    let w1093 = w885 + w204.neg_mul_add(w341, w1090);
+    let w1094 = sin_j6.mul_add(w674, cos_j6 * w1092);
+    let w1095 = sin_j6.neg_mul_add(w1092, w676);
+    let w1096 = sin_j5.neg_mul_add(w1093, cos_j5 * w1094);
+    let w1097 = sin_j5.mul_add(w1094, cos_j5 * w1093);
+    let w1098 = sin_j4.neg_mul_add(w1095, cos_j4 * w1096);
+    let w1099 = sin_j4.mul_add(w1096, cos_j4 * w1095);
+    let w1100 = sin_j3.neg_mul_add(w1097, cos_j3 * w1098);
+    let w1101 = sin_j2.mul_add(w942, cos_j2 * w941);
+    let w1102 = d_j1_sin_j2.neg_mul_add(w516, w527) + w938;
+    let w1103 = w944 - d_j1_cos_j2.mul_add(w506, w534);
+    let w1104 = d_j1_cos_j2.neg_mul_add(w550, w553) + w961;
+    let w1105 = w994 - d_j1_cos_j2.mul_add(w578, w580);
+    let w1106 = w683.mul_add(w1088, w1101);
+    let w1107 = w684.mul_sub(w1088, w1102);
+    let w1108 = w685.mul_sub(w1088, w1103);
+    let w1109 = w686.mul_add(w1088, w1104);
+    let w1110 = cos_j6.mul_sub(w1088, w1105);
+    let w1111 = w696.neg_mul_add(w1041, w1110);
+    let w1112 = w692.neg_mul_add(w1041, w1106);
+    let w1113 = w693.mul_add(w1041, w1107);
+    let w1114 = w694.neg_mul_add(w1041, w1108);
+    let w1115 = w695.mul_sub(w1041, w1109);
+    let w1116 = w717.neg_mul_add(w1111, w1115);
+    let w1117 = w714.neg_mul_add(w1111, w1112);
+    let w1118 = w715.neg_mul_add(w1111, w1113);
+    let w1119 = w716.neg_mul_add(w1111, w1114);
+    let w1120 = w734.neg_mul_add(w1116, w1119);
+    let w1121 = w732.neg_mul_add(w1116, w1117);
+    let w1122 = w733.neg_mul_add(w1116, w1118);
+    let w1123 = w745.neg_mul_add(w1120, w1122);
+    let w1124 = w744.neg_mul_add(w1120, w1121);
+    let d_acceleration_j1_j2 = d_acceleration_j1_j1 * w751.neg_mul_add(w1123, w1124);
+    let w1125 = w750 * w1123;
+    let d_acceleration_j2_j2 = w751.neg_mul_add(d_acceleration_j1_j2, w1125);
+    let w1126 = w743 * w1120;
+    let w1127 = w744.neg_mul_add(d_acceleration_j1_j2, w1126);
+    let d_acceleration_j3_j2 = w745.neg_mul_add(d_acceleration_j2_j2, w1127);
+    let w1128 = w731 * w1116;
+    let w1129 = w732.neg_mul_add(d_acceleration_j1_j2, w1128);
+    let w1130 = w733.neg_mul_add(d_acceleration_j2_j2, w1129);
+    let d_acceleration_j4_j2 = w734.neg_mul_add(d_acceleration_j3_j2, w1130);
+    let w1131 = w713 * w1111;
+    let w1132 = w714.neg_mul_add(d_acceleration_j1_j2, w1131);
+    let w1133 = w715.neg_mul_add(d_acceleration_j2_j2, w1132);
+    let w1134 = w716.neg_mul_add(d_acceleration_j3_j2, w1133);
+    let d_acceleration_j5_j2 = w717.neg_mul_add(d_acceleration_j4_j2, w1134);
+    let w1135 = w692 * d_acceleration_j1_j2;
+    let w1136 = w1041.mul_add(T::from_f64(-114.14289869087226), w1135);
+    let w1137 = w693.neg_mul_add(d_acceleration_j2_j2, w1136);
+    let w1138 = w694.mul_add(d_acceleration_j3_j2, w1137);
+    let w1139 = w695.neg_mul_add(d_acceleration_j4_j2, w1138);
+    let d_acceleration_j6_j2 = w696.mul_add(d_acceleration_j5_j2, w1139);
+    let w1140 = T::from_f64(-1000.0) * w1088;
+    let w1141 = w683.neg_mul_add(d_acceleration_j1_j2, w1140);
+    let w1142 = w684.neg_mul_add(d_acceleration_j2_j2, w1141);
+    let w1143 = w685.neg_mul_add(d_acceleration_j3_j2, w1142);
+    let w1144 = w686.mul_add(d_acceleration_j4_j2, w1143);
+    let d_acceleration_j7_j2 = cos_j6.neg_mul_add(d_acceleration_j5_j2, w1144);
+    let w1145 = sin_j2.mul_add(w955, w956);
+    let w1146 = sin_j3.mul_add(w953, cos_j3 * w954);
+    let w1147 = w958 + (w78.neg_mul_add(w133, w957) - w535);
+    let w1148 = w991 + (w990 + w86.neg_mul_add(w133, w989));
+    let w1149 = w683.mul_add(w1085, w1145);
+    let w1150 = w684.mul_sub(w1085, w1146);
+    let w1151 = w685.mul_sub(w1085, w950 - w540);
+    let w1152 = w686.mul_add(w1085, w1147);
+    let w1153 = cos_j6.mul_sub(w1085, w1148);
+    let w1154 = w696.neg_mul_add(w1037, w1153);
+    let w1155 = w692.neg_mul_add(w1037, w1149);
+    let w1156 = w693.mul_add(w1037, w1150);
+    let w1157 = w694.neg_mul_add(w1037, w1151);
+    let w1158 = w695.mul_sub(w1037, w1152);
+    let w1159 = w717.neg_mul_add(w1154, w1158);
+    let w1160 = w714.neg_mul_add(w1154, w1155);
+    let w1161 = w715.neg_mul_add(w1154, w1156);
+    let w1162 = w716.neg_mul_add(w1154, w1157);
+    let w1163 = w734.neg_mul_add(w1159, w1162);
+    let w1164 = w732.neg_mul_add(w1159, w1160);
+    let w1165 = w733.neg_mul_add(w1159, w1161);
+    let w1166 = w745.neg_mul_add(w1163, w1165);
+    let w1167 = w744.neg_mul_add(w1163, w1164);
+    let d_acceleration_j1_j3 = d_acceleration_j1_j1 * w751.neg_mul_add(w1166, w1167);
+    let w1168 = w750 * w1166;
+    let d_acceleration_j2_j3 = w751.neg_mul_add(d_acceleration_j1_j3, w1168);
+    let w1169 = w743 * w1163;
+    let w1170 = w744.neg_mul_add(d_acceleration_j1_j3, w1169);
+    let d_acceleration_j3_j3 = w745.neg_mul_add(d_acceleration_j2_j3, w1170);
+    let w1171 = w731 * w1159;
+    let w1172 = w732.neg_mul_add(d_acceleration_j1_j3, w1171);
+    let w1173 = w733.neg_mul_add(d_acceleration_j2_j3, w1172);
+    let d_acceleration_j4_j3 = w734.neg_mul_add(d_acceleration_j3_j3, w1173);
+    let w1174 = w713 * w1154;
+    let w1175 = w714.neg_mul_add(d_acceleration_j1_j3, w1174);
+    let w1176 = w715.neg_mul_add(d_acceleration_j2_j3, w1175);
+    let w1177 = w716.neg_mul_add(d_acceleration_j3_j3, w1176);
+    let d_acceleration_j5_j3 = w717.neg_mul_add(d_acceleration_j4_j3, w1177);
+    let w1178 = w692 * d_acceleration_j1_j3;
+    let w1179 = w1037.mul_add(T::from_f64(-114.14289869087226), w1178);
+    let w1180 = w693.neg_mul_add(d_acceleration_j2_j3, w1179);
+    let w1181 = w694.mul_add(d_acceleration_j3_j3, w1180);
+    let w1182 = w695.neg_mul_add(d_acceleration_j4_j3, w1181);
+    let d_acceleration_j6_j3 = w696.mul_add(d_acceleration_j5_j3, w1182);
+    let w1183 = T::from_f64(-1000.0) * w1085;
+    let w1184 = w683.neg_mul_add(d_acceleration_j1_j3, w1183);
+    let w1185 = w684.neg_mul_add(d_acceleration_j2_j3, w1184);
+    let w1186 = w685.neg_mul_add(d_acceleration_j3_j3, w1185);
+    let w1187 = w686.mul_add(d_acceleration_j4_j3, w1186);
+    let d_acceleration_j7_j3 = cos_j6.neg_mul_add(d_acceleration_j5_j3, w1187);
+    let w1188 = sin_j2.neg_mul_add(w985, cos_j2 * w979);
+    let w1189 = sin_j3.mul_add(w982, cos_j3 * w984);
+    let w1190 = w988 + (w29.neg_mul_add(w167, w986) + w987);
+    let w1191 = w683.mul_sub(w1082, w1188);
+    let w1192 = w684.mul_sub(w1082, w1189);
+    let w1193 = w685.mul_sub(w1082, w979);
+    let w1194 = w686.mul_add(w1082, w971);
+    let w1195 = cos_j6.mul_sub(w1082, w1190);
+    let w1196 = w696.neg_mul_add(w1033, w1195);
+    let w1197 = w692.neg_mul_add(w1033, w1191);
+    let w1198 = w693.mul_add(w1033, w1192);
+    let w1199 = w694.neg_mul_add(w1033, w1193);
+    let w1200 = w695.mul_sub(w1033, w1194);
+    let w1201 = w717.neg_mul_add(w1196, w1200);
+    let w1202 = w714.neg_mul_add(w1196, w1197);
+    let w1203 = w715.neg_mul_add(w1196, w1198);
+    let w1204 = w716.neg_mul_add(w1196, w1199);
+    let w1205 = w734.neg_mul_add(w1201, w1204);
+    let w1206 = w732.neg_mul_add(w1201, w1202);
+    let w1207 = w733.neg_mul_add(w1201, w1203);
+    let w1208 = w745.neg_mul_add(w1205, w1207);
+    let w1209 = w744.neg_mul_add(w1205, w1206);
+    let d_acceleration_j1_j4 = d_acceleration_j1_j1 * w751.neg_mul_add(w1208, w1209);
+    let w1210 = w750 * w1208;
+    let d_acceleration_j2_j4 = w751.neg_mul_add(d_acceleration_j1_j4, w1210);
+    let w1211 = w743 * w1205;
+    let w1212 = w744.neg_mul_add(d_acceleration_j1_j4, w1211);
+    let d_acceleration_j3_j4 = w745.neg_mul_add(d_acceleration_j2_j4, w1212);
+    let w1213 = w731 * w1201;
+    let w1214 = w732.neg_mul_add(d_acceleration_j1_j4, w1213);
+    let w1215 = w733.neg_mul_add(d_acceleration_j2_j4, w1214);
+    let d_acceleration_j4_j4 = w734.neg_mul_add(d_acceleration_j3_j4, w1215);
+    let w1216 = w713 * w1196;
+    let w1217 = w714.neg_mul_add(d_acceleration_j1_j4, w1216);
+    let w1218 = w715.neg_mul_add(d_acceleration_j2_j4, w1217);
+    let w1219 = w716.neg_mul_add(d_acceleration_j3_j4, w1218);
+    let d_acceleration_j5_j4 = w717.neg_mul_add(d_acceleration_j4_j4, w1219);
+    let w1220 = w692 * d_acceleration_j1_j4;
+    let w1221 = w1033.mul_add(T::from_f64(-114.14289869087226), w1220);
+    let w1222 = w693.neg_mul_add(d_acceleration_j2_j4, w1221);
+    let w1223 = w694.mul_add(d_acceleration_j3_j4, w1222);
+    let w1224 = w695.neg_mul_add(d_acceleration_j4_j4, w1223);
+    let d_acceleration_j6_j4 = w696.mul_add(d_acceleration_j5_j4, w1224);
+    let w1225 = T::from_f64(-1000.0) * w1082;
+    let w1226 = w683.neg_mul_add(d_acceleration_j1_j4, w1225);
+    let w1227 = w684.neg_mul_add(d_acceleration_j2_j4, w1226);
+    let w1228 = w685.neg_mul_add(d_acceleration_j3_j4, w1227);
+    let w1229 = w686.mul_add(d_acceleration_j4_j4, w1228);
+    let d_acceleration_j7_j4 = cos_j6.neg_mul_add(d_acceleration_j5_j4, w1229);
+    let w1230 = sin_j2.neg_mul_add(w1026, cos_j2 * w1020);
+    let w1231 = sin_j3.mul_add(w1023, cos_j3 * w1025);
+    let w1232 = w683.mul_sub(w1079, w1230);
+    let w1233 = w684.mul_sub(w1079, w1231);
+    let w1234 = w685.mul_sub(w1079, w1020);
+    let w1235 = w686.neg_mul_add(w1079, w1017);
+    let w1236 = cos_j6.mul_sub(w1079, w1008);
+    let w1237 = w696.neg_mul_add(w1029, w1236);
+    let w1238 = w692.neg_mul_add(w1029, w1232);
+    let w1239 = w693.mul_add(w1029, w1233);
+    let w1240 = w694.neg_mul_add(w1029, w1234);
+    let w1241 = w695.mul_add(w1029, w1235);
+    let w1242 = w717.neg_mul_add(w1237, w1241);
+    let w1243 = w714.neg_mul_add(w1237, w1238);
+    let w1244 = w715.neg_mul_add(w1237, w1239);
+    let w1245 = w716.neg_mul_add(w1237, w1240);
+    let w1246 = w734.neg_mul_add(w1242, w1245);
+    let w1247 = w732.neg_mul_add(w1242, w1243);
+    let w1248 = w733.neg_mul_add(w1242, w1244);
+    let w1249 = w745.neg_mul_add(w1246, w1248);
+    let w1250 = w744.neg_mul_add(w1246, w1247);
+    let d_acceleration_j1_j5 = d_acceleration_j1_j1 * w751.neg_mul_add(w1249, w1250);
+    let w1251 = w750 * w1249;
+    let d_acceleration_j2_j5 = w751.neg_mul_add(d_acceleration_j1_j5, w1251);
+    let w1252 = w743 * w1246;
+    let w1253 = w744.neg_mul_add(d_acceleration_j1_j5, w1252);
+    let d_acceleration_j3_j5 = w745.neg_mul_add(d_acceleration_j2_j5, w1253);
+    let w1254 = w731 * w1242;
+    let w1255 = w732.neg_mul_add(d_acceleration_j1_j5, w1254);
+    let w1256 = w733.neg_mul_add(d_acceleration_j2_j5, w1255);
+    let d_acceleration_j4_j5 = w734.neg_mul_add(d_acceleration_j3_j5, w1256);
+    let w1257 = w713 * w1237;
+    let w1258 = w714.neg_mul_add(d_acceleration_j1_j5, w1257);
+    let w1259 = w715.neg_mul_add(d_acceleration_j2_j5, w1258);
+    let w1260 = w716.neg_mul_add(d_acceleration_j3_j5, w1259);
+    let d_acceleration_j5_j5 = w717.neg_mul_add(d_acceleration_j4_j5, w1260);
+    let w1261 = w692 * d_acceleration_j1_j5;
+    let w1262 = w1029.mul_add(T::from_f64(-114.14289869087226), w1261);
+    let w1263 = w693.neg_mul_add(d_acceleration_j2_j5, w1262);
+    let w1264 = w694.mul_add(d_acceleration_j3_j5, w1263);
+    let w1265 = w695.neg_mul_add(d_acceleration_j4_j5, w1264);
+    let d_acceleration_j6_j5 = w696.mul_add(d_acceleration_j5_j5, w1265);
+    let w1266 = T::from_f64(-1000.0) * w1079;
+    let w1267 = w683.neg_mul_add(d_acceleration_j1_j5, w1266);
+    let w1268 = w684.neg_mul_add(d_acceleration_j2_j5, w1267);
+    let w1269 = w685.neg_mul_add(d_acceleration_j3_j5, w1268);
+    let w1270 = w686.mul_add(d_acceleration_j4_j5, w1269);
+    let d_acceleration_j7_j5 = cos_j6.neg_mul_add(d_acceleration_j5_j5, w1270);
+    let w1271 = sin_j2.mul_add(w1074, w1075);
+    let w1272 = sin_j3.mul_add(w1071, cos_j3 * w1073);
+    let w1273 = w683.mul_add(w1077, w1271);
+    let w1274 = w684.mul_sub(w1077, w1272);
+    let w1275 = w685.mul_sub(w1077, w1067 - w1068);
+    let w1276 = w686.neg_mul_add(w1077, w1064);
+    let w1277 = cos_j6.mul_add(w1077, w1059);
+    let w1278 = w696.neg_mul_add(w1051, w1277);
+    let w1279 = w692.neg_mul_add(w1051, w1273);
+    let w1280 = w693.mul_add(w1051, w1274);
+    let w1281 = w694.neg_mul_add(w1051, w1275);
+    let w1282 = w695.mul_add(w1051, w1276);
+    let w1283 = w717.neg_mul_add(w1278, w1282);
+    let w1284 = w714.neg_mul_add(w1278, w1279);
+    let w1285 = w715.neg_mul_add(w1278, w1280);
+    let w1286 = w716.neg_mul_add(w1278, w1281);
+    let w1287 = w734.neg_mul_add(w1283, w1286);
+    let w1288 = w732.neg_mul_add(w1283, w1284);
+    let w1289 = w733.neg_mul_add(w1283, w1285);
+    let w1290 = w745.neg_mul_add(w1287, w1289);
+    let w1291 = w744.neg_mul_add(w1287, w1288);
+    let d_acceleration_j1_j6 = d_acceleration_j1_j1 * w751.neg_mul_add(w1290, w1291);
+    let w1292 = w750 * w1290;
+    let d_acceleration_j2_j6 = w751.neg_mul_add(d_acceleration_j1_j6, w1292);
+    let w1293 = w743 * w1287;
+    let w1294 = w744.neg_mul_add(d_acceleration_j1_j6, w1293);
+    let d_acceleration_j3_j6 = w745.neg_mul_add(d_acceleration_j2_j6, w1294);
+    let w1295 = w731 * w1283;
+    let w1296 = w732.neg_mul_add(d_acceleration_j1_j6, w1295);
+    let w1297 = w733.neg_mul_add(d_acceleration_j2_j6, w1296);
+    let d_acceleration_j4_j6 = w734.neg_mul_add(d_acceleration_j3_j6, w1297);
+    let w1298 = w713 * w1278;
+    let w1299 = w714.neg_mul_add(d_acceleration_j1_j6, w1298);
+    let w1300 = w715.neg_mul_add(d_acceleration_j2_j6, w1299);
+    let w1301 = w716.neg_mul_add(d_acceleration_j3_j6, w1300);
+    let d_acceleration_j5_j6 = w717.neg_mul_add(d_acceleration_j4_j6, w1301);
+    let w1302 = w692 * d_acceleration_j1_j6;
+    let w1303 = w1051.mul_add(T::from_f64(-114.14289869087226), w1302);
+    let w1304 = w693.neg_mul_add(d_acceleration_j2_j6, w1303);
+    let w1305 = w694.mul_add(d_acceleration_j3_j6, w1304);
+    let w1306 = w695.neg_mul_add(d_acceleration_j4_j6, w1305);
+    let d_acceleration_j6_j6 = w696.mul_add(d_acceleration_j5_j6, w1306);
+    let w1307 = T::from_f64(-1000.0) * w1077;
+    let w1308 = w683.neg_mul_add(d_acceleration_j1_j6, w1307);
+    let w1309 = w684.neg_mul_add(d_acceleration_j2_j6, w1308);
+    let w1310 = w685.neg_mul_add(d_acceleration_j3_j6, w1309);
+    let w1311 = w686.mul_add(d_acceleration_j4_j6, w1310);
+    let d_acceleration_j7_j6 = cos_j6.neg_mul_add(d_acceleration_j5_j6, w1311);
+    let w1312 = sin_j2.neg_mul_add(w1100, cos_j2 * w1099);
+    let w1313 = sin_j3.mul_add(w1098, cos_j3 * w1097);
+    let w1314 = w674.mul_sub(w683, w1312);
+    let w1315 = w674.mul_sub(w684, w1313);
+    let w1316 = w674.mul_sub(w685, w1099);
+    let w1317 = w674.neg_mul_add(w686, w1097);
+    let w1318 = w696.neg_mul_add(w1093, w676 - w1095);
+    let w1319 = w692.neg_mul_add(w1093, w1314);
+    let w1320 = w693.mul_add(w1093, w1315);
+    let w1321 = w694.neg_mul_add(w1093, w1316);
+    let w1322 = w695.mul_add(w1093, w1317);
+    let w1323 = w717.neg_mul_add(w1318, w1322);
+    let w1324 = w714.neg_mul_add(w1318, w1319);
+    let w1325 = w715.neg_mul_add(w1318, w1320);
+    let w1326 = w716.neg_mul_add(w1318, w1321);
+    let w1327 = w734.neg_mul_add(w1323, w1326);
+    let w1328 = w732.neg_mul_add(w1323, w1324);
+    let w1329 = w733.neg_mul_add(w1323, w1325);
+    let w1330 = w745.neg_mul_add(w1327, w1329);
+    let w1331 = w744.neg_mul_add(w1327, w1328);
+    let d_acceleration_j1_j7 = d_acceleration_j1_j1 * w751.neg_mul_add(w1330, w1331);
+    let w1332 = w750 * w1330;
+    let d_acceleration_j2_j7 = w751.neg_mul_add(d_acceleration_j1_j7, w1332);
+    let w1333 = w743 * w1327;
+    let w1334 = w744.neg_mul_add(d_acceleration_j1_j7, w1333);
+    let d_acceleration_j3_j7 = w745.neg_mul_add(d_acceleration_j2_j7, w1334);
+    let w1335 = w731 * w1323;
+    let w1336 = w732.neg_mul_add(d_acceleration_j1_j7, w1335);
+    let w1337 = w733.neg_mul_add(d_acceleration_j2_j7, w1336);
+    let d_acceleration_j4_j7 = w734.neg_mul_add(d_acceleration_j3_j7, w1337);
+    let w1338 = w713 * w1318;
+    let w1339 = w714.neg_mul_add(d_acceleration_j1_j7, w1338);
+    let w1340 = w715.neg_mul_add(d_acceleration_j2_j7, w1339);
+    let w1341 = w716.neg_mul_add(d_acceleration_j3_j7, w1340);
+    let d_acceleration_j5_j7 = w717.neg_mul_add(d_acceleration_j4_j7, w1341);
+    let w1342 = w692 * d_acceleration_j1_j7;
+    let w1343 = w1093.mul_add(T::from_f64(-114.14289869087226), w1342);
+    let w1344 = w693.neg_mul_add(d_acceleration_j2_j7, w1343);
+    let w1345 = w694.mul_add(d_acceleration_j3_j7, w1344);
+    let w1346 = w695.neg_mul_add(d_acceleration_j4_j7, w1345);
+    let d_acceleration_j6_j7 = w696.mul_add(d_acceleration_j5_j7, w1346);
+    let w1347 = T::from_f64(-1000.0) * w674;
+    let w1348 = w683.neg_mul_add(d_acceleration_j1_j7, w1347);
+    let w1349 = w684.neg_mul_add(d_acceleration_j2_j7, w1348);
+    let w1350 = w685.neg_mul_add(d_acceleration_j3_j7, w1349);
+    let w1351 = w686.mul_add(d_acceleration_j4_j7, w1350);
+    let d_acceleration_j7_j7 = cos_j6.neg_mul_add(d_acceleration_j5_j7, w1351);
+    let w1352 = w517 + cos_j2.mul_add(w519, w513);
+    let w1353 = sin_j2.mul_add(w515, cos_j2 * w516);
+    let w1354 = sin_j2.neg_mul_add(w506, cos_j2 * w533);
+    let w1355 = sin_j2.mul_add(w550, cos_j2 * w551);
+    let w1356 = sin_j2.neg_mul_add(w578, cos_j2 * w577);
+    let w1357 = w672.mul_add(w683, w1352);
+    let w1358 = w672.mul_add(w684, w1353);
+    let w1359 = w672.mul_add(w685, w1354);
+    let w1360 = w672.mul_add(w686, w1355);
+    let w1361 = cos_j6.mul_add(w672, w1356);
+    let w1362 = w625.mul_add(w696, w1361);
+    let w1363 = w625.mul_add(w692, w1357);
+    let w1364 = w625.mul_sub(w693, w1358);
+    let w1365 = w625.mul_add(w694, w1359);
+    let w1366 = w625.mul_add(w695, w1360);
+    let w1367 = w717.mul_add(w1362, w1366);
+    let w1368 = w714.mul_sub(w1362, w1363);
+    let w1369 = w715.mul_add(w1362, w1364);
+    let w1370 = w716.mul_sub(w1362, w1365);
+    let w1371 = w734.neg_mul_add(w1367, w1370);
+    let w1372 = w732.neg_mul_add(w1367, w1368);
+    let w1373 = w733.neg_mul_add(w1367, w1369);
+    let w1374 = w745.neg_mul_add(w1371, w1373);
+    let w1375 = w744.neg_mul_add(w1371, w1372);
+    let d_acceleration_j1_j1_2 = d_acceleration_j1_j1 * w751.neg_mul_add(w1374, w1375);
+    let w1376 = w750 * w1374;
+    let d_acceleration_j2_j1 = w751.neg_mul_add(d_acceleration_j1_j1_2, w1376);
+    let w1377 = w743 * w1371;
+    let w1378 = w744.neg_mul_add(d_acceleration_j1_j1_2, w1377);
+    let d_acceleration_j3_j1 = w745.neg_mul_add(d_acceleration_j2_j1, w1378);
+    let w1379 = w731 * w1367;
+    let w1380 = w732.neg_mul_add(d_acceleration_j1_j1_2, w1379);
+    let w1381 = w733.neg_mul_add(d_acceleration_j2_j1, w1380);
+    let d_acceleration_j4_j1 = w734.neg_mul_add(d_acceleration_j3_j1, w1381);
+    let w1382 = w714 * d_acceleration_j1_j1_2;
+    let w1383 = w713.mul_add(w1362, w1382);
+    let w1384 = w715.mul_add(d_acceleration_j2_j1, w1383);
+    let w1385 = w716.mul_add(d_acceleration_j3_j1, w1384);
+    let w1386 = w717.mul_add(d_acceleration_j4_j1, w1385);
+    let d_acceleration_j5_j1 = -w1386;
+    let w1387 = w692 * d_acceleration_j1_j1_2;
+    let w1388 = w625.mul_add(T::from_f64(-114.14289869087226), w1387);
+    let w1389 = w693.neg_mul_add(d_acceleration_j2_j1, w1388);
+    let w1390 = w694.mul_add(d_acceleration_j3_j1, w1389);
+    let w1391 = w695.neg_mul_add(d_acceleration_j4_j1, w1390);
+    let d_acceleration_j6_j1 = w696.neg_mul_add(w1386, w1391);
+    let w1392 = T::from_f64(1000.0) * w672;
+    let w1393 = w683.neg_mul_add(d_acceleration_j1_j1_2, w1392);
+    let w1394 = w684.neg_mul_add(d_acceleration_j2_j1, w1393);
+    let w1395 = w685.neg_mul_add(d_acceleration_j3_j1, w1394);
+    let w1396 = w686.mul_add(d_acceleration_j4_j1, w1395);
+    let d_acceleration_j7_j1 = cos_j6.mul_add(w1386, w1396);
+    let w1397 = cos_j2.neg_mul_add(w532, w531);
+    let w1398 = w507 + w513 + w67.neg_mul_add(w343, w65 * w528);
+    let w1399 = w504 + w61.mul_add(w528, w74 * w343);
+    let w1400 = w554 - w80.mul_add(w528, w78 * w343);
+    let w1401 = w581 - w90.mul_add(w528, w86 * w343);
+    let w1402 = w671.mul_sub(w683, w1397);
+    let w1403 = w671.mul_sub(w684, w1398);
+    let w1404 = w671.mul_add(w685, w1399);
+    let w1405 = w671.mul_add(w686, w1400);
+    let w1406 = cos_j6.mul_sub(w671, w1401);
+    let w1407 = w624.neg_mul_add(w696, w1406);
+    let w1408 = w624.neg_mul_add(w692, w1402);
+    let w1409 = w624.mul_add(w693, w1403);
+    let w1410 = w624.neg_mul_add(w694, w1404);
+    let w1411 = w624.mul_sub(w695, w1405);
+    let w1412 = w717.neg_mul_add(w1407, w1411);
+    let w1413 = w714.neg_mul_add(w1407, w1408);
+    let w1414 = w715.neg_mul_add(w1407, w1409);
+    let w1415 = w716.neg_mul_add(w1407, w1410);
+    let w1416 = w734.neg_mul_add(w1412, w1415);
+    let w1417 = w732.neg_mul_add(w1412, w1413);
+    let w1418 = w733.neg_mul_add(w1412, w1414);
+    let w1419 = w745.neg_mul_add(w1416, w1418);
+    let w1420 = w744.neg_mul_add(w1416, w1417);
+    let d_acceleration_j1_j2_2 = d_acceleration_j1_j1 * w751.neg_mul_add(w1419, w1420);
+    let w1421 = w750 * w1419;
+    let d_acceleration_j2_j2_2 = w751.neg_mul_add(d_acceleration_j1_j2_2, w1421);
+    let w1422 = w743 * w1416;
+    let w1423 = w744.neg_mul_add(d_acceleration_j1_j2_2, w1422);
+    let d_acceleration_j3_j2_2 = w745.neg_mul_add(d_acceleration_j2_j2_2, w1423);
+    let w1424 = w731 * w1412;
+    let w1425 = w732.neg_mul_add(d_acceleration_j1_j2_2, w1424);
+    let w1426 = w733.neg_mul_add(d_acceleration_j2_j2_2, w1425);
+    let d_acceleration_j4_j2_2 = w734.neg_mul_add(d_acceleration_j3_j2_2, w1426);
+    let w1427 = w713 * w1407;
+    let w1428 = w714.neg_mul_add(d_acceleration_j1_j2_2, w1427);
+    let w1429 = w715.neg_mul_add(d_acceleration_j2_j2_2, w1428);
+    let w1430 = w716.neg_mul_add(d_acceleration_j3_j2_2, w1429);
+    let d_acceleration_j5_j2_2 = w717.neg_mul_add(d_acceleration_j4_j2_2, w1430);
+    let w1431 = w692 * d_acceleration_j1_j2_2;
+    let w1432 = w624.mul_add(T::from_f64(-114.14289869087226), w1431);
+    let w1433 = w693.neg_mul_add(d_acceleration_j2_j2_2, w1432);
+    let w1434 = w694.mul_add(d_acceleration_j3_j2_2, w1433);
+    let w1435 = w695.neg_mul_add(d_acceleration_j4_j2_2, w1434);
+    let d_acceleration_j6_j2_2 = w696.mul_add(d_acceleration_j5_j2_2, w1435);
+    let w1436 = T::from_f64(-1000.0) * w671;
+    let w1437 = w683.neg_mul_add(d_acceleration_j1_j2_2, w1436);
+    let w1438 = w684.neg_mul_add(d_acceleration_j2_j2_2, w1437);
+    let w1439 = w685.neg_mul_add(d_acceleration_j3_j2_2, w1438);
+    let w1440 = w686.mul_add(d_acceleration_j4_j2_2, w1439);
+    let d_acceleration_j7_j2_2 = cos_j6.neg_mul_add(d_acceleration_j5_j2_2, w1440);
+    let w1441 = sin_j2.mul_add(w544, w545);
+    let w1442 = sin_j3.mul_add(w542, cos_j3 * w543);
+    let w1443 = w549 - w475 + w77.mul_add(w345, w79 * w346);
+    let w1444 = w577 + w88.mul_add(w345, w89 * w346);
+    let w1445 = w666.mul_add(w683, w1441);
+    let w1446 = w666.mul_sub(w684, w1442);
+    let w1447 = w666.mul_sub(w685, w533 - w541);
+    let w1448 = w666.mul_add(w686, w1443);
+    let w1449 = cos_j6.mul_sub(w666, w1444);
+    let w1450 = w618.neg_mul_add(w696, w1449);
+    let w1451 = w618.neg_mul_add(w692, w1445);
+    let w1452 = w618.mul_add(w693, w1446);
+    let w1453 = w618.neg_mul_add(w694, w1447);
+    let w1454 = w618.mul_sub(w695, w1448);
+    let w1455 = w717.neg_mul_add(w1450, w1454);
+    let w1456 = w714.neg_mul_add(w1450, w1451);
+    let w1457 = w715.neg_mul_add(w1450, w1452);
+    let w1458 = w716.neg_mul_add(w1450, w1453);
+    let w1459 = w734.neg_mul_add(w1455, w1458);
+    let w1460 = w732.neg_mul_add(w1455, w1456);
+    let w1461 = w733.neg_mul_add(w1455, w1457);
+    let w1462 = w745.neg_mul_add(w1459, w1461);
+    let w1463 = w744.neg_mul_add(w1459, w1460);
+    let d_acceleration_j1_j3_2 = d_acceleration_j1_j1 * w751.neg_mul_add(w1462, w1463);
+    let w1464 = w750 * w1462;
+    let d_acceleration_j2_j3_2 = w751.neg_mul_add(d_acceleration_j1_j3_2, w1464);
+    let w1465 = w743 * w1459;
+    let w1466 = w744.neg_mul_add(d_acceleration_j1_j3_2, w1465);
+    let d_acceleration_j3_j3_2 = w745.neg_mul_add(d_acceleration_j2_j3_2, w1466);
+    let w1467 = w731 * w1455;
+    let w1468 = w732.neg_mul_add(d_acceleration_j1_j3_2, w1467);
+    let w1469 = w733.neg_mul_add(d_acceleration_j2_j3_2, w1468);
+    let d_acceleration_j4_j3_2 = w734.neg_mul_add(d_acceleration_j3_j3_2, w1469);
+    let w1470 = w713 * w1450;
+    let w1471 = w714.neg_mul_add(d_acceleration_j1_j3_2, w1470);
+    let w1472 = w715.neg_mul_add(d_acceleration_j2_j3_2, w1471);
+    let w1473 = w716.neg_mul_add(d_acceleration_j3_j3_2, w1472);
+    let d_acceleration_j5_j3_2 = w717.neg_mul_add(d_acceleration_j4_j3_2, w1473);
+    let w1474 = w692 * d_acceleration_j1_j3_2;
+    let w1475 = w618.mul_add(T::from_f64(-114.14289869087226), w1474);
+    let w1476 = w693.neg_mul_add(d_acceleration_j2_j3_2, w1475);
+    let w1477 = w694.mul_add(d_acceleration_j3_j3_2, w1476);
+    let w1478 = w695.neg_mul_add(d_acceleration_j4_j3_2, w1477);
+    let d_acceleration_j6_j3_2 = w696.mul_add(d_acceleration_j5_j3_2, w1478);
+    let w1479 = T::from_f64(-1000.0) * w666;
+    let w1480 = w683.neg_mul_add(d_acceleration_j1_j3_2, w1479);
+    let w1481 = w684.neg_mul_add(d_acceleration_j2_j3_2, w1480);
+    let w1482 = w685.neg_mul_add(d_acceleration_j3_j3_2, w1481);
+    let w1483 = w686.mul_add(d_acceleration_j4_j3_2, w1482);
+    let d_acceleration_j7_j3_2 = cos_j6.neg_mul_add(d_acceleration_j5_j3_2, w1483);
+    let w1484 = sin_j2.neg_mul_add(w573, cos_j2 * w567);
+    let w1485 = sin_j3.mul_add(w570, cos_j3 * w572);
+    let w1486 = w449 + w83.neg_mul_add(w558, w575);
+    let w1487 = w661.mul_sub(w683, w1484);
+    let w1488 = w661.mul_sub(w684, w1485);
+    let w1489 = w661.mul_sub(w685, w567);
+    let w1490 = cos_j6.mul_sub(w661, w1486);
+    let w1491 = w615.neg_mul_add(w696, w1490);
+    let w1492 = w615.neg_mul_add(w692, w1487);
+    let w1493 = w615.mul_add(w693, w1488);
+    let w1494 = w615.neg_mul_add(w694, w1489);
+    let w1495 = w615.mul_sub(w695, w661.mul_add(w686, w564));
+    let w1496 = w717.neg_mul_add(w1491, w1495);
+    let w1497 = w714.neg_mul_add(w1491, w1492);
+    let w1498 = w715.neg_mul_add(w1491, w1493);
+    let w1499 = w716.neg_mul_add(w1491, w1494);
+    let w1500 = w734.neg_mul_add(w1496, w1499);
+    let w1501 = w732.neg_mul_add(w1496, w1497);
+    let w1502 = w733.neg_mul_add(w1496, w1498);
+    let w1503 = w745.neg_mul_add(w1500, w1502);
+    let w1504 = w744.neg_mul_add(w1500, w1501);
+    let d_acceleration_j1_j4_2 = d_acceleration_j1_j1 * w751.neg_mul_add(w1503, w1504);
+    let w1505 = w750 * w1503;
+    let d_acceleration_j2_j4_2 = w751.neg_mul_add(d_acceleration_j1_j4_2, w1505);
+    let w1506 = w743 * w1500;
+    let w1507 = w744.neg_mul_add(d_acceleration_j1_j4_2, w1506);
+    let d_acceleration_j3_j4_2 = w745.neg_mul_add(d_acceleration_j2_j4_2, w1507);
+    let w1508 = w731 * w1496;
+    let w1509 = w732.neg_mul_add(d_acceleration_j1_j4_2, w1508);
+    let w1510 = w733.neg_mul_add(d_acceleration_j2_j4_2, w1509);
+    let d_acceleration_j4_j4_2 = w734.neg_mul_add(d_acceleration_j3_j4_2, w1510);
+    let w1511 = w713 * w1491;
+    let w1512 = w714.neg_mul_add(d_acceleration_j1_j4_2, w1511);
+    let w1513 = w715.neg_mul_add(d_acceleration_j2_j4_2, w1512);
+    let w1514 = w716.neg_mul_add(d_acceleration_j3_j4_2, w1513);
+    let d_acceleration_j5_j4_2 = w717.neg_mul_add(d_acceleration_j4_j4_2, w1514);
+    let w1515 = w692 * d_acceleration_j1_j4_2;
+    let w1516 = w615.mul_add(T::from_f64(-114.14289869087226), w1515);
+    let w1517 = w693.neg_mul_add(d_acceleration_j2_j4_2, w1516);
+    let w1518 = w694.mul_add(d_acceleration_j3_j4_2, w1517);
+    let w1519 = w695.neg_mul_add(d_acceleration_j4_j4_2, w1518);
+    let d_acceleration_j6_j4_2 = w696.mul_add(d_acceleration_j5_j4_2, w1519);
+    let w1520 = T::from_f64(-1000.0) * w661;
+    let w1521 = w683.neg_mul_add(d_acceleration_j1_j4_2, w1520);
+    let w1522 = w684.neg_mul_add(d_acceleration_j2_j4_2, w1521);
+    let w1523 = w685.neg_mul_add(d_acceleration_j3_j4_2, w1522);
+    let w1524 = w686.mul_add(d_acceleration_j4_j4_2, w1523);
+    let d_acceleration_j7_j4_2 = cos_j6.neg_mul_add(d_acceleration_j5_j4_2, w1524);
+    let w1525 = sin_j2.neg_mul_add(w605, cos_j2 * w599);
+    let w1526 = sin_j3.mul_add(w602, cos_j3 * w604);
+    let w1527 = w654.mul_sub(w683, w1525);
+    let w1528 = w654.mul_sub(w684, w1526);
+    let w1529 = w654.mul_sub(w685, w599);
+    let w1530 = w654.neg_mul_add(w686, w596);
+    let w1531 = cos_j6.mul_sub(w654, w591);
+    let w1532 = w608.neg_mul_add(w696, w1531);
+    let w1533 = w608.neg_mul_add(w692, w1527);
+    let w1534 = w608.mul_add(w693, w1528);
+    let w1535 = w608.neg_mul_add(w694, w1529);
+    let w1536 = w608.mul_add(w695, w1530);
+    let w1537 = w717.neg_mul_add(w1532, w1536);
+    let w1538 = w714.neg_mul_add(w1532, w1533);
+    let w1539 = w715.neg_mul_add(w1532, w1534);
+    let w1540 = w716.neg_mul_add(w1532, w1535);
+    let w1541 = w734.neg_mul_add(w1537, w1540);
+    let w1542 = w732.neg_mul_add(w1537, w1538);
+    let w1543 = w733.neg_mul_add(w1537, w1539);
+    let w1544 = w745.neg_mul_add(w1541, w1543);
+    let w1545 = w744.neg_mul_add(w1541, w1542);
+    let d_acceleration_j1_j5_2 = d_acceleration_j1_j1 * w751.neg_mul_add(w1544, w1545);
+    let w1546 = w750 * w1544;
+    let d_acceleration_j2_j5_2 = w751.neg_mul_add(d_acceleration_j1_j5_2, w1546);
+    let w1547 = w743 * w1541;
+    let w1548 = w744.neg_mul_add(d_acceleration_j1_j5_2, w1547);
+    let d_acceleration_j3_j5_2 = w745.neg_mul_add(d_acceleration_j2_j5_2, w1548);
+    let w1549 = w731 * w1537;
+    let w1550 = w732.neg_mul_add(d_acceleration_j1_j5_2, w1549);
+    let w1551 = w733.neg_mul_add(d_acceleration_j2_j5_2, w1550);
+    let d_acceleration_j4_j5_2 = w734.neg_mul_add(d_acceleration_j3_j5_2, w1551);
+    let w1552 = w713 * w1532;
+    let w1553 = w714.neg_mul_add(d_acceleration_j1_j5_2, w1552);
+    let w1554 = w715.neg_mul_add(d_acceleration_j2_j5_2, w1553);
+    let w1555 = w716.neg_mul_add(d_acceleration_j3_j5_2, w1554);
+    let d_acceleration_j5_j5_2 = w717.neg_mul_add(d_acceleration_j4_j5_2, w1555);
+    let w1556 = w692 * d_acceleration_j1_j5_2;
+    let w1557 = w608.mul_add(T::from_f64(-114.14289869087226), w1556);
+    let w1558 = w693.neg_mul_add(d_acceleration_j2_j5_2, w1557);
+    let w1559 = w694.mul_add(d_acceleration_j3_j5_2, w1558);
+    let w1560 = w695.neg_mul_add(d_acceleration_j4_j5_2, w1559);
+    let d_acceleration_j6_j5_2 = w696.mul_add(d_acceleration_j5_j5_2, w1560);
+    let w1561 = T::from_f64(-1000.0) * w654;
+    let w1562 = w683.neg_mul_add(d_acceleration_j1_j5_2, w1561);
+    let w1563 = w684.neg_mul_add(d_acceleration_j2_j5_2, w1562);
+    let w1564 = w685.neg_mul_add(d_acceleration_j3_j5_2, w1563);
+    let w1565 = w686.mul_add(d_acceleration_j4_j5_2, w1564);
+    let d_acceleration_j7_j5_2 = cos_j6.neg_mul_add(d_acceleration_j5_j5_2, w1565);
+    let w1566 = sin_j2.mul_add(w648, w649);
+    let w1567 = sin_j3.mul_add(w646, cos_j3 * w647);
+    let w1568 = w651.mul_add(w683, w1566);
+    let w1569 = w651.mul_sub(w684, w1567);
+    let w1570 = w651.mul_sub(w685, w641 - w642);
+    let w1571 = w651.neg_mul_add(w686, w639);
+    let w1572 = cos_j6.mul_add(w651, w634);
+    let w1573 = w633.neg_mul_add(w696, w1572);
+    let w1574 = w633.neg_mul_add(w692, w1568);
+    let w1575 = w633.mul_add(w693, w1569);
+    let w1576 = w633.neg_mul_add(w694, w1570);
+    let w1577 = w633.mul_add(w695, w1571);
+    let w1578 = w717.neg_mul_add(w1573, w1577);
+    let w1579 = w714.neg_mul_add(w1573, w1574);
+    let w1580 = w715.neg_mul_add(w1573, w1575);
+    let w1581 = w716.neg_mul_add(w1573, w1576);
+    let w1582 = w734.neg_mul_add(w1578, w1581);
+    let w1583 = w732.neg_mul_add(w1578, w1579);
+    let w1584 = w733.neg_mul_add(w1578, w1580);
+    let w1585 = w745.neg_mul_add(w1582, w1584);
+    let w1586 = w744.neg_mul_add(w1582, w1583);
+    let d_acceleration_j1_j6_2 = d_acceleration_j1_j1 * w751.neg_mul_add(w1585, w1586);
+    let w1587 = w750 * w1585;
+    let d_acceleration_j2_j6_2 = w751.neg_mul_add(d_acceleration_j1_j6_2, w1587);
+    let w1588 = w743 * w1582;
+    let w1589 = w744.neg_mul_add(d_acceleration_j1_j6_2, w1588);
+    let d_acceleration_j3_j6_2 = w745.neg_mul_add(d_acceleration_j2_j6_2, w1589);
+    let w1590 = w731 * w1578;
+    let w1591 = w732.neg_mul_add(d_acceleration_j1_j6_2, w1590);
+    let w1592 = w733.neg_mul_add(d_acceleration_j2_j6_2, w1591);
+    let d_acceleration_j4_j6_2 = w734.neg_mul_add(d_acceleration_j3_j6_2, w1592);
+    let w1593 = w713 * w1573;
+    let w1594 = w714.neg_mul_add(d_acceleration_j1_j6_2, w1593);
+    let w1595 = w715.neg_mul_add(d_acceleration_j2_j6_2, w1594);
+    let w1596 = w716.neg_mul_add(d_acceleration_j3_j6_2, w1595);
+    let d_acceleration_j5_j6_2 = w717.neg_mul_add(d_acceleration_j4_j6_2, w1596);
+    let w1597 = w692 * d_acceleration_j1_j6_2;
+    let w1598 = w633.mul_add(T::from_f64(-114.14289869087226), w1597);
+    let w1599 = w693.neg_mul_add(d_acceleration_j2_j6_2, w1598);
+    let w1600 = w694.mul_add(d_acceleration_j3_j6_2, w1599);
+    let w1601 = w695.neg_mul_add(d_acceleration_j4_j6_2, w1600);
+    let d_acceleration_j6_j6_2 = w696.mul_add(d_acceleration_j5_j6_2, w1601);
+    let w1602 = T::from_f64(-1000.0) * w651;
+    let w1603 = w683.neg_mul_add(d_acceleration_j1_j6_2, w1602);
+    let w1604 = w684.neg_mul_add(d_acceleration_j2_j6_2, w1603);
+    let w1605 = w685.neg_mul_add(d_acceleration_j3_j6_2, w1604);
+    let w1606 = w686.mul_add(d_acceleration_j4_j6_2, w1605);
+    let d_acceleration_j7_j6_2 = cos_j6.neg_mul_add(d_acceleration_j5_j6_2, w1606);
+    let w1607 = sin_j2.mul_add(w681, w682);
+    let w1608 = w107 * w354;
+    let w1609 = sin_j3.mul_add(w679, cos_j3 * w678);
+    let w1610 = w106 * w354;
+    let w1611 = w680 - w665;
+    let w1612 = w101 * w354;
+    let w1613 = w99 * w354;
+    let w1614 = cos_j6 * w354;
+    let w1615 = w1614.mul_add(T::from_f64(-4.930973223445682e-8), w653);
+    let w1616 = w1608.mul_add(T::from_f64(-0.11414289869087225), w1607);
+    let w1617 = w1610.mul_sub(T::from_f64(0.11414289869087225), w1609);
+    let w1618 = w1612.mul_sub(T::from_f64(-0.11414289869087225), w1611);
+    let w1619 = w1613.mul_add(T::from_f64(0.11414289869087225), w678);
+    let w1620 = w717.neg_mul_add(w1615, w1619);
+    let w1621 = w714.neg_mul_add(w1615, w1616);
+    let w1622 = w715.neg_mul_add(w1615, w1617);
+    let w1623 = w716.neg_mul_add(w1615, w1618);
+    let w1624 = w734.neg_mul_add(w1620, w1623);
+    let w1625 = w732.neg_mul_add(w1620, w1621);
+    let w1626 = w733.neg_mul_add(w1620, w1622);
+    let w1627 = w745.neg_mul_add(w1624, w1626);
+    let w1628 = w744.neg_mul_add(w1624, w1625);
+    let d_acceleration_j1_j7_2 = d_acceleration_j1_j1 * w751.neg_mul_add(w1627, w1628);
+    let w1629 = w750 * w1627;
+    let d_acceleration_j2_j7_2 = w751.neg_mul_add(d_acceleration_j1_j7_2, w1629);
+    let w1630 = w743 * w1624;
+    let w1631 = w744.neg_mul_add(d_acceleration_j1_j7_2, w1630);
+    let d_acceleration_j3_j7_2 = w745.neg_mul_add(d_acceleration_j2_j7_2, w1631);
+    let w1632 = w731 * w1620;
+    let w1633 = w732.neg_mul_add(d_acceleration_j1_j7_2, w1632);
+    let w1634 = w733.neg_mul_add(d_acceleration_j2_j7_2, w1633);
+    let d_acceleration_j4_j7_2 = w734.neg_mul_add(d_acceleration_j3_j7_2, w1634);
+    let w1635 = w713 * w1615;
+    let w1636 = w714.neg_mul_add(d_acceleration_j1_j7_2, w1635);
+    let w1637 = w715.neg_mul_add(d_acceleration_j2_j7_2, w1636);
+    let w1638 = w716.neg_mul_add(d_acceleration_j3_j7_2, w1637);
+    let d_acceleration_j5_j7_2 = w717.neg_mul_add(d_acceleration_j4_j7_2, w1638);
+    let w1639 = w692 * d_acceleration_j1_j7_2;
+    let w1640 = w354.mul_add(T::from_f64(-0.11414289869087225), w1639);
+    let w1641 = w693.neg_mul_add(d_acceleration_j2_j7_2, w1640);
+    let w1642 = w694.mul_add(d_acceleration_j3_j7_2, w1641);
+    let w1643 = w695.neg_mul_add(d_acceleration_j4_j7_2, w1642);
+    let d_acceleration_j6_j7_2 = w696.mul_add(d_acceleration_j5_j7_2, w1643);
+    let w1644 = w684 * d_acceleration_j2_j7_2;
+    let w1645 = w683.mul_add(d_acceleration_j1_j7_2, w1644);
+    let w1646 = w685.mul_add(d_acceleration_j3_j7_2, w1645);
+    let w1647 = w686.mul_sub(d_acceleration_j4_j7_2, w1646);
+    let d_acceleration_j7_j7_2 = cos_j6.neg_mul_add(d_acceleration_j5_j7_2, w1647);
+    let w1648 = w751 * d_acceleration_j1_j1;
+    let d_acceleration_j1_j2_3 = -w1648;
+    let w1649 = w745 * w1648;
+    let d_acceleration_j1_j3_3 = w744.neg_mul_add(d_acceleration_j1_j1, w1649);
+    let w1650 = w733 * w1648;
+    let w1651 = w732.neg_mul_add(d_acceleration_j1_j1, w1650);
+    let d_acceleration_j1_j4_3 = w734.neg_mul_add(d_acceleration_j1_j3_3, w1651);
+    let w1652 = w715 * w1648;
+    let w1653 = w714.neg_mul_add(d_acceleration_j1_j1, w1652);
+    let w1654 = w716.neg_mul_add(d_acceleration_j1_j3_3, w1653);
+    let d_acceleration_j1_j5_3 = w717.neg_mul_add(d_acceleration_j1_j4_3, w1654);
+    let w1655 = w693 * w1648;
+    let w1656 = w692.mul_add(d_acceleration_j1_j1, w1655);
+    let w1657 = w694.mul_add(d_acceleration_j1_j3_3, w1656);
+    let w1658 = w695.neg_mul_add(d_acceleration_j1_j4_3, w1657);
+    let d_acceleration_j1_j6_3 = w696.mul_add(d_acceleration_j1_j5_3, w1658);
+    let w1659 = w684 * w1648;
+    let w1660 = w683.neg_mul_add(d_acceleration_j1_j1, w1659);
+    let w1661 = w685.neg_mul_add(d_acceleration_j1_j3_3, w1660);
+    let w1662 = w686.mul_add(d_acceleration_j1_j4_3, w1661);
+    let d_acceleration_j1_j7_3 = cos_j6.neg_mul_add(d_acceleration_j1_j5_3, w1662);
+    let d_acceleration_j2_j2_3 = w751.mul_add(w1648, w750);
+    let w1663 = w744 * w1648;
+    let d_acceleration_j2_j3_3 = w745.neg_mul_add(d_acceleration_j2_j2_3, w1663);
+    let w1664 = w732 * w1648;
+    let w1665 = w733.neg_mul_add(d_acceleration_j2_j2_3, w1664);
+    let d_acceleration_j2_j4_3 = w734.neg_mul_add(d_acceleration_j2_j3_3, w1665);
+    let w1666 = w714 * w1648;
+    let w1667 = w715.neg_mul_add(d_acceleration_j2_j2_3, w1666);
+    let w1668 = w716.neg_mul_add(d_acceleration_j2_j3_3, w1667);
+    let d_acceleration_j2_j5_3 = w717.neg_mul_add(d_acceleration_j2_j4_3, w1668);
+    let w1669 = w693 * d_acceleration_j2_j2_3;
+    let w1670 = w692.mul_add(w1648, w1669);
+    let w1671 = w694.mul_sub(d_acceleration_j2_j3_3, w1670);
+    let w1672 = w695.neg_mul_add(d_acceleration_j2_j4_3, w1671);
+    let d_acceleration_j2_j6_3 = w696.mul_add(d_acceleration_j2_j5_3, w1672);
+    let w1673 = w683 * w1648;
+    let w1674 = w684.neg_mul_add(d_acceleration_j2_j2_3, w1673);
+    let w1675 = w685.neg_mul_add(d_acceleration_j2_j3_3, w1674);
+    let w1676 = w686.mul_add(d_acceleration_j2_j4_3, w1675);
+    let d_acceleration_j2_j7_3 = cos_j6.neg_mul_add(d_acceleration_j2_j5_3, w1676);
+    let w1677 = w744.neg_mul_add(d_acceleration_j1_j3_3, w743);
+    let d_acceleration_j3_j3_3 = w745.neg_mul_add(d_acceleration_j2_j3_3, w1677);
+    let w1678 = w733 * d_acceleration_j2_j3_3;
+    let w1679 = w732.mul_add(d_acceleration_j1_j3_3, w1678);
+    let w1680 = w734.mul_add(d_acceleration_j3_j3_3, w1679);
+    let d_acceleration_j3_j4_3 = -w1680;
+    let w1681 = w715 * d_acceleration_j2_j3_3;
+    let w1682 = w714.mul_add(d_acceleration_j1_j3_3, w1681);
+    let w1683 = w716.mul_add(d_acceleration_j3_j3_3, w1682);
+    let d_acceleration_j3_j5_3 = w717.mul_sub(w1680, w1683);
+    let w1684 = w692 * d_acceleration_j1_j3_3;
+    let w1685 = w693.neg_mul_add(d_acceleration_j2_j3_3, w1684);
+    let w1686 = w694.mul_add(d_acceleration_j3_j3_3, w1685);
+    let w1687 = w695.mul_add(w1680, w1686);
+    let d_acceleration_j3_j6_3 = w696.mul_add(d_acceleration_j3_j5_3, w1687);
+    let w1688 = w684 * d_acceleration_j2_j3_3;
+    let w1689 = w683.mul_add(d_acceleration_j1_j3_3, w1688);
+    let w1690 = w685.mul_add(d_acceleration_j3_j3_3, w1689);
+    let w1691 = w686.mul_add(w1680, w1690);
+    let w1692 = cos_j6.mul_add(d_acceleration_j3_j5_3, w1691);
+    let d_acceleration_j3_j7_3 = -w1692;
+    let w1693 = w732.neg_mul_add(d_acceleration_j1_j4_3, w731);
+    let w1694 = w733.neg_mul_add(d_acceleration_j2_j4_3, w1693);
+    let d_acceleration_j4_j4_3 = w734.mul_add(w1680, w1694);
+    let w1695 = w715 * d_acceleration_j2_j4_3;
+    let w1696 = w714.mul_add(d_acceleration_j1_j4_3, w1695);
+    let w1697 = w716.mul_sub(w1680, w1696);
+    let d_acceleration_j4_j5_3 = w717.neg_mul_add(d_acceleration_j4_j4_3, w1697);
+    let w1698 = w692 * d_acceleration_j1_j4_3;
+    let w1699 = w693.neg_mul_add(d_acceleration_j2_j4_3, w1698);
+    let w1700 = w694.neg_mul_add(w1680, w1699);
+    let w1701 = w695.neg_mul_add(d_acceleration_j4_j4_3, w1700);
+    let d_acceleration_j4_j6_3 = w696.mul_add(d_acceleration_j4_j5_3, w1701);
+    let w1702 = w684 * d_acceleration_j2_j4_3;
+    let w1703 = w683.mul_add(d_acceleration_j1_j4_3, w1702);
+    let w1704 = w685.mul_sub(w1680, w1703);
+    let w1705 = w686.mul_add(d_acceleration_j4_j4_3, w1704);
+    let d_acceleration_j4_j7_3 = cos_j6.neg_mul_add(d_acceleration_j4_j5_3, w1705);
+    let w1706 = w714.neg_mul_add(d_acceleration_j1_j5_3, w713);
+    let w1707 = w715.neg_mul_add(d_acceleration_j2_j5_3, w1706);
+    let w1708 = w716.neg_mul_add(d_acceleration_j3_j5_3, w1707);
+    let d_acceleration_j5_j5_3 = w717.neg_mul_add(d_acceleration_j4_j5_3, w1708);
+    let w1709 = w692 * d_acceleration_j1_j5_3;
+    let w1710 = w693.neg_mul_add(d_acceleration_j2_j5_3, w1709);
+    let w1711 = w694.mul_add(d_acceleration_j3_j5_3, w1710);
+    let w1712 = w695.neg_mul_add(d_acceleration_j4_j5_3, w1711);
+    let d_acceleration_j5_j6_3 = w696.mul_add(d_acceleration_j5_j5_3, w1712);
+    let w1713 = w684 * d_acceleration_j2_j5_3;
+    let w1714 = w683.mul_add(d_acceleration_j1_j5_3, w1713);
+    let w1715 = w685.mul_add(d_acceleration_j3_j5_3, w1714);
+    let w1716 = w686.mul_sub(d_acceleration_j4_j5_3, w1715);
+    let d_acceleration_j5_j7_3 = cos_j6.neg_mul_add(d_acceleration_j5_j5_3, w1716);
+    let w1717 = w692 * d_acceleration_j1_j6_3;
+    let w1718 = T::from_f64(114.14289869087226) + w1717;
+    let w1719 = w693.neg_mul_add(d_acceleration_j2_j6_3, w1718);
+    let w1720 = w694.mul_add(d_acceleration_j3_j6_3, w1719);
+    let w1721 = w695.neg_mul_add(d_acceleration_j4_j6_3, w1720);
+    let d_acceleration_j6_j6_3 = w696.mul_add(d_acceleration_j5_j6_3, w1721);
+    let w1722 = w684 * d_acceleration_j2_j6_3;
+    let w1723 = w683.mul_add(d_acceleration_j1_j6_3, w1722);
+    let w1724 = w685.mul_add(d_acceleration_j3_j6_3, w1723);
+    let w1725 = w686.mul_sub(d_acceleration_j4_j6_3, w1724);
+    let d_acceleration_j6_j7_3 = cos_j6.neg_mul_add(d_acceleration_j5_j6_3, w1725);
+    let w1726 = T::from_f64(1000.0) - w683 * d_acceleration_j1_j7_3;
+    let w1727 = w684.neg_mul_add(d_acceleration_j2_j7_3, w1726);
+    let w1728 = w685.mul_add(w1692, w1727);
+    let w1729 = w686.mul_add(d_acceleration_j4_j7_3, w1728);
+    let d_acceleration_j7_j7_3 = cos_j6.neg_mul_add(d_acceleration_j5_j7_3, w1729);
+    ForwardDynamicsDerivatives {
+        forward_dynamics: [
+            acceleration_j1,
+            acceleration_j2,
+            acceleration_j3,
+            acceleration_j4,
+            acceleration_j5,
+            acceleration_j6,
+            acceleration_j7,
+        ],
+        forward_dynamics_by_position: [
+            [
+                T::zero(),
+                d_acceleration_j1_j2,
+                d_acceleration_j1_j3,
+                d_acceleration_j1_j4,
+                d_acceleration_j1_j5,
+                d_acceleration_j1_j6,
+                d_acceleration_j1_j7,
+            ],
+            [
+                T::zero(),
+                d_acceleration_j2_j2,
+                d_acceleration_j2_j3,
+                d_acceleration_j2_j4,
+                d_acceleration_j2_j5,
+                d_acceleration_j2_j6,
+                d_acceleration_j2_j7,
+            ],
+            [
+                T::zero(),
+                d_acceleration_j3_j2,
+                d_acceleration_j3_j3,
+                d_acceleration_j3_j4,
+                d_acceleration_j3_j5,
+                d_acceleration_j3_j6,
+                d_acceleration_j3_j7,
+            ],
+            [
+                T::zero(),
+                d_acceleration_j4_j2,
+                d_acceleration_j4_j3,
+                d_acceleration_j4_j4,
+                d_acceleration_j4_j5,
+                d_acceleration_j4_j6,
+                d_acceleration_j4_j7,
+            ],
+            [
+                T::zero(),
+                d_acceleration_j5_j2,
+                d_acceleration_j5_j3,
+                d_acceleration_j5_j4,
+                d_acceleration_j5_j5,
+                d_acceleration_j5_j6,
+                d_acceleration_j5_j7,
+            ],
+            [
+                T::zero(),
+                d_acceleration_j6_j2,
+                d_acceleration_j6_j3,
+                d_acceleration_j6_j4,
+                d_acceleration_j6_j5,
+                d_acceleration_j6_j6,
+                d_acceleration_j6_j7,
+            ],
+            [
+                T::zero(),
+                d_acceleration_j7_j2,
+                d_acceleration_j7_j3,
+                d_acceleration_j7_j4,
+                d_acceleration_j7_j5,
+                d_acceleration_j7_j6,
+                d_acceleration_j7_j7,
+            ],
+        ],
+        forward_dynamics_by_velocity: [
+            [
+                d_acceleration_j1_j1_2,
+                d_acceleration_j1_j2_2,
+                d_acceleration_j1_j3_2,
+                d_acceleration_j1_j4_2,
+                d_acceleration_j1_j5_2,
+                d_acceleration_j1_j6_2,
+                d_acceleration_j1_j7_2,
+            ],
+            [
+                d_acceleration_j2_j1,
+                d_acceleration_j2_j2_2,
+                d_acceleration_j2_j3_2,
+                d_acceleration_j2_j4_2,
+                d_acceleration_j2_j5_2,
+                d_acceleration_j2_j6_2,
+                d_acceleration_j2_j7_2,
+            ],
+            [
+                d_acceleration_j3_j1,
+                d_acceleration_j3_j2_2,
+                d_acceleration_j3_j3_2,
+                d_acceleration_j3_j4_2,
+                d_acceleration_j3_j5_2,
+                d_acceleration_j3_j6_2,
+                d_acceleration_j3_j7_2,
+            ],
+            [
+                d_acceleration_j4_j1,
+                d_acceleration_j4_j2_2,
+                d_acceleration_j4_j3_2,
+                d_acceleration_j4_j4_2,
+                d_acceleration_j4_j5_2,
+                d_acceleration_j4_j6_2,
+                d_acceleration_j4_j7_2,
+            ],
+            [
+                d_acceleration_j5_j1,
+                d_acceleration_j5_j2_2,
+                d_acceleration_j5_j3_2,
+                d_acceleration_j5_j4_2,
+                d_acceleration_j5_j5_2,
+                d_acceleration_j5_j6_2,
+                d_acceleration_j5_j7_2,
+            ],
+            [
+                d_acceleration_j6_j1,
+                d_acceleration_j6_j2_2,
+                d_acceleration_j6_j3_2,
+                d_acceleration_j6_j4_2,
+                d_acceleration_j6_j5_2,
+                d_acceleration_j6_j6_2,
+                d_acceleration_j6_j7_2,
+            ],
+            [
+                d_acceleration_j7_j1,
+                d_acceleration_j7_j2_2,
+                d_acceleration_j7_j3_2,
+                d_acceleration_j7_j4_2,
+                d_acceleration_j7_j5_2,
+                d_acceleration_j7_j6_2,
+                d_acceleration_j7_j7_2,
+            ],
+        ],
+        forward_dynamics_by_input: [
+            [
+                d_acceleration_j1_j1,
+                d_acceleration_j1_j2_3,
+                d_acceleration_j1_j3_3,
+                d_acceleration_j1_j4_3,
+                d_acceleration_j1_j5_3,
+                d_acceleration_j1_j6_3,
+                d_acceleration_j1_j7_3,
+            ],
+            [
+                d_acceleration_j1_j2_3,
+                d_acceleration_j2_j2_3,
+                d_acceleration_j2_j3_3,
+                d_acceleration_j2_j4_3,
+                d_acceleration_j2_j5_3,
+                d_acceleration_j2_j6_3,
+                d_acceleration_j2_j7_3,
+            ],
+            [
+                d_acceleration_j1_j3_3,
+                d_acceleration_j2_j3_3,
+                d_acceleration_j3_j3_3,
+                d_acceleration_j3_j4_3,
+                d_acceleration_j3_j5_3,
+                d_acceleration_j3_j6_3,
+                d_acceleration_j3_j7_3,
+            ],
+            [
+                d_acceleration_j1_j4_3,
+                d_acceleration_j2_j4_3,
+                d_acceleration_j3_j4_3,
+                d_acceleration_j4_j4_3,
+                d_acceleration_j4_j5_3,
+                d_acceleration_j4_j6_3,
+                d_acceleration_j4_j7_3,
+            ],
+            [
+                d_acceleration_j1_j5_3,
+                d_acceleration_j2_j5_3,
+                d_acceleration_j3_j5_3,
+                d_acceleration_j4_j5_3,
+                d_acceleration_j5_j5_3,
+                d_acceleration_j5_j6_3,
+                d_acceleration_j5_j7_3,
+            ],
+            [
+                d_acceleration_j1_j6_3,
+                d_acceleration_j2_j6_3,
+                d_acceleration_j3_j6_3,
+                d_acceleration_j4_j6_3,
+                d_acceleration_j5_j6_3,
+                d_acceleration_j6_j6_3,
+                d_acceleration_j6_j7_3,
+            ],
+            [
+                d_acceleration_j1_j7_3,
+                d_acceleration_j2_j7_3,
+                d_acceleration_j3_j7_3,
+                d_acceleration_j4_j7_3,
+                d_acceleration_j5_j7_3,
+                d_acceleration_j6_j7_3,
+                d_acceleration_j7_j7_3,
+            ],
         ],
     }
 }

@@ -281,13 +281,19 @@ impl<T: Scalar> ::dynamics::Entries<T> for EquationOfMotion<T> {
     const LENGTH: usize = 18;
 
     #[inline(always)]
-    fn each(&self, take: &mut impl FnMut(T)) {
-        self.mass_matrix.each(take);
-        self.force.each(take);
-        self.constraint_jacobian.each(take);
-        self.constraint_bias.each(take);
-        self.constraint_residual.each(take);
-        self.constraint_rate.each(take);
+    fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {
+        let part = results.map(|result| &result.mass_matrix);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.force);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constraint_jacobian);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constraint_bias);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constraint_residual);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constraint_rate);
+        ::dynamics::Entries::each_of(part, take);
     }
 }
 

@@ -2,20 +2,28 @@
 //
 // Model:      models/wheelbot.model
 // Digest:     b932437944f5abd9 (FNV-1a of the model and the effects it names)
-// Regenerate: dynamics generate models/wheelbot.model --to rust --out <this folder>
+// Regenerate: dynamics generate models/wheelbot.model --to rust --functions constrained_dynamics,constrained_dynamics_derivatives,mass_matrix_by_position,bias_force_by_position,bias_force_by_velocity,constraint_jacobian_by_position,constraint_bias_by_position,constraint_bias_by_velocity --out <this folder>
 //
 // Operations; what a function shares inside itself is counted once:
-//   function                total    + -      *      /  sin cos  other
-//   mass_matrix               134     60     68      0        6      0
-//   bias_force                254    116    132      0        6      0
-//   applied_force               0      0      0      0        0      0
-//   input_matrix                0      0      0      0        0      0
-//   force                     255    117    132      0        6      0
-//   constraint_jacobian         6      2      2      0        2      0
-//   constraint_bias             8      1      5      0        2      0
-//   constraint_residual         7      2      3      0        2      0
-//   constraint_rate             7      2      3      0        2      0
-//   equation_of_motion        367    170    191      0        6      0
+//   function                          total    + -      *      /  sin cos  other
+//   mass_matrix                         134     60     68      0        6      0
+//   bias_force                          254    116    132      0        6      0
+//   applied_force                         0      0      0      0        0      0
+//   input_matrix                          0      0      0      0        0      0
+//   force                               255    117    132      0        6      0
+//   constraint_jacobian                   6      2      2      0        2      0
+//   constraint_bias                       8      1      5      0        2      0
+//   constraint_residual                   7      2      3      0        2      0
+//   constraint_rate                       7      2      3      0        2      0
+//   equation_of_motion                  367    170    191      0        6      0
+//   constrained_dynamics                564    240    309      9        6      0
+//   constrained_dynamics_derivatives   2484   1115   1354      9        6      0
+//   mass_matrix_by_position             172     74     92      0        6      0
+//   bias_force_by_position              581    274    301      0        6      0
+//   bias_force_by_velocity              502    223    273      0        6      0
+//   constraint_jacobian_by_position       5      1      2      0        2      0
+//   constraint_bias_by_position           9      2      5      0        2      0
+//   constraint_bias_by_velocity          11      2      7      0        2      0
 
 use ::dynamics::linalg::from_rows;
 use ::dynamics::nalgebra::{SMatrix, SVector};
@@ -838,13 +846,19 @@ impl<T: Scalar> ::dynamics::Entries<T> for EquationOfMotion<T> {
     const LENGTH: usize = 76;
 
     #[inline(always)]
-    fn each(&self, take: &mut impl FnMut(T)) {
-        self.mass_matrix.each(take);
-        self.force.each(take);
-        self.constraint_jacobian.each(take);
-        self.constraint_bias.each(take);
-        self.constraint_residual.each(take);
-        self.constraint_rate.each(take);
+    fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {
+        let part = results.map(|result| &result.mass_matrix);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.force);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constraint_jacobian);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constraint_bias);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constraint_residual);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constraint_rate);
+        ::dynamics::Entries::each_of(part, take);
     }
 }
 
@@ -1168,6 +1182,3469 @@ pub fn equation_of_motion<T: Scalar>(
         constraint_residual: [c_rolling_x, c_rolling_y],
         constraint_rate: [c_rolling_x, c_rolling_y],
     }
+}
+
+/// `constrained_acceleration`, `constrained_multipliers`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConstrainedDynamics<T> {
+    /// Acceleration `a` of `M a = Q + Aᵀλ`, `A a = b`; `M` must be positive definite and `A` of full row rank, 7.
+    ///
+    /// Entries: `x` (m/s^2), `y` (m/s^2), `roll` (rad/s^2), `pitch` (rad/s^2), `yaw` (rad/s^2), `wheel` (rad/s^2), `reaction` (rad/s^2).
+    pub constrained_acceleration: [T; 7],
+    /// Multipliers `λ` of `M a = Q + Aᵀλ`, `A a = b`; `M` must be positive definite and `A` of full row rank, 2.
+    ///
+    /// Entries: `rolling_x` (N), `rolling_y` (N).
+    pub constrained_multipliers: [T; 2],
+}
+
+impl<T: Scalar> ::dynamics::Entries<T> for ConstrainedDynamics<T> {
+    const LENGTH: usize = 9;
+
+    #[inline(always)]
+    fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {
+        let part = results.map(|result| &result.constrained_acceleration);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constrained_multipliers);
+        ::dynamics::Entries::each_of(part, take);
+    }
+}
+
+/// `constrained_acceleration`, `constrained_multipliers`; shared terms are computed once.
+pub fn constrained_dynamics<T: Scalar>(
+    p: &Parameters<T>,
+    x: &Point<T, 7, 2, 0>,
+) -> ConstrainedDynamics<T> {
+    let q_roll = x.q[2];
+    let q_pitch = x.q[3];
+    let q_yaw = x.q[4];
+    let dq_roll = x.v[2];
+    let dq_pitch = x.v[3];
+    let dq_yaw = x.v[4];
+    let dq_wheel = x.v[5];
+    let dq_reaction = x.v[6];
+    let u_reaction = x.u[0];
+    let u_wheel = x.u[1];
+    let circular = T::sin_cos_3(q_yaw, q_roll, q_pitch);
+    let (sin_yaw, cos_yaw) = circular[0];
+    let (sin_roll, cos_roll) = circular[1];
+    let (sin_pitch, cos_pitch) = circular[2];
+    let d_wheel_r_w = dq_wheel * p.r_w;
+    let l_wb_plus_l_br = p.l_wb + p.l_br;
+    let w1 = T::from_f64(0.5) * p.I_w_a;
+    let w2 = p.I_w_r.mul_sub(T::from_f64(2.0), p.I_w_a);
+    let w3 = T::from_f64(0.5) * w2;
+    let m_b_b_x = p.m_b * p.b_x;
+    let m_b_b_y = p.m_b * p.b_y;
+    let m_b_l_wb = p.m_b * p.l_wb;
+    let i_by_plus_i_bz_minus_i_bx = p.I_by + p.I_bz - p.I_bx;
+    let b_x_m_b_b_x = p.b_x * m_b_b_x;
+    let w4 = T::from_f64(0.5) * i_by_plus_i_bz_minus_i_bx;
+    let w5 = w4 + b_x_m_b_b_x;
+    let b_x_m_b_b_y = p.b_x * m_b_b_y;
+    let b_x_m_b_l_wb = p.b_x * m_b_l_wb;
+    let i_bx_plus_i_bz_minus_i_by = p.I_bx + p.I_bz - p.I_by;
+    let b_y_m_b_b_y = p.b_y * m_b_b_y;
+    let w6 = T::from_f64(0.5) * i_bx_plus_i_bz_minus_i_by;
+    let w7 = w6 + b_y_m_b_b_y;
+    let b_y_m_b_l_wb = p.b_y * m_b_l_wb;
+    let i_bx_plus_i_by_minus_i_bz = p.I_bx + p.I_by - p.I_bz;
+    let l_wb_m_b_l_wb = p.l_wb * m_b_l_wb;
+    let w8 = T::from_f64(0.5) * i_bx_plus_i_by_minus_i_bz;
+    let w9 = w8 + l_wb_m_b_l_wb;
+    let w10 = p.I_r_r.mul_sub(T::from_f64(2.0), p.I_r_a);
+    let w11 = T::from_f64(0.5) * w10;
+    let w12 = T::from_f64(0.5) * p.I_r_a;
+    let m_r_l_wb_plus_l_br = p.m_r * l_wb_plus_l_br;
+    let m_b_plus_m_r = p.m_b + p.m_r;
+    let w13 = m_b_l_wb + m_r_l_wb_plus_l_br;
+    let w14 = w9 + l_wb_plus_l_br.mul_add(m_r_l_wb_plus_l_br, w12);
+    let w15 = w5 + w11;
+    let w16 = cos_pitch * w13;
+    let m_b_b_x_sin_pitch = m_b_b_x * sin_pitch;
+    let w17 = m_b_b_x_sin_pitch - w16;
+    let m_b_b_x_cos_pitch = m_b_b_x * cos_pitch;
+    let w18 = sin_pitch.mul_add(w13, m_b_b_x_cos_pitch);
+    let w19 = T::from_f64(2.0) * sin_pitch;
+    let w20 = cos_pitch * (w14 - w15);
+    let w21 = b_x_m_b_l_wb.neg_mul_add(w19, w20);
+    let w22 = cos_pitch * w21;
+    let b_y_m_b_l_wb_cos_pitch = b_y_m_b_l_wb * cos_pitch;
+    let b_x_m_b_b_y_sin_pitch = b_x_m_b_b_y * sin_pitch;
+    let b_x_m_b_b_y_cos_pitch = b_x_m_b_b_y * cos_pitch;
+    let w23 = b_y_m_b_l_wb.mul_add(sin_pitch, b_x_m_b_b_y_cos_pitch);
+    let w24 = p.r_w.neg_mul_add(m_b_plus_m_r, w17);
+    let w25 = b_x_m_b_b_y_sin_pitch - b_y_m_b_l_wb_cos_pitch;
+    let w26 = sin_pitch.mul_add(w21, b_x_m_b_l_wb);
+    let m_w_r_w = p.m_w * p.r_w;
+    let m_w_plus_m_b_plus_m_r = p.m_w + m_b_plus_m_r;
+    let w27 = w24 - m_w_r_w;
+    let w28 = w15 + w22 - p.r_w.mul_add(w17, p.r_w * w24);
+    let w29 = w28 + p.r_w.mul_add(m_w_r_w, w1);
+    let w30 = w3 + (w7 + w12);
+    let w31 = sin_roll.mul_add(w27, m_b_b_y * cos_roll);
+    let m_b_b_y_sin_roll = m_b_b_y * sin_roll;
+    let w32 = cos_roll.neg_mul_add(w27, m_b_b_y_sin_roll);
+    let w33 = p.r_w.neg_mul_add(m_b_b_y, w25);
+    let w34 = w33 * (T::from_f64(2.0) * cos_roll);
+    let w35 = sin_roll.mul_add(w29 - w30, w34);
+    let w36 = p.r_w.mul_add(w18, w26);
+    let i_w_a_sin_roll = p.I_w_a * sin_roll;
+    let w37 = w14 + w15;
+    let w38 = w16 - m_b_b_x_sin_pitch;
+    let w39 = sin_roll * w18;
+    let w40 = b_y_m_b_l_wb_cos_pitch - b_x_m_b_b_y_sin_pitch;
+    let w41 = sin_roll * p.r_w.mul_add(w38, w37);
+    let w42 = cos_roll.neg_mul_add(w40, w41);
+    let w43 = sin_yaw.neg_mul_add(w39, cos_yaw * w38);
+    let w44 = cos_yaw.mul_add(w39, sin_yaw * w38);
+    let i_r_a_cos_pitch = p.I_r_a * cos_pitch;
+    let cos_roll_i_r_a_sin_pitch = cos_roll * (p.I_r_a * sin_pitch);
+    let d_yaw_cos_roll = dq_yaw * cos_roll;
+    let d_yaw_sin_roll = dq_yaw * sin_roll;
+    let d_roll_d_yaw_sin_roll = dq_roll * d_yaw_sin_roll;
+    let d_roll_d_yaw_cos_roll = dq_roll * d_yaw_cos_roll;
+    let d_roll_sq = dq_roll * dq_roll;
+    let w45 = d_yaw_sin_roll.mul_add(d_yaw_sin_roll, d_roll_sq);
+    let w46 = p.r_w * (T::from_f64(2.0) * d_roll_d_yaw_cos_roll);
+    let w47 = p.g.neg_mul_add(cos_roll, p.r_w * w45);
+    let w48 = p.r_w * (d_yaw_cos_roll * d_yaw_sin_roll);
+    let w49 = p.g.mul_add(sin_roll, w48);
+    let d_wheel_plus_d_yaw_sin_roll = dq_wheel + d_yaw_sin_roll;
+    let d_wheel_d_yaw_cos_roll = dq_wheel * d_yaw_cos_roll;
+    let w50 = dq_roll.neg_mul_add(dq_wheel, d_roll_d_yaw_sin_roll);
+    let w51 = dq_roll * d_wheel_plus_d_yaw_sin_roll;
+    let w52 = d_yaw_cos_roll * d_wheel_plus_d_yaw_sin_roll;
+    let cos_pitch_d_yaw_cos_roll = cos_pitch * d_yaw_cos_roll;
+    let w53 = dq_roll.mul_add(sin_pitch, cos_pitch_d_yaw_cos_roll);
+    let d_roll_cos_pitch = dq_roll * cos_pitch;
+    let sin_pitch_d_yaw_cos_roll = sin_pitch * d_yaw_cos_roll;
+    let w54 = sin_pitch_d_yaw_cos_roll - d_roll_cos_pitch;
+    let w55 = sin_pitch * d_roll_d_yaw_sin_roll;
+    let d_pitch_plus_d_yaw_sin_roll = dq_pitch + d_yaw_sin_roll;
+    let w56 = dq_pitch * w53;
+    let w57 = dq_pitch * w54;
+    let w58 = cos_pitch.mul_add(d_roll_d_yaw_sin_roll, w57);
+    let w59 = w56 - w55;
+    let w60 = cos_pitch * w47;
+    let w61 = sin_pitch.neg_mul_add(w46, w60);
+    let w62 = cos_pitch.mul_add(w46, sin_pitch * w47);
+    let w63 = w53 * w53;
+    let w64 = w54 * w54;
+    let w65 = d_pitch_plus_d_yaw_sin_roll * d_pitch_plus_d_yaw_sin_roll;
+    let w66 = w64 + w65;
+    let w67 = w53 * w54;
+    let w68 = d_roll_d_yaw_cos_roll + w67;
+    let w69 = d_roll_d_yaw_cos_roll - w67;
+    let w70 = w54 * d_pitch_plus_d_yaw_sin_roll;
+    let w71 = w70 - w58;
+    let w72 = w58 + w70;
+    let w73 = w53 * d_pitch_plus_d_yaw_sin_roll;
+    let w74 = w59 + w73;
+    let w75 = w59 - w73;
+    let w76 = w55 - w56;
+    let w77 = d_roll_cos_pitch - sin_pitch_d_yaw_cos_roll;
+    let w78 = dq_reaction + w77;
+    let w79 = dq_reaction.mul_add(d_pitch_plus_d_yaw_sin_roll, w58);
+    let w80 = dq_reaction.mul_add(w53, d_roll_d_yaw_cos_roll);
+    let w81 = d_pitch_plus_d_yaw_sin_roll * w78;
+    let w82 = w53 * w78;
+    let w83 = p.m_w * w46;
+    let w84 = p.m_w * w49;
+    let w85 = w1 * (d_wheel_d_yaw_cos_roll + w52);
+    let w86 = d_wheel_d_yaw_cos_roll - w52;
+    let w87 = p.I_w_a * d_roll_d_yaw_cos_roll;
+    let w88 = m_b_l_wb.mul_add(w66, m_b_b_x * w68);
+    let w89 = m_b_b_x * (w63 + w65);
+    let w90 = m_b_l_wb.neg_mul_add(w69, w89);
+    let w91 = m_b_b_x.neg_mul_add(w72, m_b_l_wb * w74);
+    let w92 = w7.neg_mul_add(w71, w5 * w72);
+    let w93 = b_x_m_b_b_y.neg_mul_add(w65 - w64, w92);
+    let w94 = b_x_m_b_l_wb.neg_mul_add(w74, w93);
+    let w95 = b_y_m_b_l_wb.mul_add(w69, w94);
+    let w96 = m_b_b_x.neg_mul_add(w49, w95);
+    let w97 = w7.mul_add(w75, w9 * w74);
+    let w98 = b_y_m_b_l_wb.neg_mul_add(w63 - w65, w97);
+    let w99 = b_x_m_b_b_y.mul_add(w68, w98);
+    let w100 = b_x_m_b_l_wb.neg_mul_add(w72, w99);
+    let w101 = m_b_b_y.mul_add(w61, w100);
+    let w102 = w9.mul_add(w69, w5 * w68);
+    let w103 = b_x_m_b_l_wb.mul_add(w64 - w63, w102);
+    let w104 = b_y_m_b_l_wb.neg_mul_add(w71, w103);
+    let w105 = b_x_m_b_b_y.mul_add(w75, w104);
+    let w106 = m_b_l_wb.mul_add(w62, w105);
+    let w107 = m_b_b_y.mul_add(w75, w88);
+    let w108 = m_b_b_y.mul_add(w71, w90);
+    let w109 = m_b_b_y.neg_mul_add(w63 + w64, w91);
+    let w110 = p.m_r * l_wb_plus_l_br.mul_add(w74, w49);
+    let w111 = p.m_r * l_wb_plus_l_br.mul_add(w69, w62);
+    let w112 = w12 * (w79 + w81);
+    let w113 = w12 * (w80 + w82);
+    let w114 = w12 * (w73 + w76);
+    let w115 = w12.mul_add(w76 - w73, w114);
+    let w116 = w11.mul_add(w80 - w82, w113);
+    let w117 = w11.neg_mul_add(w81 - w79, w112);
+    let w118 = m_b_b_y.mul_add(w62, w96) + w117;
+    let w119 = l_wb_plus_l_br.mul_sub(w110, w115);
+    let w120 = m_b_l_wb.mul_add(w49, w101) + w119;
+    let w121 = l_wb_plus_l_br.mul_add(w111, w116);
+    let w122 = m_b_b_x.mul_add(w61, w106) + w121;
+    let w123 = l_wb_plus_l_br.mul_add(w66, w61);
+    let w124 = p.m_b.mul_add(w61, w107);
+    let w125 = p.m_r.mul_add(w123, w124);
+    let w126 = p.m_b.neg_mul_add(w62, w108) - w111;
+    let w127 = p.m_b.mul_add(w49, w109) + w110;
+    let w128 = cos_pitch * w125;
+    let w129 = sin_pitch.mul_add(w125, cos_pitch * w126);
+    let w130 = cos_pitch * w118;
+    let w131 = sin_pitch.mul_add(w118, cos_pitch * w120);
+    let w132 = w1.mul_add(w50 - w51, w3 * (w50 + w51));
+    let w133 = p.r_w.neg_mul_add(w129, w122);
+    let w134 = p.r_w.mul_add(w84, w3.mul_add(w86, w85));
+    let w135 = sin_pitch.neg_mul_add(w126, w128);
+    let w136 = w83 - w129;
+    let w137 = cos_roll * (w84 + w127);
+    let w138 = p.m_w.mul_add(w47, w135);
+    let w139 = sin_roll.mul_add(w138, w137);
+    let w140 = cos_roll * (w132 + sin_pitch.neg_mul_add(w120, w130));
+    let w141 = w133 + p.r_w.mul_add(w83, w87);
+    let w142 = u_wheel + w122;
+    let w143 = u_wheel - w87;
+    let w144 = u_reaction - w115;
+    let r_w_cos_yaw = p.r_w * cos_yaw;
+    let r_w_sin_yaw = p.r_w * sin_yaw;
+    let w145 = T::one() / p.I_r_a;
+    let w146 = cos_roll_i_r_a_sin_pitch * w145;
+    let w147 = i_r_a_cos_pitch * w145;
+    let w148 = w1 + (w14 - w22) + sin_roll.mul_add(w35, w30);
+    let w149 = cos_roll.mul_add(w36, sin_roll * w23);
+    let w150 = w29 + w30;
+    let w151 = T::one() / w37;
+    let w152 = w43 * w151;
+    let w153 = w44 * w151;
+    let w154 = w42 * w151;
+    let w155 = w23 * w151;
+    let w156 = cos_yaw.mul_add(w31, sin_yaw * w18);
+    let w157 = sin_yaw.neg_mul_add(w31, cos_yaw * w18);
+    let w158 = cos_roll_i_r_a_sin_pitch.neg_mul_add(w146, w148);
+    let w159 = sin_yaw.mul_add(w32, w43 * w155);
+    let w160 = cos_yaw.neg_mul_add(w32, w44 * w155);
+    let w161 = cos_roll_i_r_a_sin_pitch.mul_sub(w147, w149);
+    let w162 = w42.mul_add(w155, w161);
+    let w163 = i_r_a_cos_pitch.neg_mul_add(w147, w150);
+    let w164 = T::one() / p.I_w_a;
+    let w165 = i_w_a_sin_roll * w164;
+    let w166 = w42.neg_mul_add(w154, w158);
+    let w167 = T::one() / w23.neg_mul_add(w155, w163);
+    let w168 = w159 * w167;
+    let w169 = w160 * w167;
+    let w170 = w162 * w167;
+    let w171 = w43.neg_mul_add(w152, m_w_plus_m_b_plus_m_r);
+    let w172 = w44.neg_mul_add(w153, m_w_plus_m_b_plus_m_r);
+    let w173 = w159.mul_add(w170, w43.mul_add(w154, w156));
+    let w174 = w44.neg_mul_add(w154, w157);
+    let w175 = w160.neg_mul_add(w170, w174);
+    let w176 = i_w_a_sin_roll.neg_mul_add(w165, w166);
+    let w177 = T::one() / w162.neg_mul_add(w170, w176);
+    let w178 = w173 * w177;
+    let w179 = w175 * w177;
+    let w180 = w159.neg_mul_add(w168, w171);
+    let w181 = w43.mul_add(w153, w159 * w169);
+    let w182 = w173.mul_sub(w179, w181);
+    let w183 = w160.neg_mul_add(w169, w172);
+    let w184 = T::one() / w175.neg_mul_add(w179, w183);
+    let w185 = w182 * w184;
+    let w186 = w173.neg_mul_add(w178, w180);
+    let w187 = T::one() / w182.neg_mul_add(w185, w186);
+    let w188 = sin_roll.neg_mul_add(w141, w140);
+    let w189 = p.r_w.mul_add(w127, w131) + w134;
+    let w190 = cos_yaw.neg_mul_add(w136, sin_yaw * w139);
+    let w191 = cos_yaw.mul_add(w139, sin_yaw * w136);
+    let w192 = w144.neg_mul_add(w147, w189);
+    let w193 = w142.neg_mul_add(w155, w192);
+    let w194 = w142.mul_add(w154, w144.mul_add(w146, w188));
+    let w195 = w142.mul_add(w152, w190);
+    let w196 = w142.mul_sub(w153, w191);
+    let w197 = w143.neg_mul_add(w165, w194);
+    let w198 = w170.neg_mul_add(w193, w197);
+    let w199 = w168.neg_mul_add(w193, w195);
+    let w200 = w169.neg_mul_add(w193, w196);
+    let w201 = w179.neg_mul_add(w198, w200);
+    let w202 = w178.mul_add(w198, w199);
+    let w203 = w185.neg_mul_add(w201, w202);
+    let w204 = r_w_cos_yaw * w165;
+    let w205 = w179 * w204;
+    let w206 = w178.mul_add(w204, T::one());
+    let w207 = w185.mul_add(w205, w206);
+    let w208 = r_w_sin_yaw * w165;
+    let w209 = w179.neg_mul_add(w208, T::one());
+    let w210 = w185.neg_mul_add(w209, w178 * w208);
+    let w211 = w187 * w207;
+    let w212 = w184 * w205;
+    let w213 = w177 * w204;
+    let w214 = r_w_cos_yaw * w164;
+    let w215 = w187 * w210;
+    let w216 = w184 * w209;
+    let w217 = w177 * w208;
+    let w218 = r_w_sin_yaw * w164;
+    let w219 = w207.mul_add(w211, w205 * w212);
+    let w220 = w204.mul_add(w213, w219);
+    let w221 = w205.neg_mul_add(w216, w207 * w215);
+    let w222 = w204.mul_add(w217, w221);
+    let w223 = r_w_cos_yaw.mul_add(w218, w222);
+    let w224 = w210.mul_add(w215, w209 * w216);
+    let w225 = w208.mul_add(w217, w224);
+    let w226 = w201.neg_mul_add(w212, w203 * w211);
+    let w227 = w198.mul_add(w213, w226);
+    let w228 = w143.neg_mul_add(w214, w227);
+    let d_yaw_sin_yaw = dq_yaw * sin_yaw;
+    let w229 = w203.mul_add(w215, w201 * w216);
+    let w230 = w198.mul_add(w217, w229);
+    let w231 = w143.neg_mul_add(w218, w230);
+    let d_yaw_cos_yaw = dq_yaw * cos_yaw;
+    let w232 = d_wheel_r_w.mul_sub(d_yaw_cos_yaw, w231);
+    let w233 = T::one() / r_w_sin_yaw.mul_add(w218, w225);
+    let w234 = w223 * w233;
+    let w235 = r_w_cos_yaw.mul_add(w214, w220);
+    let w236 = d_wheel_r_w.mul_add(d_yaw_sin_yaw, w228);
+    let w237 = T::one() / w223.neg_mul_add(w234, w235);
+    let w238 = w237 * w232.mul_add(w234, w236);
+    let multiplier_rolling_x = -w238;
+    let multiplier_rolling_y = w232.mul_add(w233, w234 * w238);
+    let w239 = w207.neg_mul_add(w238, w203);
+    let w240 = w205.mul_add(w238, w201);
+    let w241 = w204.neg_mul_add(w238, w198);
+    let w242 = r_w_cos_yaw.mul_add(w238, w143);
+    let acceleration_x = w187 * w210.mul_add(multiplier_rolling_y, w239);
+    let w243 = r_w_sin_yaw.neg_mul_add(multiplier_rolling_y, w242);
+    let w244 = w184 * w209.mul_add(multiplier_rolling_y, w240);
+    let acceleration_y = w185.neg_mul_add(acceleration_x, w244);
+    let w245 = w208.mul_add(multiplier_rolling_y, w241);
+    let w246 = w177.mul_add(w245, w178 * acceleration_x);
+    let acceleration_yaw = w179.neg_mul_add(acceleration_y, w246);
+    let w247 = w167 * w193;
+    let w248 = w168.neg_mul_add(acceleration_x, w247);
+    let w249 = w169.neg_mul_add(acceleration_y, w248);
+    let acceleration_roll = w170.neg_mul_add(acceleration_yaw, w249);
+    let w250 = w164 * w243;
+    let acceleration_wheel = w165.neg_mul_add(acceleration_yaw, w250);
+    let w251 = w142.mul_add(w151, w152 * acceleration_x);
+    let w252 = w153.mul_add(acceleration_y, w251);
+    let w253 = w154.mul_add(acceleration_yaw, w252);
+    let acceleration_pitch = w155.mul_sub(acceleration_roll, w253);
+    let w254 = w146 * acceleration_yaw;
+    let w255 = w144.mul_add(w145, w254);
+    let acceleration_reaction = w147.neg_mul_add(acceleration_roll, w255);
+    ConstrainedDynamics {
+        constrained_acceleration: [
+            acceleration_x,
+            acceleration_y,
+            acceleration_roll,
+            acceleration_pitch,
+            acceleration_yaw,
+            acceleration_wheel,
+            acceleration_reaction,
+        ],
+        constrained_multipliers: [multiplier_rolling_x, multiplier_rolling_y],
+    }
+}
+
+/// `constrained_acceleration`, `constrained_multipliers`, `constrained_acceleration_by_position`, `constrained_acceleration_by_velocity`, `constrained_acceleration_by_input`, `constrained_multipliers_by_position`, `constrained_multipliers_by_velocity`, `constrained_multipliers_by_input`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConstrainedDynamicsDerivatives<T> {
+    /// Acceleration `a` of `M a = Q + Aᵀλ`, `A a = b`; `M` must be positive definite and `A` of full row rank, 7.
+    ///
+    /// Entries: `x` (m/s^2), `y` (m/s^2), `roll` (rad/s^2), `pitch` (rad/s^2), `yaw` (rad/s^2), `wheel` (rad/s^2), `reaction` (rad/s^2).
+    pub constrained_acceleration: [T; 7],
+    /// Multipliers `λ` of `M a = Q + Aᵀλ`, `A a = b`; `M` must be positive definite and `A` of full row rank, 2.
+    ///
+    /// Entries: `rolling_x` (N), `rolling_y` (N).
+    pub constrained_multipliers: [T; 2],
+    /// Derivative by the positions `q` of: Acceleration `a` of `M a = Q + Aᵀλ`, `A a = b`; `M` must be positive definite and `A` of full row rank, 7×7.
+    ///
+    /// Rows: `x` (m/s^2), `y` (m/s^2), `roll` (rad/s^2), `pitch` (rad/s^2), `yaw` (rad/s^2), `wheel` (rad/s^2), `reaction` (rad/s^2).
+    /// Columns: `x` (m), `y` (m), `roll` (rad), `pitch` (rad), `yaw` (rad), `wheel` (rad), `reaction` (rad).
+    /// The unit of an entry is its row's over its column's.
+    pub constrained_acceleration_by_position: [[T; 7]; 7],
+    /// Derivative by the velocities `v` of: Acceleration `a` of `M a = Q + Aᵀλ`, `A a = b`; `M` must be positive definite and `A` of full row rank, 7×7.
+    ///
+    /// Rows: `x` (m/s^2), `y` (m/s^2), `roll` (rad/s^2), `pitch` (rad/s^2), `yaw` (rad/s^2), `wheel` (rad/s^2), `reaction` (rad/s^2).
+    /// Columns: `x` (m/s), `y` (m/s), `roll` (rad/s), `pitch` (rad/s), `yaw` (rad/s), `wheel` (rad/s), `reaction` (rad/s).
+    /// The unit of an entry is its row's over its column's.
+    pub constrained_acceleration_by_velocity: [[T; 7]; 7],
+    /// Derivative by the inputs `u` of: Acceleration `a` of `M a = Q + Aᵀλ`, `A a = b`; `M` must be positive definite and `A` of full row rank, 7×2.
+    ///
+    /// Rows: `x` (m/s^2), `y` (m/s^2), `roll` (rad/s^2), `pitch` (rad/s^2), `yaw` (rad/s^2), `wheel` (rad/s^2), `reaction` (rad/s^2).
+    /// Columns: `reaction` (N*m), `wheel` (N*m).
+    /// The unit of an entry is its row's over its column's.
+    pub constrained_acceleration_by_input: [[T; 2]; 7],
+    /// Derivative by the positions `q` of: Multipliers `λ` of `M a = Q + Aᵀλ`, `A a = b`; `M` must be positive definite and `A` of full row rank, 2×7.
+    ///
+    /// Rows: `rolling_x` (N), `rolling_y` (N).
+    /// Columns: `x` (m), `y` (m), `roll` (rad), `pitch` (rad), `yaw` (rad), `wheel` (rad), `reaction` (rad).
+    /// The unit of an entry is its row's over its column's.
+    pub constrained_multipliers_by_position: [[T; 7]; 2],
+    /// Derivative by the velocities `v` of: Multipliers `λ` of `M a = Q + Aᵀλ`, `A a = b`; `M` must be positive definite and `A` of full row rank, 2×7.
+    ///
+    /// Rows: `rolling_x` (N), `rolling_y` (N).
+    /// Columns: `x` (m/s), `y` (m/s), `roll` (rad/s), `pitch` (rad/s), `yaw` (rad/s), `wheel` (rad/s), `reaction` (rad/s).
+    /// The unit of an entry is its row's over its column's.
+    pub constrained_multipliers_by_velocity: [[T; 7]; 2],
+    /// Derivative by the inputs `u` of: Multipliers `λ` of `M a = Q + Aᵀλ`, `A a = b`; `M` must be positive definite and `A` of full row rank, 2×2.
+    ///
+    /// Rows: `rolling_x` (N), `rolling_y` (N).
+    /// Columns: `reaction` (N*m), `wheel` (N*m).
+    /// The unit of an entry is its row's over its column's.
+    pub constrained_multipliers_by_input: [[T; 2]; 2],
+}
+
+impl<T: Scalar> ::dynamics::Entries<T> for ConstrainedDynamicsDerivatives<T> {
+    const LENGTH: usize = 153;
+
+    #[inline(always)]
+    fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {
+        let part = results.map(|result| &result.constrained_acceleration);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constrained_multipliers);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constrained_acceleration_by_position);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constrained_acceleration_by_velocity);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constrained_acceleration_by_input);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constrained_multipliers_by_position);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constrained_multipliers_by_velocity);
+        ::dynamics::Entries::each_of(part, take);
+        let part = results.map(|result| &result.constrained_multipliers_by_input);
+        ::dynamics::Entries::each_of(part, take);
+    }
+}
+
+/// `constrained_acceleration`, `constrained_multipliers`, `constrained_acceleration_by_position`, `constrained_acceleration_by_velocity`, `constrained_acceleration_by_input`, `constrained_multipliers_by_position`, `constrained_multipliers_by_velocity`, `constrained_multipliers_by_input`; shared terms are computed once.
+pub fn constrained_dynamics_derivatives<T: Scalar>(
+    p: &Parameters<T>,
+    x: &Point<T, 7, 2, 0>,
+) -> ConstrainedDynamicsDerivatives<T> {
+    let q_roll = x.q[2];
+    let q_pitch = x.q[3];
+    let q_yaw = x.q[4];
+    let dq_roll = x.v[2];
+    let dq_pitch = x.v[3];
+    let dq_yaw = x.v[4];
+    let dq_wheel = x.v[5];
+    let dq_reaction = x.v[6];
+    let u_reaction = x.u[0];
+    let u_wheel = x.u[1];
+    let circular = T::sin_cos_3(q_yaw, q_roll, q_pitch);
+    let (sin_yaw, cos_yaw) = circular[0];
+    let (sin_roll, cos_roll) = circular[1];
+    let (sin_pitch, cos_pitch) = circular[2];
+    let d_wheel_r_w = dq_wheel * p.r_w;
+    let l_wb_plus_l_br = p.l_wb + p.l_br;
+    let w1 = T::from_f64(0.5) * p.I_w_a;
+    let w2 = p.I_w_r.mul_sub(T::from_f64(2.0), p.I_w_a);
+    let w3 = T::from_f64(0.5) * w2;
+    let m_b_b_x = p.m_b * p.b_x;
+    let m_b_b_y = p.m_b * p.b_y;
+    let m_b_l_wb = p.m_b * p.l_wb;
+    let i_by_plus_i_bz_minus_i_bx = p.I_by + p.I_bz - p.I_bx;
+    let b_x_m_b_b_x = p.b_x * m_b_b_x;
+    let w4 = T::from_f64(0.5) * i_by_plus_i_bz_minus_i_bx;
+    let w5 = w4 + b_x_m_b_b_x;
+    let b_x_m_b_b_y = p.b_x * m_b_b_y;
+    let b_x_m_b_l_wb = p.b_x * m_b_l_wb;
+    let i_bx_plus_i_bz_minus_i_by = p.I_bx + p.I_bz - p.I_by;
+    let b_y_m_b_b_y = p.b_y * m_b_b_y;
+    let w6 = T::from_f64(0.5) * i_bx_plus_i_bz_minus_i_by;
+    let w7 = w6 + b_y_m_b_b_y;
+    let b_y_m_b_l_wb = p.b_y * m_b_l_wb;
+    let i_bx_plus_i_by_minus_i_bz = p.I_bx + p.I_by - p.I_bz;
+    let l_wb_m_b_l_wb = p.l_wb * m_b_l_wb;
+    let w8 = T::from_f64(0.5) * i_bx_plus_i_by_minus_i_bz;
+    let w9 = w8 + l_wb_m_b_l_wb;
+    let w10 = p.I_r_r.mul_sub(T::from_f64(2.0), p.I_r_a);
+    let w11 = T::from_f64(0.5) * w10;
+    let w12 = T::from_f64(0.5) * p.I_r_a;
+    let m_r_l_wb_plus_l_br = p.m_r * l_wb_plus_l_br;
+    let m_b_plus_m_r = p.m_b + p.m_r;
+    let w13 = m_b_l_wb + m_r_l_wb_plus_l_br;
+    let w14 = w9 + l_wb_plus_l_br.mul_add(m_r_l_wb_plus_l_br, w12);
+    let w15 = w5 + w11;
+    let w16 = w7 + w12;
+    let w17 = cos_pitch * w13;
+    let m_b_b_x_sin_pitch = m_b_b_x * sin_pitch;
+    let w18 = m_b_b_x_sin_pitch - w17;
+    let m_b_b_x_cos_pitch = m_b_b_x * cos_pitch;
+    let w19 = sin_pitch.mul_add(w13, m_b_b_x_cos_pitch);
+    let w20 = T::from_f64(2.0) * sin_pitch;
+    let w21 = cos_pitch * (w14 - w15);
+    let w22 = b_x_m_b_l_wb.neg_mul_add(w20, w21);
+    let w23 = cos_pitch * w22;
+    let b_y_m_b_l_wb_cos_pitch = b_y_m_b_l_wb * cos_pitch;
+    let b_x_m_b_b_y_sin_pitch = b_x_m_b_b_y * sin_pitch;
+    let b_x_m_b_b_y_cos_pitch = b_x_m_b_b_y * cos_pitch;
+    let w24 = b_y_m_b_l_wb.mul_add(sin_pitch, b_x_m_b_b_y_cos_pitch);
+    let w25 = b_y_m_b_l_wb_cos_pitch - b_x_m_b_b_y_sin_pitch;
+    let w26 = p.r_w.neg_mul_add(m_b_plus_m_r, w18);
+    let w27 = b_x_m_b_b_y_sin_pitch - b_y_m_b_l_wb_cos_pitch;
+    let w28 = p.r_w.neg_mul_add(m_b_b_y, w27);
+    let w29 = sin_pitch.mul_add(w22, b_x_m_b_l_wb);
+    let w30 = p.r_w.mul_add(w19, w29);
+    let m_w_r_w = p.m_w * p.r_w;
+    let m_w_plus_m_b_plus_m_r = p.m_w + m_b_plus_m_r;
+    let w31 = w26 - m_w_r_w;
+    let w32 = w15 + w23 - p.r_w.mul_add(w18, p.r_w * w26);
+    let w33 = w32 + p.r_w.mul_add(m_w_r_w, w1);
+    let w34 = w3 + w16;
+    let w35 = w1 + (w14 - w23);
+    let w36 = sin_roll.mul_add(w31, m_b_b_y * cos_roll);
+    let m_b_b_y_sin_roll = m_b_b_y * sin_roll;
+    let w37 = cos_roll.neg_mul_add(w31, m_b_b_y_sin_roll);
+    let w38 = w28 * (T::from_f64(2.0) * cos_roll);
+    let w39 = sin_roll.mul_add(w33 - w34, w38);
+    let w40 = w33 + w34;
+    let i_w_a_sin_roll = p.I_w_a * sin_roll;
+    let w41 = w14 + w15;
+    let w42 = w17 - m_b_b_x_sin_pitch;
+    let w43 = p.r_w.mul_add(w42, w41);
+    let w44 = sin_roll * w19;
+    let w45 = cos_roll.neg_mul_add(w25, sin_roll * w43);
+    let w46 = sin_yaw.neg_mul_add(w44, cos_yaw * w42);
+    let w47 = cos_yaw.mul_add(w44, sin_yaw * w42);
+    let i_r_a_sin_pitch = p.I_r_a * sin_pitch;
+    let i_r_a_cos_pitch = p.I_r_a * cos_pitch;
+    let cos_roll_i_r_a_sin_pitch = cos_roll * i_r_a_sin_pitch;
+    let d_yaw_cos_roll = dq_yaw * cos_roll;
+    let d_yaw_sin_roll = dq_yaw * sin_roll;
+    let d_roll_d_yaw_sin_roll = dq_roll * d_yaw_sin_roll;
+    let d_roll_d_yaw_cos_roll = dq_roll * d_yaw_cos_roll;
+    let g_cos_roll = p.g * cos_roll;
+    let g_sin_roll = p.g * sin_roll;
+    let d_yaw_cos_roll_sq = d_yaw_cos_roll * d_yaw_cos_roll;
+    let d_yaw_sin_roll_sq = d_yaw_sin_roll * d_yaw_sin_roll;
+    let d_roll_sq = dq_roll * dq_roll;
+    let w48 = d_yaw_cos_roll * d_yaw_sin_roll;
+    let w49 = d_yaw_cos_roll_sq + d_yaw_sin_roll_sq;
+    let d_roll_r_w = dq_roll * p.r_w;
+    let r_w_d_yaw_sin_roll = p.r_w * d_yaw_sin_roll;
+    let w50 = p.r_w * (d_yaw_sin_roll_sq + d_roll_sq);
+    let w51 = p.r_w * (T::from_f64(2.0) * d_roll_d_yaw_cos_roll);
+    let w52 = w50 - g_cos_roll;
+    let w53 = p.r_w.mul_add(w48, g_sin_roll);
+    let d_wheel_plus_d_yaw_sin_roll = dq_wheel + d_yaw_sin_roll;
+    let d_roll_d_wheel = dq_roll * dq_wheel;
+    let d_wheel_d_yaw_cos_roll = dq_wheel * d_yaw_cos_roll;
+    let w54 = d_roll_d_yaw_sin_roll - d_roll_d_wheel;
+    let w55 = dq_roll * d_wheel_plus_d_yaw_sin_roll;
+    let w56 = d_yaw_cos_roll * d_wheel_plus_d_yaw_sin_roll;
+    let cos_pitch_d_yaw_cos_roll = cos_pitch * d_yaw_cos_roll;
+    let w57 = dq_roll.mul_add(sin_pitch, cos_pitch_d_yaw_cos_roll);
+    let d_roll_cos_pitch = dq_roll * cos_pitch;
+    let sin_pitch_d_yaw_cos_roll = sin_pitch * d_yaw_cos_roll;
+    let w58 = sin_pitch_d_yaw_cos_roll - d_roll_cos_pitch;
+    let w59 = sin_pitch * d_roll_d_yaw_sin_roll;
+    let d_pitch_plus_d_yaw_sin_roll = dq_pitch + d_yaw_sin_roll;
+    let w60 = dq_pitch * w58;
+    let w61 = dq_pitch * w57;
+    let w62 = cos_pitch.mul_add(d_roll_d_yaw_sin_roll, w60);
+    let w63 = w61 - w59;
+    let w64 = sin_pitch * r_w_d_yaw_sin_roll;
+    let w65 = cos_pitch * r_w_d_yaw_sin_roll;
+    let w66 = cos_pitch * w52;
+    let w67 = sin_pitch.neg_mul_add(w51, w66);
+    let w68 = cos_pitch.mul_add(w51, sin_pitch * w52);
+    let w69 = w57 * w57;
+    let w70 = w58 * w58;
+    let w71 = d_pitch_plus_d_yaw_sin_roll * d_pitch_plus_d_yaw_sin_roll;
+    let w72 = w70 + w71;
+    let w73 = w57 * w58;
+    let w74 = d_roll_d_yaw_cos_roll + w73;
+    let w75 = d_roll_d_yaw_cos_roll - w73;
+    let w76 = w69 + w71;
+    let w77 = w58 * d_pitch_plus_d_yaw_sin_roll;
+    let w78 = w77 - w62;
+    let w79 = w62 + w77;
+    let w80 = w69 + w70;
+    let w81 = w57 * d_pitch_plus_d_yaw_sin_roll;
+    let w82 = w63 + w81;
+    let w83 = w63 - w81;
+    let w84 = l_wb_plus_l_br.mul_add(d_pitch_plus_d_yaw_sin_roll, w65);
+    let w85 = l_wb_plus_l_br.mul_sub(w58, d_roll_r_w);
+    let w86 = l_wb_plus_l_br * w72;
+    let w87 = w59 - w61;
+    let w88 = d_roll_cos_pitch - sin_pitch_d_yaw_cos_roll;
+    let w89 = dq_reaction + w88;
+    let w90 = dq_reaction * d_pitch_plus_d_yaw_sin_roll;
+    let w91 = dq_reaction * w57;
+    let w92 = w62 + w90;
+    let w93 = d_roll_d_yaw_cos_roll + w91;
+    let w94 = d_pitch_plus_d_yaw_sin_roll * w89;
+    let w95 = w57 * w89;
+    let w96 = p.m_w * w51;
+    let w97 = p.m_w * w53;
+    let w98 = w1 * (d_wheel_d_yaw_cos_roll + w56);
+    let w99 = d_wheel_d_yaw_cos_roll - w56;
+    let w100 = p.I_w_a * d_roll_d_yaw_cos_roll;
+    let w101 = m_b_l_wb * w72;
+    let w102 = m_b_b_x.mul_add(w74, w101);
+    let w103 = m_b_b_x * w76;
+    let w104 = m_b_l_wb.neg_mul_add(w75, w103);
+    let w105 = m_b_b_y * w80;
+    let w106 = b_x_m_b_b_y * (w71 - w70);
+    let w107 = w7.neg_mul_add(w78, w5 * w79) - w106;
+    let w108 = b_x_m_b_l_wb.neg_mul_add(w82, w107);
+    let w109 = b_y_m_b_l_wb.mul_add(w75, w108);
+    let w110 = m_b_b_x.neg_mul_add(w53, w109);
+    let w111 = b_y_m_b_l_wb * (w69 - w71);
+    let w112 = w7.mul_add(w83, w9 * w82) - w111;
+    let w113 = b_x_m_b_b_y.mul_add(w74, w112);
+    let w114 = b_x_m_b_l_wb.neg_mul_add(w79, w113);
+    let w115 = m_b_b_y.mul_add(w67, w114);
+    let w116 = b_x_m_b_l_wb * (w70 - w69);
+    let w117 = w9.mul_add(w75, w5 * w74) + w116;
+    let w118 = b_y_m_b_l_wb.neg_mul_add(w78, w117);
+    let w119 = b_x_m_b_b_y.mul_add(w83, w118);
+    let w120 = m_b_l_wb.mul_add(w68, w119);
+    let w121 = m_b_b_y.mul_add(w83, w102);
+    let w122 = m_b_b_y.mul_add(w78, w104);
+    let w123 = m_b_b_x.neg_mul_add(w79, m_b_l_wb * w82) - w105;
+    let w124 = p.m_r * l_wb_plus_l_br.mul_add(w82, w53);
+    let w125 = p.m_r * l_wb_plus_l_br.mul_add(w75, w68);
+    let w126 = w12 * (w92 + w94);
+    let w127 = w12 * (w93 + w95);
+    let w128 = w12 * (w81 + w87);
+    let w129 = w12.mul_add(w87 - w81, w128);
+    let w130 = w11.mul_add(w93 - w95, w127);
+    let w131 = w11.neg_mul_add(w94 - w92, w126);
+    let w132 = m_b_b_y.mul_add(w68, w110) + w131;
+    let w133 = l_wb_plus_l_br.mul_sub(w124, w129);
+    let w134 = m_b_l_wb.mul_add(w53, w115) + w133;
+    let w135 = l_wb_plus_l_br.mul_add(w125, w130);
+    let w136 = m_b_b_x.mul_add(w67, w120) + w135;
+    let w137 = p.m_b.mul_add(w67, w121);
+    let w138 = p.m_r.mul_add(w67 + w86, w137);
+    let w139 = p.m_b.neg_mul_add(w68, w122) - w125;
+    let w140 = p.m_b.mul_add(w53, w123) + w124;
+    let w141 = cos_pitch * w138;
+    let w142 = sin_pitch.mul_add(w138, cos_pitch * w139);
+    let w143 = cos_pitch * w132;
+    let w144 = sin_pitch.mul_add(w132, cos_pitch * w134);
+    let w145 = w1.mul_add(w54 - w55, w3 * (w54 + w55));
+    let w146 = p.r_w.neg_mul_add(w142, w136);
+    let w147 = p.r_w.mul_add(w97, w3.mul_add(w99, w98));
+    let w148 = sin_pitch.neg_mul_add(w139, w141);
+    let w149 = w96 - w142;
+    let w150 = cos_roll * (w97 + w140);
+    let w151 = p.m_w.mul_add(w52, w148);
+    let w152 = sin_roll.mul_add(w151, w150);
+    let w153 = cos_roll * (w145 + sin_pitch.neg_mul_add(w134, w143));
+    let w154 = w146 + p.r_w.mul_add(w96, w100);
+    let w155 = w1 + w3;
+    let w156 = p.I_w_a * d_wheel_plus_d_yaw_sin_roll;
+    let w157 = w11 + w12;
+    let w158 = p.I_r_a * w89;
+    let w159 = u_wheel + w136;
+    let w160 = u_wheel - w100;
+    let w161 = u_reaction - w129;
+    let r_w_cos_yaw = p.r_w * cos_yaw;
+    let d_yaw_sin_yaw = dq_yaw * sin_yaw;
+    let d_wheel_r_w_d_yaw_sin_yaw = d_wheel_r_w * d_yaw_sin_yaw;
+    let r_w_sin_yaw = p.r_w * sin_yaw;
+    let d_yaw_cos_yaw = dq_yaw * cos_yaw;
+    let d_wheel_r_w_d_yaw_cos_yaw = d_wheel_r_w * d_yaw_cos_yaw;
+    let w162 = T::one() / p.I_r_a;
+    let w163 = cos_roll_i_r_a_sin_pitch * w162;
+    let w164 = i_r_a_cos_pitch * w162;
+    let w165 = w35 + sin_roll.mul_add(w39, w34);
+    let w166 = cos_roll.mul_add(w30, sin_roll * w24);
+    let w167 = T::one() / w41;
+    let w168 = w46 * w167;
+    let w169 = w47 * w167;
+    let w170 = w45 * w167;
+    let w171 = w24 * w167;
+    let w172 = cos_yaw.mul_add(w36, sin_yaw * w19);
+    let w173 = sin_yaw.neg_mul_add(w36, cos_yaw * w19);
+    let w174 = cos_roll_i_r_a_sin_pitch.neg_mul_add(w163, w165);
+    let w175 = sin_yaw.mul_add(w37, w46 * w171);
+    let w176 = cos_yaw.neg_mul_add(w37, w47 * w171);
+    let w177 = cos_roll_i_r_a_sin_pitch.mul_sub(w164, w166);
+    let w178 = w45.mul_add(w171, w177);
+    let w179 = i_r_a_cos_pitch.neg_mul_add(w164, w40);
+    let w180 = T::one() / p.I_w_a;
+    let w181 = i_w_a_sin_roll * w180;
+    let w182 = w45.neg_mul_add(w170, w174);
+    let w183 = T::one() / w24.neg_mul_add(w171, w179);
+    let w184 = w175 * w183;
+    let w185 = w176 * w183;
+    let w186 = w178 * w183;
+    let w187 = w46.neg_mul_add(w168, m_w_plus_m_b_plus_m_r);
+    let w188 = w47.neg_mul_add(w169, m_w_plus_m_b_plus_m_r);
+    let w189 = w175.mul_add(w186, w46.mul_add(w170, w172));
+    let w190 = w47.neg_mul_add(w170, w173);
+    let w191 = w176.neg_mul_add(w186, w190);
+    let w192 = i_w_a_sin_roll.neg_mul_add(w181, w182);
+    let w193 = T::one() / w178.neg_mul_add(w186, w192);
+    let w194 = w189 * w193;
+    let w195 = w191 * w193;
+    let w196 = w175.neg_mul_add(w184, w187);
+    let w197 = w46.mul_add(w169, w175 * w185);
+    let w198 = w189.mul_sub(w195, w197);
+    let w199 = w176.neg_mul_add(w185, w188);
+    let w200 = T::one() / w191.neg_mul_add(w195, w199);
+    let w201 = w198 * w200;
+    let w202 = w189.neg_mul_add(w194, w196);
+    let w203 = T::one() / w198.neg_mul_add(w201, w202);
+    let w204 = sin_roll.neg_mul_add(w154, w153);
+    let w205 = p.r_w.mul_add(w140, w144) + w147;
+    let w206 = cos_yaw.neg_mul_add(w149, sin_yaw * w152);
+    let w207 = cos_yaw.mul_add(w152, sin_yaw * w149);
+    let w208 = w161.neg_mul_add(w164, w205);
+    let w209 = w159.neg_mul_add(w171, w208);
+    let w210 = w159.mul_add(w170, w161.mul_add(w163, w204));
+    let w211 = w159.mul_add(w168, w206);
+    let w212 = w159.mul_sub(w169, w207);
+    let w213 = w160.neg_mul_add(w181, w210);
+    let w214 = w186.neg_mul_add(w209, w213);
+    let w215 = w184.neg_mul_add(w209, w211);
+    let w216 = w185.neg_mul_add(w209, w212);
+    let w217 = w195.neg_mul_add(w214, w216);
+    let w218 = w194.mul_add(w214, w215);
+    let w219 = w201.neg_mul_add(w217, w218);
+    let w220 = r_w_cos_yaw * w181;
+    let w221 = w195 * w220;
+    let w222 = w194.mul_add(w220, T::one());
+    let w223 = w201.mul_add(w221, w222);
+    let w224 = r_w_sin_yaw * w181;
+    let w225 = w195.neg_mul_add(w224, T::one());
+    let w226 = w201.neg_mul_add(w225, w194 * w224);
+    let w227 = w203 * w223;
+    let w228 = w200 * w221;
+    let w229 = w193 * w220;
+    let w230 = r_w_cos_yaw * w180;
+    let w231 = w203 * w226;
+    let w232 = w200 * w225;
+    let w233 = w193 * w224;
+    let w234 = r_w_sin_yaw * w180;
+    let w235 = w223.mul_add(w227, w221 * w228);
+    let w236 = w220.mul_add(w229, w235);
+    let w237 = w221.neg_mul_add(w232, w223 * w231);
+    let w238 = w220.mul_add(w233, w237);
+    let w239 = r_w_cos_yaw.mul_add(w234, w238);
+    let w240 = w226.mul_add(w231, w225 * w232);
+    let w241 = w224.mul_add(w233, w240);
+    let w242 = w217.neg_mul_add(w228, w219 * w227);
+    let w243 = w214.mul_add(w229, w242);
+    let w244 = w219.mul_add(w231, w217 * w232);
+    let w245 = w214.mul_add(w233, w244);
+    let w246 = d_wheel_r_w_d_yaw_cos_yaw - w160.neg_mul_add(w234, w245);
+    let w247 = T::one() / r_w_sin_yaw.mul_add(w234, w241);
+    let w248 = w239 * w247;
+    let w249 = r_w_cos_yaw.mul_add(w230, w236);
+    let w250 = T::one() / w239.neg_mul_add(w248, w249);
+    let w251 = d_wheel_r_w_d_yaw_sin_yaw + w160.neg_mul_add(w230, w243);
+    let w252 = w250 * w246.mul_add(w248, w251);
+    let multiplier_rolling_x = -w252;
+    let multiplier_rolling_y = w246.mul_add(w247, w248 * w252);
+    let w253 = w223.neg_mul_add(w252, w219);
+    let w254 = w221.mul_add(w252, w217);
+    let w255 = w220.neg_mul_add(w252, w214);
+    let w256 = r_w_cos_yaw.mul_add(w252, w160);
+    let acceleration_x = w203 * w226.mul_add(multiplier_rolling_y, w253);
+    let w257 = r_w_sin_yaw.neg_mul_add(multiplier_rolling_y, w256);
+    let w258 = w200 * w225.mul_add(multiplier_rolling_y, w254);
+    let acceleration_y = w201.neg_mul_add(acceleration_x, w258);
+    let w259 = w224.mul_add(multiplier_rolling_y, w255);
+    let w260 = w193.mul_add(w259, w194 * acceleration_x);
+    let acceleration_yaw = w195.neg_mul_add(acceleration_y, w260);
+    let w261 = w183 * w209;
+    let w262 = w184.neg_mul_add(acceleration_x, w261);
+    let w263 = w185.neg_mul_add(acceleration_y, w262);
+    let acceleration_roll = w186.neg_mul_add(acceleration_yaw, w263);
+    let w264 = w180 * w257;
+    let acceleration_wheel = w181.neg_mul_add(acceleration_yaw, w264);
+    let w265 = w159.mul_add(w167, w168 * acceleration_x);
+    let w266 = w169.mul_add(acceleration_y, w265);
+    let w267 = w170.mul_add(acceleration_yaw, w266);
+    let acceleration_pitch = w171.mul_sub(acceleration_roll, w267);
+    let w268 = w163 * acceleration_yaw;
+    let w269 = w161.mul_add(w162, w268);
+    let acceleration_reaction = w164.neg_mul_add(acceleration_roll, w269);
+    let w270 = T::from_f64(2.0) * d_yaw_sin_roll;
+    let w271 = T::from_f64(2.0) * d_yaw_cos_roll;
+    let w272 = T::from_f64(2.0) * dq_roll;
+    let w273 = T::from_f64(2.0) * w58;
+    let w274 = T::from_f64(2.0) * w57;
+    let w275 = w64 * w274;
+    let w276 = w65.mul_sub(w273, w275);
+    let w277 = T::from_f64(2.0) * w64;
+    let w278 = T::from_f64(2.0) * d_pitch_plus_d_yaw_sin_roll;
+    let w279 = T::from_f64(2.0) * p.m_w;
+    let d_roll_i_w_a = dq_roll * p.I_w_a;
+    let i_w_a_d_yaw_cos_roll = p.I_w_a * d_yaw_cos_roll;
+    let w280 = dq_roll * w2;
+    let w281 = w2 * d_yaw_cos_roll;
+    let w282 = r_w_d_yaw_sin_roll * w279;
+    let w283 = d_roll_r_w * w279;
+    let w284 = T::from_f64(2.0) * w9;
+    let w285 = T::from_f64(2.0) * b_x_m_b_l_wb;
+    let w286 = T::from_f64(2.0) * w5;
+    let w287 = T::from_f64(2.0) * w7;
+    let w288 = T::from_f64(2.0) * m_b_b_y;
+    let w289 = T::from_f64(2.0) * p.m_b;
+    let w290 = T::from_f64(2.0) * b_y_m_b_l_wb;
+    let w291 = w58 * w290;
+    let w292 = d_pitch_plus_d_yaw_sin_roll * w285;
+    let w293 = d_pitch_plus_d_yaw_sin_roll * w284;
+    let w294 = T::from_f64(2.0) * m_b_l_wb;
+    let w295 = w57.neg_mul_add(w290, w293);
+    let w296 = w57.mul_add(w285, w58 * w284);
+    let w297 = T::from_f64(2.0) * b_x_m_b_b_y;
+    let w298 = d_pitch_plus_d_yaw_sin_roll * w286;
+    let w299 = w57 * w297;
+    let w300 = T::from_f64(2.0) * m_b_b_x;
+    let w301 = w64.mul_sub(w300, w58.mul_add(w297, w298));
+    let w302 = w65.mul_add(w300, w292 - w299);
+    let w303 = w57.mul_add(w286, w58 * w285);
+    let w304 = d_pitch_plus_d_yaw_sin_roll * w297;
+    let w305 = w57 * w287;
+    let w306 = w58.mul_add(w287, w304);
+    let w307 = w64.neg_mul_add(w288, w306);
+    let w308 = d_pitch_plus_d_yaw_sin_roll.neg_mul_add(w290, w305);
+    let w309 = d_roll_r_w.neg_mul_add(w288, w291 + w299);
+    let w310 = d_pitch_plus_d_yaw_sin_roll * w300;
+    let w311 = w57 * w288;
+    let w312 = w58.mul_add(w288, w310);
+    let w313 = d_pitch_plus_d_yaw_sin_roll.neg_mul_add(w294, w311);
+    let w314 = w65.neg_mul_add(w289, w313);
+    let w315 = w57.mul_add(w300, w58 * w294);
+    let w316 = T::from_f64(2.0) * p.m_r;
+    let w317 = p.I_r_a * d_pitch_plus_d_yaw_sin_roll;
+    let w318 = p.I_r_a * w57;
+    let w319 = w10 * d_pitch_plus_d_yaw_sin_roll;
+    let w320 = w10 * w57;
+    let w321 = w64 * w316;
+    let w322 = w85 * w316;
+    let w323 = w84 * w316;
+    let w324 = w318 - w320;
+    let w325 = w64.mul_sub(w294, w291 + w292);
+    let w326 = l_wb_plus_l_br.mul_add(w321, w325);
+    let w327 = w301 - w319;
+    let w328 = w307 - w158;
+    let w329 = l_wb_plus_l_br.mul_add(w323, w317);
+    let w330 = w65.mul_add(w294, w295) + w329;
+    let w331 = w65.neg_mul_add(w288, w308) + (w320 + w324);
+    let w332 = l_wb_plus_l_br.neg_mul_add(w322, w158);
+    let w333 = d_roll_r_w.mul_sub(w294, w296) + w332;
+    let w334 = d_roll_r_w.mul_sub(w300, w303) + (w324 - w318);
+    let w335 = w64.neg_mul_add(w289, w312) - w321;
+    let w336 = w314 - w323;
+    let w337 = d_roll_r_w.neg_mul_add(w289, w315) + w322;
+    let w338 = cos_pitch * w335;
+    let w339 = sin_pitch.neg_mul_add(w336, w338);
+    let w340 = sin_pitch.mul_add(w335, cos_pitch * w336);
+    let w341 = cos_pitch * (w326 - w302);
+    let w342 = sin_pitch.neg_mul_add(w327 + w330, w341);
+    let w343 = cos_pitch * w342;
+    let w344 = sin_pitch * w342;
+    let w345 = w326 - w343;
+    let w346 = cos_pitch * w328;
+    let w347 = sin_pitch.neg_mul_add(w331, w346);
+    let w348 = sin_pitch.mul_add(w328, cos_pitch * w331);
+    let w349 = cos_pitch * w333;
+    let w350 = sin_pitch * w334;
+    let w351 = sin_pitch.mul_add(w333, cos_pitch * w334);
+    let w352 = w348 + w351;
+    let w353 = w350 - w349;
+    let w354 = p.r_w.neg_mul_add(w339, w302 + w343);
+    let w355 = i_w_a_d_yaw_cos_roll - w281;
+    let w356 = p.r_w.neg_mul_add(w337, w349 - w350);
+    let w357 = w356 + p.r_w.mul_add(w283, d_roll_i_w_a);
+    let w358 = w351 - w352 + (w355 - i_w_a_d_yaw_cos_roll);
+    let w359 = w337 - w283;
+    let w360 = w282 - w340;
+    let w361 = sin_roll.mul_add(w339, cos_roll * w359);
+    let w362 = w340 - w282;
+    let w363 = cos_roll * (w347 - w280 + w357);
+    let w364 = sin_roll.mul_add(w354 - w309, w363);
+    let w365 = p.r_w.mul_sub(w340, w330 + w344);
+    let w366 = p.r_w.mul_add(w282, w156) - w365;
+    let w367 = w34 + w35;
+    let w368 = w33 + w35;
+    let w369 = w24 * w49;
+    let w370 = d_yaw_cos_roll * (w280 - w347);
+    let w371 = d_yaw_cos_roll * (w345 + w354);
+    let w372 = d_yaw_sin_roll * w366;
+    let w373 = d_yaw_sin_roll * w359;
+    let w374 = w31.neg_mul_add(w271, m_b_b_y * w270);
+    let w375 = w28.neg_mul_add(w271, w270 * w367);
+    let w376 = w28.neg_mul_add(w270, w271 * w368);
+    let w377 = cos_roll * w19.neg_mul_add(w270, w339);
+    let w378 = w19.mul_add(w271, w283 - w337);
+    let w379 = sin_roll.mul_add(w378, w377);
+    let w380 = cos_roll * (w327 + w344 - w156 + w375);
+    let w381 = w376 - (w348 - w352 + (w281 + w355));
+    let cos_roll_d_roll_i_w_a = cos_roll * d_roll_i_w_a;
+    let w382 = p.I_w_a * (d_yaw_cos_roll_sq + d_roll_sq);
+    let w383 = d_yaw_cos_roll * i_w_a_d_yaw_cos_roll;
+    let w384 = dq_roll.mul_add(d_roll_i_w_a, w383);
+    let w385 = r_w_d_yaw_sin_roll * w272;
+    let w386 = p.m_w.neg_mul_add(w385, dq_roll * w282);
+    let w387 = w155.mul_sub(w271, w281);
+    let w388 = T::from_f64(2.0) * r_w_d_yaw_sin_roll;
+    let w389 = w382 - w384;
+    let w390 = sin_roll * p.m_w.neg_mul_add(w388, w282);
+    let w391 = w302 + w326;
+    let w392 = d_yaw_cos_roll * w391;
+    let w393 = w351 + w25.mul_add(w270, w43 * w271);
+    let w394 = cos_roll * w353;
+    let w395 = sin_roll.neg_mul_add(w391, w394);
+    let w396 = w15 + w16;
+    let w397 = w14 + w16;
+    let w398 = w57 * (w319 - w301);
+    let w399 = w58.mul_add(w333, w57 * w334);
+    let w400 = T::from_f64(2.0) * w65;
+    let w401 = w273 * w396;
+    let w402 = w274 * w397;
+    let w403 = b_x_m_b_b_y * w274;
+    let w404 = m_b_b_x.neg_mul_add(w273, w13 * w274);
+    let w405 = b_x_m_b_l_wb.neg_mul_add(w274, w401);
+    let w406 = b_x_m_b_l_wb.neg_mul_add(w273, w402);
+    let w407 = w13.mul_add(w277, m_b_b_x * w400);
+    let w408 = m_b_b_y * w274;
+    let w409 = m_b_plus_m_r * w277;
+    let w410 = w158 - w307 + m_b_b_y.neg_mul_add(w277, w405);
+    let w411 = m_b_b_y.neg_mul_add(w400, w406) - w331;
+    let w412 = w391 + (b_y_m_b_l_wb.mul_add(w273, w403) - w407);
+    let w413 = m_b_plus_m_r.neg_mul_add(w400, w408) + (w323 - w314);
+    let w414 = w335 + m_b_b_y.neg_mul_add(w273, w409);
+    let w415 = cos_pitch * w413;
+    let w416 = sin_pitch.mul_add(w413, cos_pitch * w414);
+    let w417 = cos_pitch * w410;
+    let w418 = sin_pitch.mul_add(w410, cos_pitch * w411);
+    let w419 = sin_pitch.neg_mul_add(w414, w415);
+    let w420 = sin_roll.mul_add(w419, cos_roll * w404);
+    let w421 = cos_roll * sin_pitch.neg_mul_add(w411, w417);
+    let w422 = p.r_w.neg_mul_add(w416, w412);
+    let w423 = cos_pitch * w317;
+    let w424 = d_yaw_cos_roll * w318;
+    let w425 = cos_roll * w423;
+    let w426 = sin_roll.neg_mul_add(w318, w425);
+    let w427 = w57 * w318;
+    let w428 = w57 * w321;
+    let w429 = w157 * w274;
+    let w430 = w157.mul_sub(w278, w319);
+    let w431 = T::from_f64(2.0) * w85;
+    let w432 = p.m_r.mul_sub(w431, w322);
+    let w433 = p.m_r.mul_sub(w277, w321);
+    let w434 = d_pitch_plus_d_yaw_sin_roll.mul_add(w322, w428);
+    let w435 = w85.mul_add(w278, w275);
+    let w436 = p.m_r.mul_sub(w435, w434);
+    let w437 = d_pitch_plus_d_yaw_sin_roll.mul_add(w317, w427);
+    let w438 = p.I_r_a.mul_sub(w76, w437);
+    let w439 = l_wb_plus_l_br * w436;
+    let w440 = l_wb_plus_l_br * w433;
+    let w441 = sin_pitch * w432;
+    let w442 = cos_pitch * w430;
+    let w443 = w320 - w429;
+    let w444 = sin_pitch.mul_add(w430, cos_pitch * w440);
+    let w445 = cos_pitch * w432;
+    let w446 = sin_roll.mul_add(w445, cos_roll * w433);
+    let w447 = cos_roll * sin_pitch.neg_mul_add(w440, w442);
+    let w448 = p.r_w.neg_mul_add(w441, w429 - w320);
+    let w449 = cos_yaw * acceleration_y;
+    let w450 = sin_yaw * acceleration_x;
+    let w451 = w450 - w449;
+    let w452 = cos_yaw * acceleration_x;
+    let w453 = sin_yaw.mul_add(acceleration_y, w452);
+    let w454 = sin_roll * acceleration_yaw;
+    let w455 = d_roll_d_yaw_sin_roll - cos_roll * acceleration_yaw;
+    let w456 = d_roll_d_yaw_cos_roll + w454;
+    let w457 = sin_roll.mul_add(w451, g_cos_roll);
+    let w458 = cos_roll.neg_mul_add(w451, g_sin_roll);
+    let w459 = d_roll_d_yaw_sin_roll - w455;
+    let w460 = w50 - w457;
+    let w461 = acceleration_roll - w48;
+    let w462 = p.r_w.neg_mul_add(w461, w458);
+    let w463 = d_roll_d_yaw_cos_roll + w456;
+    let w464 = p.r_w.mul_add(w463, w453);
+    let w465 = w455 - d_roll_d_wheel;
+    let w466 = acceleration_wheel + w456;
+    let w467 = w55 + w465;
+    let w468 = cos_pitch * w455;
+    let w469 = sin_pitch * w455;
+    let w470 = cos_pitch.mul_add(acceleration_roll, w469);
+    let w471 = w60 + sin_pitch.neg_mul_add(acceleration_roll, w468);
+    let w472 = w61 - w470;
+    let w473 = acceleration_pitch + w456;
+    let w474 = sin_pitch * w464;
+    let w475 = cos_pitch * w460;
+    let w476 = w475 - w474;
+    let w477 = cos_pitch.mul_add(w464, sin_pitch * w460);
+    let w478 = w73 + w473;
+    let w479 = w473 - w73;
+    let w480 = w77 - w471;
+    let w481 = w77 + w471;
+    let w482 = w81 + w472;
+    let w483 = w472 - w81;
+    let w484 = w86 + w476;
+    let w485 = l_wb_plus_l_br.mul_add(w482, w462);
+    let w486 = w90 + w471;
+    let w487 = w91 + w473;
+    let w488 = acceleration_reaction + (w470 - w61);
+    let w489 = w94 - w486;
+    let w490 = w487 - w95;
+    let w491 = p.m_w * w460;
+    let w492 = p.m_w * w464;
+    let w493 = w1.mul_add(w465 - w55, w3 * w467);
+    let w494 = w1 * (d_roll_d_yaw_cos_roll + w466);
+    let w495 = d_roll_d_yaw_cos_roll - w466;
+    let w496 = m_b_b_y * w483;
+    let w497 = m_b_b_y * w480;
+    let w498 = w7.neg_mul_add(w480, w5 * w481) - w106;
+    let w499 = b_x_m_b_l_wb.neg_mul_add(w482, w498);
+    let w500 = b_y_m_b_l_wb.mul_add(w479, w499);
+    let w501 = m_b_b_x.neg_mul_add(w462, w500);
+    let w502 = w7.mul_add(w483, w9 * w482) - w111;
+    let w503 = b_x_m_b_b_y.mul_add(w478, w502);
+    let w504 = b_x_m_b_l_wb.neg_mul_add(w481, w503);
+    let w505 = m_b_b_y.mul_add(w476, w504);
+    let w506 = w116 + w9.mul_add(w479, w5 * w478);
+    let w507 = b_y_m_b_l_wb.neg_mul_add(w480, w506);
+    let w508 = b_x_m_b_b_y.mul_add(w483, w507);
+    let w509 = m_b_l_wb.mul_add(w477, w508);
+    let w510 = m_b_b_x.mul_add(w478, w101) + w496;
+    let w511 = m_b_l_wb.neg_mul_add(w479, w103) + w497;
+    let w512 = p.m_b.neg_mul_add(w477, w511);
+    let w513 = m_b_b_x.neg_mul_add(w481, m_b_l_wb * w482) - w105;
+    let w514 = p.m_r * w484;
+    let w515 = p.m_r * w485;
+    let w516 = p.m_r * l_wb_plus_l_br.mul_add(w479, w477);
+    let w517 = w11.neg_mul_add(w489, w12 * (w94 + w486));
+    let w518 = w11.mul_add(w490, w12 * (w95 + w487));
+    let w519 = w12 * (w81 + w488);
+    let w520 = w12.mul_add(w488 - w81, w519);
+    let w521 = m_b_b_y.mul_add(w477, w501) + w517;
+    let w522 = l_wb_plus_l_br.mul_sub(w515, w520);
+    let w523 = m_b_l_wb.mul_add(w462, w505) + w522;
+    let w524 = l_wb_plus_l_br.mul_add(w516, w518);
+    let w525 = p.m_b.mul_add(w476, w510) + w514;
+    let w526 = w512 - w516;
+    let w527 = cos_pitch * w525;
+    let w528 = sin_pitch.mul_add(w525, cos_pitch * w526);
+    let w529 = cos_pitch * w521;
+    let w530 = m_b_b_x.mul_add(w476, w509) + w524;
+    let w531 = w1.neg_mul_add(w495, w494);
+    let w532 = p.r_w.neg_mul_add(w528, w530);
+    let w533 = w491 + sin_pitch.neg_mul_add(w526, w527);
+    let w534 = p.m_b.mul_add(w462, w513) + w515;
+    let w535 = p.m_w.mul_add(w462, w534);
+    let w536 = w19 * w458;
+    let w537 = w28.neg_mul_add(w459, w367 * w454);
+    let w538 = w368.mul_add(w459, w369);
+    let w539 = w40.neg_mul_add(w49, w30 * w454);
+    let w540 = w30.neg_mul_add(w49, w537);
+    let w541 = m_b_b_y.neg_mul_add(w458, w31 * w457);
+    let w542 = m_b_b_y.mul_add(w49, w19 * w459);
+    let w543 = w31.mul_add(w49, w19 * w454);
+    let w544 = d_yaw_sin_roll.mul_add(w309 + w345, w370);
+    let w545 = d_yaw_sin_roll.neg_mul_add(w357, w371);
+    let w546 = d_yaw_cos_roll.neg_mul_add(w358, w372);
+    let w547 = m_w_plus_m_b_plus_m_r.mul_add(w458, w542);
+    let w548 = m_w_plus_m_b_plus_m_r.mul_sub(w457, w543);
+    let w549 = w31.neg_mul_add(w459, m_b_b_y * w454);
+    let w550 = d_yaw_cos_roll.neg_mul_add(w339, w373) + w549;
+    let w551 = w544 + w19.neg_mul_add(w457, w540);
+    let w552 = w545 + (w536 + w28.neg_mul_add(w454, w538));
+    let w553 = w533 + d_yaw_sin_roll.neg_mul_add(w360, w548);
+    let w554 = d_yaw_cos_roll.mul_add(w360, w547) - w535;
+    let w555 = sin_roll.mul_add(w554, cos_roll * w553);
+    let w556 = w493 + sin_pitch.neg_mul_add(w523, w529) + w552;
+    let w557 = w536 + (w369 + w25.mul_add(w454, w43 * w459));
+    let w558 = d_yaw_sin_roll.mul_add(w353, w392) + w557;
+    let w559 = i_r_a_sin_pitch * w454;
+    let w560 = i_r_a_cos_pitch.neg_mul_add(w49, w559);
+    let w561 = d_yaw_sin_roll.mul_add(w423, w424) + w560;
+    let w562 = cos_roll * (w551 - (w532 + p.r_w.mul_add(w492, w531)));
+    let d_yaw_sin_roll_d_roll_i_w_a = d_yaw_sin_roll * d_roll_i_w_a;
+    let w563 = p.I_w_a.neg_mul_add(w459, d_yaw_sin_roll_d_roll_i_w_a);
+    let w564 = sin_roll.neg_mul_add(w556, w562);
+    let w565 = w546 + (w541 + w24.neg_mul_add(w459, w539));
+    let w566 = cos_yaw.neg_mul_add(w550, sin_yaw * w555);
+    let w567 = cos_yaw.mul_add(w555, sin_yaw * w550);
+    let w568 = w163.neg_mul_add(w561, w564);
+    let w569 = w164.mul_sub(w561, w565);
+    let w570 = w171.neg_mul_add(w558, w569);
+    let w571 = w170.mul_add(w558, w568);
+    let w572 = w168.mul_add(w558, w566);
+    let w573 = w169.mul_sub(w558, w567);
+    let w574 = w181.neg_mul_add(w563, w571);
+    let w575 = w186.neg_mul_add(w570, w574);
+    let w576 = w184.neg_mul_add(w570, w572);
+    let w577 = w185.neg_mul_add(w570, w573);
+    let w578 = w195.neg_mul_add(w575, w577);
+    let w579 = w194.mul_add(w575, w576);
+    let w580 = w201.neg_mul_add(w578, w579);
+    let w581 = w228.neg_mul_add(w578, w227 * w580);
+    let w582 = w231.mul_add(w580, w232 * w578);
+    let w583 = w234.mul_sub(w563, w233.mul_add(w575, w582));
+    let w584 = w230.mul_sub(w563, w229.mul_add(w575, w581));
+    let d_multiplier_rolling_x_roll = w250 * w248.neg_mul_add(w583, w584);
+    let w585 = w247 * w583;
+    let d_multiplier_rolling_y_roll = w248.neg_mul_add(d_multiplier_rolling_x_roll, w585);
+    let w586 = w223.mul_add(d_multiplier_rolling_x_roll, w580);
+    let w587 = w221.neg_mul_add(d_multiplier_rolling_x_roll, w578);
+    let w588 = w220.mul_add(d_multiplier_rolling_x_roll, w575);
+    let w589 = r_w_cos_yaw.neg_mul_add(d_multiplier_rolling_x_roll, w563);
+    let d_acceleration_x_roll = w203 * w226.mul_add(d_multiplier_rolling_y_roll, w586);
+    let w590 = r_w_sin_yaw.neg_mul_add(d_multiplier_rolling_y_roll, w589);
+    let w591 = w200 * w225.mul_add(d_multiplier_rolling_y_roll, w587);
+    let d_acceleration_y_roll = w201.neg_mul_add(d_acceleration_x_roll, w591);
+    let w592 = w224.mul_add(d_multiplier_rolling_y_roll, w588);
+    let w593 = w194 * d_acceleration_x_roll;
+    let w594 = w193.mul_add(w592, w593);
+    let d_acceleration_yaw_roll = w195.neg_mul_add(d_acceleration_y_roll, w594);
+    let w595 = w183 * w570;
+    let w596 = w184.neg_mul_add(d_acceleration_x_roll, w595);
+    let w597 = w185.neg_mul_add(d_acceleration_y_roll, w596);
+    let d_acceleration_roll_roll = w186.neg_mul_add(d_acceleration_yaw_roll, w597);
+    let w598 = w180 * w590;
+    let d_acceleration_wheel_roll = w181.neg_mul_add(d_acceleration_yaw_roll, w598);
+    let w599 = w168 * d_acceleration_x_roll;
+    let w600 = w167.mul_add(w558, w599);
+    let w601 = w169.mul_add(d_acceleration_y_roll, w600);
+    let w602 = w170.mul_add(d_acceleration_yaw_roll, w601);
+    let d_acceleration_pitch_roll = w171.mul_sub(d_acceleration_roll_roll, w602);
+    let w603 = w163 * d_acceleration_yaw_roll;
+    let w604 = w162.neg_mul_add(w561, w603);
+    let d_acceleration_reaction_roll = w164.neg_mul_add(d_acceleration_roll_roll, w604);
+    let w605 = d_roll_r_w.mul_sub(w274, w477);
+    let w606 = d_roll_r_w.neg_mul_add(w273, w474 - w475);
+    let w607 = w396 * w483;
+    let w608 = b_x_m_b_l_wb.neg_mul_add(w480, w607);
+    let w609 = b_x_m_b_b_y.neg_mul_add(w80, w397 * w480);
+    let w610 = w41.neg_mul_add(w80, b_y_m_b_l_wb * w483);
+    let w611 = m_b_b_x.mul_add(w276, m_b_b_y * w606);
+    let w612 = b_x_m_b_l_wb.neg_mul_add(w483, w609);
+    let w613 = w13.neg_mul_add(w606, m_b_b_x * w605);
+    let w614 = w613 + b_x_m_b_b_y.mul_add(w480, w610);
+    let w615 = m_b_b_x.neg_mul_add(w80, w497);
+    let w616 = w13.mul_sub(w80, w496);
+    let w617 = m_b_b_x.neg_mul_add(w483, w13 * w480);
+    let w618 = b_y_m_b_l_wb.neg_mul_add(w80, w608) - w611;
+    let w619 = w13.mul_add(w276, m_b_b_y * w605) + w612;
+    let w620 = m_b_plus_m_r.mul_add(w605, w615);
+    let w621 = m_b_plus_m_r.mul_add(w606, w616);
+    let w622 = w57.neg_mul_add(w335, w58 * w336);
+    let w623 = w622 + m_b_plus_m_r.mul_add(w276, w617);
+    let w624 = w58.mul_add(w302 + w309, w398) + w618 - w523;
+    let w625 = w58.neg_mul_add(w330, w57 * (w309 + w326)) + w619;
+    let w626 = w521 + w625;
+    let w627 = w516 - w512 + w57.mul_add(w337, w620);
+    let w628 = w525 + w58.neg_mul_add(w337, w621);
+    let w629 = cos_pitch * w627;
+    let w630 = sin_pitch.mul_add(w627, cos_pitch * w628);
+    let w631 = cos_pitch * w624;
+    let w632 = sin_pitch.mul_add(w624, cos_pitch * w626);
+    let w633 = sin_pitch.neg_mul_add(w628, w629);
+    let w634 = sin_roll.mul_add(w633, cos_roll * w623);
+    let w635 = w399 - w614;
+    let w636 = cos_roll * sin_pitch.neg_mul_add(w626, w631);
+    let w637 = p.r_w.neg_mul_add(w630, w614 - w399);
+    let w638 = w58.neg_mul_add(w317, p.I_r_a * w480);
+    let w639 = sin_roll.neg_mul_add(w637, w636);
+    let w640 = p.r_w.mul_add(w623, w632);
+    let w641 = sin_yaw.mul_add(w634, cos_yaw * w630);
+    let w642 = cos_yaw.neg_mul_add(w634, sin_yaw * w630);
+    let w643 = w163.mul_add(w638, w639);
+    let w644 = w164.neg_mul_add(w638, w640);
+    let w645 = w171.mul_add(w635, w644);
+    let w646 = w168.neg_mul_add(w635, w641);
+    let w647 = w169.neg_mul_add(w635, w642);
+    let w648 = w170.neg_mul_add(w635, w643);
+    let w649 = w186.neg_mul_add(w645, w648);
+    let w650 = w184.neg_mul_add(w645, w646);
+    let w651 = w185.neg_mul_add(w645, w647);
+    let w652 = w195.neg_mul_add(w649, w651);
+    let w653 = w194.mul_add(w649, w650);
+    let w654 = w201.neg_mul_add(w652, w653);
+    let w655 = w228.neg_mul_add(w652, w227 * w654);
+    let w656 = w231.mul_add(w654, w232 * w652);
+    let w657 = w233.mul_add(w649, w656);
+    let d_multiplier_rolling_x_pitch = w250 * w248.mul_sub(w657, w229.mul_add(w649, w655));
+    let w658 = w248 * d_multiplier_rolling_x_pitch;
+    let w659 = w247.mul_add(w657, w658);
+    let d_multiplier_rolling_y_pitch = -w659;
+    let w660 = w223.mul_add(d_multiplier_rolling_x_pitch, w654);
+    let w661 = w221.neg_mul_add(d_multiplier_rolling_x_pitch, w652);
+    let w662 = w220.mul_add(d_multiplier_rolling_x_pitch, w649);
+    let w663 = r_w_sin_yaw * w659;
+    let d_acceleration_x_pitch = w203 * w226.neg_mul_add(w659, w660);
+    let w664 = w663 - r_w_cos_yaw * d_multiplier_rolling_x_pitch;
+    let w665 = w200 * w225.neg_mul_add(w659, w661);
+    let d_acceleration_y_pitch = w201.neg_mul_add(d_acceleration_x_pitch, w665);
+    let w666 = w194 * d_acceleration_x_pitch;
+    let w667 = w224.neg_mul_add(w659, w662);
+    let w668 = w193.mul_add(w667, w666);
+    let d_acceleration_yaw_pitch = w195.neg_mul_add(d_acceleration_y_pitch, w668);
+    let w669 = w183 * w645;
+    let w670 = w184.neg_mul_add(d_acceleration_x_pitch, w669);
+    let w671 = w185.neg_mul_add(d_acceleration_y_pitch, w670);
+    let d_acceleration_roll_pitch = w186.neg_mul_add(d_acceleration_yaw_pitch, w671);
+    let w672 = w180 * w664;
+    let d_acceleration_wheel_pitch = w181.neg_mul_add(d_acceleration_yaw_pitch, w672);
+    let w673 = w167 * w635;
+    let w674 = w168.neg_mul_add(d_acceleration_x_pitch, w673);
+    let w675 = w169.neg_mul_add(d_acceleration_y_pitch, w674);
+    let w676 = w170.neg_mul_add(d_acceleration_yaw_pitch, w675);
+    let d_acceleration_pitch_pitch = w171.mul_add(d_acceleration_roll_pitch, w676);
+    let w677 = w163 * d_acceleration_yaw_pitch;
+    let w678 = w162.mul_add(w638, w677);
+    let d_acceleration_reaction_pitc = w164.neg_mul_add(d_acceleration_roll_pitch, w678);
+    let w679 = r_w_cos_yaw * multiplier_rolling_y;
+    let w680 = r_w_sin_yaw.mul_add(w252, w679);
+    let w681 = r_w_sin_yaw * acceleration_wheel;
+    let w682 = w449 - w450;
+    let w683 = w528 - w492;
+    let w684 = m_w_plus_m_b_plus_m_r.mul_add(w453, w683);
+    let w685 = sin_roll.mul_add(w533, cos_roll * w535);
+    let w686 = m_w_plus_m_b_plus_m_r.mul_sub(w682, w685);
+    let w687 = w42.neg_mul_add(w682, w44 * w453);
+    let w688 = r_w_cos_yaw * acceleration_wheel;
+    let w689 = sin_yaw.mul_add(w684, cos_yaw * w686);
+    let w690 = sin_yaw.neg_mul_add(w686, cos_yaw * w684);
+    let w691 = w36.mul_add(w682, w19 * w453);
+    let w692 = w37.neg_mul_add(w453, w171 * w687);
+    let w693 = w170.neg_mul_add(w687, w691);
+    let w694 = w169.neg_mul_add(w687, w690);
+    let w695 = w181.mul_add(w680, w693);
+    let w696 = w186.neg_mul_add(w692, w695);
+    let w697 = w184.mul_add(w692, w168.mul_add(w687, w689));
+    let w698 = w185.neg_mul_add(w692, w694);
+    let w699 = w195.neg_mul_add(w696, w698);
+    let w700 = w194.mul_sub(w696, w697);
+    let w701 = w201.neg_mul_add(w699, w700);
+    let w702 = w228.neg_mul_add(w699, w227 * w701);
+    let w703 = w230.mul_add(w680, w229.mul_add(w696, w702));
+    let w704 = w231.mul_add(w701, w232 * w699);
+    let w705 = w234.mul_add(w680, w233.mul_add(w696, w704));
+    let w706 = w688 - d_wheel_r_w_d_yaw_sin_yaw - w705;
+    let w707 = d_wheel_r_w_d_yaw_cos_yaw + w681 + w703;
+    let w708 = w250 * w248.mul_add(w706, w707);
+    let d_multiplier_rolling_x_yaw = -w708;
+    let d_multiplier_rolling_y_yaw = w247.mul_add(w706, w248 * w708);
+    let w709 = w223.neg_mul_add(w708, w701);
+    let w710 = w221.mul_add(w708, w699);
+    let w711 = w220.neg_mul_add(w708, w696);
+    let w712 = r_w_cos_yaw.mul_sub(w708, w680);
+    let d_acceleration_x_yaw = w203 * w226.mul_add(d_multiplier_rolling_y_yaw, w709);
+    let w713 = r_w_sin_yaw.neg_mul_add(d_multiplier_rolling_y_yaw, w712);
+    let w714 = w200 * w225.mul_add(d_multiplier_rolling_y_yaw, w710);
+    let d_acceleration_y_yaw = w201.neg_mul_add(d_acceleration_x_yaw, w714);
+    let w715 = w224.mul_add(d_multiplier_rolling_y_yaw, w711);
+    let w716 = w194 * d_acceleration_x_yaw;
+    let w717 = w193.mul_add(w715, w716);
+    let d_acceleration_yaw_yaw = w195.neg_mul_add(d_acceleration_y_yaw, w717);
+    let w718 = w183 * w692;
+    let w719 = w184.neg_mul_add(d_acceleration_x_yaw, w718);
+    let w720 = w185.neg_mul_add(d_acceleration_y_yaw, w719);
+    let d_acceleration_roll_yaw = w186.neg_mul_add(d_acceleration_yaw_yaw, w720);
+    let w721 = w180 * w713;
+    let d_acceleration_wheel_yaw = w181.neg_mul_add(d_acceleration_yaw_yaw, w721);
+    let w722 = w167 * w687;
+    let w723 = w168.neg_mul_add(d_acceleration_x_yaw, w722);
+    let w724 = w169.neg_mul_add(d_acceleration_y_yaw, w723);
+    let w725 = w170.neg_mul_add(d_acceleration_yaw_yaw, w724);
+    let d_acceleration_pitch_yaw = w171.mul_add(d_acceleration_roll_yaw, w725);
+    let w726 = w163 * d_acceleration_yaw_yaw;
+    let d_acceleration_reaction_yaw = w164.neg_mul_add(d_acceleration_roll_yaw, w726);
+    let w727 = d_wheel_d_yaw_cos_roll - acceleration_roll;
+    let w728 = w727 - w56;
+    let w729 = p.m_w * d_roll_r_w.mul_sub(w271, w464);
+    let w730 = p.m_w * d_roll_r_w.mul_add(w272, w457 - w50);
+    let w731 = d_yaw_cos_roll.mul_add(w156, w155 * w728);
+    let w732 = w491 + dq_roll.neg_mul_add(w283, w730);
+    let w733 = w493 + w155.neg_mul_add(w467, dq_roll * w156);
+    let w734 = p.r_w.mul_add(w386, w733);
+    let w735 = w492 + d_yaw_cos_roll.neg_mul_add(w283, w729);
+    let w736 = cos_roll.mul_add(w386, sin_roll * w735);
+    let w737 = w731 - w3.mul_add(w728, w1 * (w56 + w727));
+    let w738 = p.r_w.neg_mul_add(w732, w384 - w382);
+    let w739 = cos_roll * w737;
+    let w740 = sin_roll.neg_mul_add(w738, w739);
+    let w741 = sin_yaw.mul_add(w736, cos_yaw * w732);
+    let w742 = cos_yaw.neg_mul_add(w736, sin_yaw * w732);
+    let w743 = w181.neg_mul_add(w389, w740);
+    let w744 = w186.neg_mul_add(w734, w743);
+    let w745 = w184.neg_mul_add(w734, w741);
+    let w746 = w185.neg_mul_add(w734, w742);
+    let w747 = w195.neg_mul_add(w744, w746);
+    let w748 = w194.mul_add(w744, w745);
+    let w749 = w201.neg_mul_add(w747, w748);
+    let w750 = w228.neg_mul_add(w747, w227 * w749);
+    let w751 = w231.mul_add(w749, w232 * w747);
+    let w752 = w234.mul_sub(w389, w233.mul_add(w744, w751));
+    let w753 = w230.mul_sub(w389, w229.mul_add(w744, w750));
+    let d_multiplier_rolling_x_wheel = w250 * w248.neg_mul_add(w752, w753);
+    let w754 = w247 * w752;
+    let d_multiplier_rolling_y_wheel = w248.neg_mul_add(d_multiplier_rolling_x_wheel, w754);
+    let w755 = w223.mul_add(d_multiplier_rolling_x_wheel, w749);
+    let w756 = w221.neg_mul_add(d_multiplier_rolling_x_wheel, w747);
+    let w757 = w220.mul_add(d_multiplier_rolling_x_wheel, w744);
+    let w758 = w389 - r_w_cos_yaw * d_multiplier_rolling_x_wheel;
+    let d_acceleration_x_wheel = w203 * w226.mul_add(d_multiplier_rolling_y_wheel, w755);
+    let w759 = w758 - r_w_sin_yaw * d_multiplier_rolling_y_wheel;
+    let w760 = w200 * w225.mul_add(d_multiplier_rolling_y_wheel, w756);
+    let d_acceleration_y_wheel = w201.neg_mul_add(d_acceleration_x_wheel, w760);
+    let w761 = w224.mul_add(d_multiplier_rolling_y_wheel, w757);
+    let w762 = w194 * d_acceleration_x_wheel;
+    let w763 = w193.mul_add(w761, w762);
+    let d_acceleration_yaw_wheel = w195.neg_mul_add(d_acceleration_y_wheel, w763);
+    let w764 = w183 * w734;
+    let w765 = w184.neg_mul_add(d_acceleration_x_wheel, w764);
+    let w766 = w185.neg_mul_add(d_acceleration_y_wheel, w765);
+    let d_acceleration_roll_wheel = w186.neg_mul_add(d_acceleration_yaw_wheel, w766);
+    let w767 = w180 * w759;
+    let d_acceleration_wheel_wheel = w181.neg_mul_add(d_acceleration_yaw_wheel, w767);
+    let w768 = w169 * d_acceleration_y_wheel;
+    let w769 = w168.mul_add(d_acceleration_x_wheel, w768);
+    let w770 = w170.mul_add(d_acceleration_yaw_wheel, w769);
+    let d_acceleration_pitch_wheel = w171.mul_sub(d_acceleration_roll_wheel, w770);
+    let w771 = w163 * d_acceleration_yaw_wheel;
+    let d_acceleration_reaction_whee = w164.neg_mul_add(d_acceleration_roll_wheel, w771);
+    let w772 = w157 * w489;
+    let w773 = p.m_r * w84.neg_mul_add(w274, w485);
+    let w774 = p.m_r * w84.mul_sub(w278, w484);
+    let w775 = w57.mul_add(w158, w157 * w490) - w518;
+    let w776 = d_pitch_plus_d_yaw_sin_roll.neg_mul_add(w158, w772);
+    let w777 = w517 + w776;
+    let w778 = w57.mul_add(w323, w773) - w515;
+    let w779 = d_pitch_plus_d_yaw_sin_roll.neg_mul_add(w323, w774);
+    let w780 = w514 + w779;
+    let w781 = l_wb_plus_l_br.mul_add(w780, w438);
+    let w782 = cos_pitch * w778;
+    let w783 = cos_pitch.mul_add(w436, sin_pitch * w778);
+    let w784 = cos_pitch * w775;
+    let w785 = sin_pitch.mul_add(w775, cos_pitch * w781);
+    let w786 = sin_pitch.neg_mul_add(w436, w782);
+    let w787 = sin_roll.mul_add(w786, cos_roll * w780);
+    let w788 = w439 - w777;
+    let w789 = cos_roll * sin_pitch.neg_mul_add(w781, w784);
+    let w790 = p.r_w.neg_mul_add(w783, w777 - w439);
+    let w791 = sin_roll.neg_mul_add(w790, w789);
+    let w792 = p.r_w.mul_add(w780, w785);
+    let w793 = sin_yaw.mul_add(w787, cos_yaw * w783);
+    let w794 = cos_yaw.neg_mul_add(w787, sin_yaw * w783);
+    let w795 = w163.mul_add(w438, w791);
+    let w796 = w164.neg_mul_add(w438, w792);
+    let w797 = w171.mul_add(w788, w796);
+    let w798 = w168.neg_mul_add(w788, w793);
+    let w799 = w169.neg_mul_add(w788, w794);
+    let w800 = w170.neg_mul_add(w788, w795);
+    let w801 = w186.neg_mul_add(w797, w800);
+    let w802 = w184.neg_mul_add(w797, w798);
+    let w803 = w185.neg_mul_add(w797, w799);
+    let w804 = w195.neg_mul_add(w801, w803);
+    let w805 = w194.mul_add(w801, w802);
+    let w806 = w201.neg_mul_add(w804, w805);
+    let w807 = w228.neg_mul_add(w804, w227 * w806);
+    let w808 = w231.mul_add(w806, w232 * w804);
+    let w809 = w233.mul_add(w801, w808);
+    let d_multiplier_rolling_x_react = w250 * w248.mul_sub(w809, w229.mul_add(w801, w807));
+    let w810 = w248 * d_multiplier_rolling_x_react;
+    let w811 = w247.mul_add(w809, w810);
+    let d_multiplier_rolling_y_react = -w811;
+    let w812 = w223.mul_add(d_multiplier_rolling_x_react, w806);
+    let w813 = w221.neg_mul_add(d_multiplier_rolling_x_react, w804);
+    let w814 = w220.mul_add(d_multiplier_rolling_x_react, w801);
+    let w815 = r_w_sin_yaw * w811;
+    let d_acceleration_x_reaction = w203 * w226.neg_mul_add(w811, w812);
+    let w816 = w815 - r_w_cos_yaw * d_multiplier_rolling_x_react;
+    let w817 = w200 * w225.neg_mul_add(w811, w813);
+    let d_acceleration_y_reaction = w201.neg_mul_add(d_acceleration_x_reaction, w817);
+    let w818 = w194 * d_acceleration_x_reaction;
+    let w819 = w224.neg_mul_add(w811, w814);
+    let w820 = w193.mul_add(w819, w818);
+    let d_acceleration_yaw_reaction = w195.neg_mul_add(d_acceleration_y_reaction, w820);
+    let w821 = w183 * w797;
+    let w822 = w184.neg_mul_add(d_acceleration_x_reaction, w821);
+    let w823 = w185.neg_mul_add(d_acceleration_y_reaction, w822);
+    let d_acceleration_roll_reaction = w186.neg_mul_add(d_acceleration_yaw_reaction, w823);
+    let w824 = w180 * w816;
+    let d_acceleration_wheel_reactio = w181.neg_mul_add(d_acceleration_yaw_reaction, w824);
+    let w825 = w167 * w788;
+    let w826 = w168.neg_mul_add(d_acceleration_x_reaction, w825);
+    let w827 = w169.neg_mul_add(d_acceleration_y_reaction, w826);
+    let w828 = w170.neg_mul_add(d_acceleration_yaw_reaction, w827);
+    let d_acceleration_pitch_reactio = w171.mul_add(d_acceleration_roll_reaction, w828);
+    let w829 = w163 * d_acceleration_yaw_reaction;
+    let w830 = w162.mul_add(w438, w829);
+    let d_acceleration_reaction_reac = w164.neg_mul_add(d_acceleration_roll_reaction, w830);
+    let w831 = p.I_w_a.neg_mul_add(w271, i_w_a_d_yaw_cos_roll);
+    let w832 = sin_pitch * w317;
+    let w833 = i_r_a_sin_pitch.neg_mul_add(w270, w832);
+    let w834 = sin_roll.neg_mul_add(w381, w380);
+    let w835 = w309 + w354 + w24.neg_mul_add(w271, w30 * w270);
+    let w836 = cos_yaw.neg_mul_add(w374, sin_yaw * w379);
+    let w837 = cos_yaw.mul_add(w379, sin_yaw * w374);
+    let w838 = w171.mul_add(w393, w164.mul_add(w833, w835));
+    let w839 = w170.mul_add(w393, w163.mul_add(w833, w834));
+    let w840 = w181.neg_mul_add(w831, w839);
+    let w841 = w186.mul_add(w838, w840);
+    let w842 = w184.mul_add(w838, w168.mul_add(w393, w836));
+    let w843 = w185.mul_add(w838, w169.mul_sub(w393, w837));
+    let w844 = w195.neg_mul_add(w841, w843);
+    let w845 = w194.mul_add(w841, w842);
+    let w846 = w201.neg_mul_add(w844, w845);
+    let w847 = w228.neg_mul_add(w844, w227 * w846);
+    let w848 = w231.mul_add(w846, w232 * w844);
+    let w849 = w234.mul_sub(w831, w233.mul_add(w841, w848));
+    let w850 = w230.mul_sub(w831, w229.mul_add(w841, w847));
+    let d_multiplier_rolling_x_roll_2 = w250 * w248.neg_mul_add(w849, w850);
+    let w851 = w247 * w849;
+    let d_multiplier_rolling_y_roll_2 = w248.neg_mul_add(d_multiplier_rolling_x_roll_2, w851);
+    let w852 = w223.mul_add(d_multiplier_rolling_x_roll_2, w846);
+    let w853 = w221.neg_mul_add(d_multiplier_rolling_x_roll_2, w844);
+    let w854 = w220.mul_add(d_multiplier_rolling_x_roll_2, w841);
+    let w855 = w831 - r_w_cos_yaw * d_multiplier_rolling_x_roll_2;
+    let d_acceleration_x_roll_2 = w203 * w226.mul_add(d_multiplier_rolling_y_roll_2, w852);
+    let w856 = w855 - r_w_sin_yaw * d_multiplier_rolling_y_roll_2;
+    let w857 = w200 * w225.mul_add(d_multiplier_rolling_y_roll_2, w853);
+    let d_acceleration_y_roll_2 = w201.neg_mul_add(d_acceleration_x_roll_2, w857);
+    let w858 = w224.mul_add(d_multiplier_rolling_y_roll_2, w854);
+    let w859 = w194 * d_acceleration_x_roll_2;
+    let w860 = w193.mul_add(w858, w859);
+    let d_acceleration_yaw_roll_2 = w195.neg_mul_add(d_acceleration_y_roll_2, w860);
+    let w861 = w184 * d_acceleration_x_roll_2;
+    let w862 = w183.mul_add(w838, w861);
+    let w863 = w185.mul_add(d_acceleration_y_roll_2, w862);
+    let w864 = w186.mul_add(d_acceleration_yaw_roll_2, w863);
+    let d_acceleration_roll_roll_2 = -w864;
+    let w865 = w180 * w856;
+    let d_acceleration_wheel_roll_2 = w181.neg_mul_add(d_acceleration_yaw_roll_2, w865);
+    let w866 = w168 * d_acceleration_x_roll_2;
+    let w867 = w167.mul_add(w393, w866);
+    let w868 = w169.mul_add(d_acceleration_y_roll_2, w867);
+    let w869 = w170.mul_add(d_acceleration_yaw_roll_2, w868);
+    let d_acceleration_pitch_roll_2 = -w171.mul_add(w864, w869);
+    let w870 = w163 * d_acceleration_yaw_roll_2;
+    let d_acceleration_reaction_roll_2 = w164.mul_add(w864, w162.mul_add(w833, w870));
+    let w871 = p.I_r_a.mul_sub(w274, w318);
+    let w872 = sin_roll.neg_mul_add(w422, w421);
+    let w873 = p.r_w.mul_add(w404, w418);
+    let w874 = sin_yaw.mul_add(w420, cos_yaw * w416);
+    let w875 = cos_yaw.neg_mul_add(w420, sin_yaw * w416);
+    let w876 = w164.neg_mul_add(w871, w873);
+    let w877 = w171.neg_mul_add(w412, w876);
+    let w878 = w168.mul_add(w412, w874);
+    let w879 = w169.mul_add(w412, w875);
+    let w880 = w170.mul_add(w412, w163.mul_add(w871, w872));
+    let w881 = w186.neg_mul_add(w877, w880);
+    let w882 = w184.neg_mul_add(w877, w878);
+    let w883 = w185.neg_mul_add(w877, w879);
+    let w884 = w195.neg_mul_add(w881, w883);
+    let w885 = w194.mul_add(w881, w882);
+    let w886 = w201.neg_mul_add(w884, w885);
+    let w887 = w228.neg_mul_add(w884, w227 * w886);
+    let w888 = w231.mul_add(w886, w232 * w884);
+    let w889 = w233.mul_add(w881, w888);
+    let d_multiplier_rolling_x_pitch_2 = w250 * w248.mul_sub(w889, w229.mul_add(w881, w887));
+    let w890 = w248 * d_multiplier_rolling_x_pitch_2;
+    let w891 = w247.mul_add(w889, w890);
+    let d_multiplier_rolling_y_pitch_2 = -w891;
+    let w892 = w223.mul_add(d_multiplier_rolling_x_pitch_2, w886);
+    let w893 = w221.neg_mul_add(d_multiplier_rolling_x_pitch_2, w884);
+    let w894 = w220.mul_add(d_multiplier_rolling_x_pitch_2, w881);
+    let w895 = r_w_sin_yaw * w891;
+    let d_acceleration_x_pitch_2 = w203 * w226.neg_mul_add(w891, w892);
+    let w896 = w895 - r_w_cos_yaw * d_multiplier_rolling_x_pitch_2;
+    let w897 = w200 * w225.neg_mul_add(w891, w893);
+    let d_acceleration_y_pitch_2 = w201.neg_mul_add(d_acceleration_x_pitch_2, w897);
+    let w898 = w194 * d_acceleration_x_pitch_2;
+    let w899 = w224.neg_mul_add(w891, w894);
+    let w900 = w193.mul_add(w899, w898);
+    let d_acceleration_yaw_pitch_2 = w195.neg_mul_add(d_acceleration_y_pitch_2, w900);
+    let w901 = w183 * w877;
+    let w902 = w184.neg_mul_add(d_acceleration_x_pitch_2, w901);
+    let w903 = w185.neg_mul_add(d_acceleration_y_pitch_2, w902);
+    let d_acceleration_roll_pitch_2 = w186.neg_mul_add(d_acceleration_yaw_pitch_2, w903);
+    let w904 = w180 * w896;
+    let d_acceleration_wheel_pitch_2 = w181.neg_mul_add(d_acceleration_yaw_pitch_2, w904);
+    let w905 = w168 * d_acceleration_x_pitch_2;
+    let w906 = w167.mul_add(w412, w905);
+    let w907 = w169.mul_add(d_acceleration_y_pitch_2, w906);
+    let w908 = w170.mul_add(d_acceleration_yaw_pitch_2, w907);
+    let d_acceleration_pitch_pitch_2 = w171.mul_sub(d_acceleration_roll_pitch_2, w908);
+    let w909 = w163 * d_acceleration_yaw_pitch_2;
+    let w910 = w162.mul_add(w871, w909);
+    let d_acceleration_reaction_pitc_2 = w164.neg_mul_add(d_acceleration_roll_pitch_2, w910);
+    let w911 = w345 + sin_roll.mul_add(w364, w309);
+    let w912 = sin_roll.mul_add(w358, cos_roll * w366);
+    let w913 = sin_yaw.neg_mul_add(w362, cos_yaw * w361);
+    let w914 = sin_yaw.mul_add(w361, cos_yaw * w362);
+    let w915 = w163.mul_sub(w426, w911);
+    let w916 = w164.neg_mul_add(w426, w912);
+    let w917 = w171.mul_add(w395, w916);
+    let w918 = w170.neg_mul_add(w395, w915);
+    let w919 = w168.neg_mul_add(w395, w913);
+    let w920 = w169.neg_mul_add(w395, w914);
+    let w921 = w181.mul_add(cos_roll_d_roll_i_w_a, w918);
+    let w922 = w186.neg_mul_add(w917, w921);
+    let w923 = w184.neg_mul_add(w917, w919);
+    let w924 = w185.neg_mul_add(w917, w920);
+    let w925 = w195.neg_mul_add(w922, w924);
+    let w926 = w194.mul_add(w922, w923);
+    let w927 = w201.neg_mul_add(w925, w926);
+    let w928 = w228.neg_mul_add(w925, w227 * w927);
+    let w929 = w229.mul_add(w922, w928);
+    let w930 = w230.mul_add(cos_roll_d_roll_i_w_a, w929);
+    let w931 = w231.mul_add(w927, w232 * w925);
+    let w932 = w233.mul_add(w922, w931);
+    let w933 = w234.mul_add(cos_roll_d_roll_i_w_a, w932);
+    let w934 = d_wheel_r_w.mul_sub(cos_yaw, w933);
+    let w935 = d_wheel_r_w.mul_add(sin_yaw, w930);
+    let w936 = w250 * w248.mul_add(w934, w935);
+    let d_multiplier_rolling_x_yaw_2 = -w936;
+    let d_multiplier_rolling_y_yaw_2 = w247.mul_add(w934, w248 * w936);
+    let w937 = w223.neg_mul_add(w936, w927);
+    let w938 = w221.mul_add(w936, w925);
+    let w939 = w220.neg_mul_add(w936, w922);
+    let w940 = r_w_cos_yaw.mul_sub(w936, cos_roll_d_roll_i_w_a);
+    let d_acceleration_x_yaw_2 = w203 * w226.mul_add(d_multiplier_rolling_y_yaw_2, w937);
+    let w941 = w940 - r_w_sin_yaw * d_multiplier_rolling_y_yaw_2;
+    let w942 = w200 * w225.mul_add(d_multiplier_rolling_y_yaw_2, w938);
+    let d_acceleration_y_yaw_2 = w201.neg_mul_add(d_acceleration_x_yaw_2, w942);
+    let w943 = w224.mul_add(d_multiplier_rolling_y_yaw_2, w939);
+    let w944 = w194 * d_acceleration_x_yaw_2;
+    let w945 = w193.mul_add(w943, w944);
+    let d_acceleration_yaw_yaw_2 = w195.neg_mul_add(d_acceleration_y_yaw_2, w945);
+    let w946 = w183 * w917;
+    let w947 = w184.neg_mul_add(d_acceleration_x_yaw_2, w946);
+    let w948 = w185.neg_mul_add(d_acceleration_y_yaw_2, w947);
+    let d_acceleration_roll_yaw_2 = w186.neg_mul_add(d_acceleration_yaw_yaw_2, w948);
+    let w949 = w180 * w941;
+    let d_acceleration_wheel_yaw_2 = w181.neg_mul_add(d_acceleration_yaw_yaw_2, w949);
+    let w950 = w167 * w395;
+    let w951 = w168.neg_mul_add(d_acceleration_x_yaw_2, w950);
+    let w952 = w169.neg_mul_add(d_acceleration_y_yaw_2, w951);
+    let w953 = w170.neg_mul_add(d_acceleration_yaw_yaw_2, w952);
+    let d_acceleration_pitch_yaw_2 = w171.mul_add(d_acceleration_roll_yaw_2, w953);
+    let w954 = w163 * d_acceleration_yaw_yaw_2;
+    let w955 = w162.mul_add(w426, w954);
+    let d_acceleration_reaction_yaw_2 = w164.neg_mul_add(d_acceleration_roll_yaw_2, w955);
+    let w956 = cos_roll * w155.neg_mul_add(w272, w280);
+    let w957 = w186.neg_mul_add(w387, w956);
+    let w958 = w184.neg_mul_add(w387, sin_yaw * w390);
+    let w959 = cos_yaw.mul_add(w390, w185 * w387);
+    let w960 = w195.mul_add(w957, w959);
+    let w961 = w201.mul_add(w960, w194.mul_add(w957, w958));
+    let w962 = w227.mul_add(w961, w228 * w960);
+    let w963 = w229.mul_add(w957, w962);
+    let w964 = w232.neg_mul_add(w960, w231 * w961);
+    let w965 = w233.mul_add(w957, w964);
+    let w966 = p.r_w.mul_sub(d_yaw_cos_yaw, w965);
+    let w967 = p.r_w.mul_add(d_yaw_sin_yaw, w963);
+    let w968 = w250 * w248.mul_add(w966, w967);
+    let d_multiplier_rolling_x_wheel_2 = -w968;
+    let d_multiplier_rolling_y_wheel_2 = w247.mul_add(w966, w248 * w968);
+    let w969 = w223.neg_mul_add(w968, w961);
+    let w970 = w221.mul_sub(w968, w960);
+    let w971 = w220.neg_mul_add(w968, w957);
+    let w972 = r_w_cos_yaw * w968;
+    let w973 = w226.mul_add(d_multiplier_rolling_y_wheel_2, w969);
+    let d_acceleration_x_wheel_2 = w203 * w973;
+    let w974 = w225.mul_add(d_multiplier_rolling_y_wheel_2, w970);
+    let w975 = w224.mul_add(d_multiplier_rolling_y_wheel_2, w971);
+    let w976 = w972 - r_w_sin_yaw * d_multiplier_rolling_y_wheel_2;
+    let w977 = w200 * w974;
+    let d_acceleration_y_wheel_2 = w201.neg_mul_add(d_acceleration_x_wheel_2, w977);
+    let w978 = w194 * d_acceleration_x_wheel_2;
+    let w979 = w193.mul_add(w975, w978);
+    let d_acceleration_yaw_wheel_2 = w195.neg_mul_add(d_acceleration_y_wheel_2, w979);
+    let w980 = w183 * w387;
+    let w981 = w184.neg_mul_add(d_acceleration_x_wheel_2, w980);
+    let w982 = w185.neg_mul_add(d_acceleration_y_wheel_2, w981);
+    let d_acceleration_roll_wheel_2 = w186.neg_mul_add(d_acceleration_yaw_wheel_2, w982);
+    let w983 = w180 * w976;
+    let d_acceleration_wheel_wheel_2 = w181.neg_mul_add(d_acceleration_yaw_wheel_2, w983);
+    let w984 = w169 * d_acceleration_y_wheel_2;
+    let w985 = w168.mul_add(d_acceleration_x_wheel_2, w984);
+    let w986 = w170.mul_add(d_acceleration_yaw_wheel_2, w985);
+    let d_acceleration_pitch_wheel_2 = w171.mul_sub(d_acceleration_roll_wheel_2, w986);
+    let w987 = w163 * d_acceleration_yaw_wheel_2;
+    let d_acceleration_reaction_whee_2 = w164.neg_mul_add(d_acceleration_roll_wheel_2, w987);
+    let w988 = sin_yaw.mul_add(w446, cos_yaw * w441);
+    let w989 = cos_yaw.neg_mul_add(w446, sin_yaw * w441);
+    let w990 = sin_roll.neg_mul_add(w448, w447);
+    let w991 = p.r_w.mul_add(w433, w444);
+    let w992 = w171.mul_add(w443, w991);
+    let w993 = w168.neg_mul_add(w443, w988);
+    let w994 = w169.neg_mul_add(w443, w989);
+    let w995 = w170.neg_mul_add(w443, w990);
+    let w996 = w186.neg_mul_add(w992, w995);
+    let w997 = w184.neg_mul_add(w992, w993);
+    let w998 = w185.neg_mul_add(w992, w994);
+    let w999 = w195.neg_mul_add(w996, w998);
+    let w1000 = w194.mul_add(w996, w997);
+    let w1001 = w201.neg_mul_add(w999, w1000);
+    let w1002 = w228.neg_mul_add(w999, w227 * w1001);
+    let w1003 = w231.mul_add(w1001, w232 * w999);
+    let w1004 = w233.mul_add(w996, w1003);
+    let w1005 = w229.mul_add(w996, w1002);
+    let d_multiplier_rolling_x_react_2 = w250 * w248.mul_sub(w1004, w1005);
+    let w1006 = w248 * d_multiplier_rolling_x_react_2;
+    let w1007 = w247.mul_add(w1004, w1006);
+    let d_multiplier_rolling_y_react_2 = -w1007;
+    let w1008 = w223.mul_add(d_multiplier_rolling_x_react_2, w1001);
+    let w1009 = w221.neg_mul_add(d_multiplier_rolling_x_react_2, w999);
+    let w1010 = w220.mul_add(d_multiplier_rolling_x_react_2, w996);
+    let w1011 = r_w_sin_yaw * w1007;
+    let d_acceleration_x_reaction_2 = w203 * w226.neg_mul_add(w1007, w1008);
+    let w1012 = w1011 - r_w_cos_yaw * d_multiplier_rolling_x_react_2;
+    let w1013 = w200 * w225.neg_mul_add(w1007, w1009);
+    let d_acceleration_y_reaction_2 = w201.neg_mul_add(d_acceleration_x_reaction_2, w1013);
+    let w1014 = w194 * d_acceleration_x_reaction_2;
+    let w1015 = w224.neg_mul_add(w1007, w1010);
+    let w1016 = w193.mul_add(w1015, w1014);
+    let d_acceleration_yaw_reaction_2 = w195.neg_mul_add(d_acceleration_y_reaction_2, w1016);
+    let w1017 = w183 * w992;
+    let w1018 = w184.neg_mul_add(d_acceleration_x_reaction_2, w1017);
+    let w1019 = w185.neg_mul_add(d_acceleration_y_reaction_2, w1018);
+    let d_acceleration_roll_reaction_2 = w186.neg_mul_add(d_acceleration_yaw_reaction_2, w1019);
+    let w1020 = w180 * w1012;
+    let d_acceleration_wheel_reactio_2 = w181.neg_mul_add(d_acceleration_yaw_reaction_2, w1020);
+    let w1021 = w167 * w443;
+    let w1022 = w168.neg_mul_add(d_acceleration_x_reaction_2, w1021);
+    let w1023 = w169.neg_mul_add(d_acceleration_y_reaction_2, w1022);
+    let w1024 = w170.neg_mul_add(d_acceleration_yaw_reaction_2, w1023);
+    let d_acceleration_pitch_reactio_2 = w171.mul_add(d_acceleration_roll_reaction_2, w1024);
+    let w1025 = w163 * d_acceleration_yaw_reaction_2;
+    let d_acceleration_reaction_reac_2 = w164.neg_mul_add(d_acceleration_roll_reaction_2, w1025);
+    let w1026 = w164.mul_add(w186, w163);
+    let w1027 = w195.neg_mul_add(w1026, w164 * w185);
+    let w1028 = w164.mul_add(w184, w194 * w1026);
+    let w1029 = w201.neg_mul_add(w1027, w1028);
+    let w1030 = w228.neg_mul_add(w1027, w227 * w1029);
+    let w1031 = w231.mul_add(w1029, w232 * w1027);
+    let w1032 = w233.mul_add(w1026, w1031);
+    let w1033 = w229.mul_add(w1026, w1030);
+    let d_multiplier_rolling_x_react_3 = w250 * w248.mul_sub(w1032, w1033);
+    let w1034 = w248 * d_multiplier_rolling_x_react_3;
+    let w1035 = w247.mul_add(w1032, w1034);
+    let d_multiplier_rolling_y_react_3 = -w1035;
+    let w1036 = w223.mul_add(d_multiplier_rolling_x_react_3, w1029);
+    let w1037 = w221.neg_mul_add(d_multiplier_rolling_x_react_3, w1027);
+    let w1038 = w220.mul_add(d_multiplier_rolling_x_react_3, w1026);
+    let w1039 = r_w_sin_yaw * w1035;
+    let d_acceleration_x_reaction_3 = w203 * w226.neg_mul_add(w1035, w1036);
+    let w1040 = w1039 - r_w_cos_yaw * d_multiplier_rolling_x_react_3;
+    let w1041 = w200 * w225.neg_mul_add(w1035, w1037);
+    let d_acceleration_y_reaction_3 = w201.neg_mul_add(d_acceleration_x_reaction_3, w1041);
+    let w1042 = w194 * d_acceleration_x_reaction_3;
+    let w1043 = w224.neg_mul_add(w1035, w1038);
+    let w1044 = w193.mul_add(w1043, w1042);
+    let d_acceleration_yaw_reaction_3 = w195.neg_mul_add(d_acceleration_y_reaction_3, w1044);
+    let w1045 = w184 * d_acceleration_x_reaction_3;
+    let w1046 = w164.mul_add(w183, w1045);
+    let w1047 = w185.mul_add(d_acceleration_y_reaction_3, w1046);
+    let w1048 = w186.mul_add(d_acceleration_yaw_reaction_3, w1047);
+    let d_acceleration_roll_reaction_3 = -w1048;
+    let w1049 = w180 * w1040;
+    let d_acceleration_wheel_reactio_3 = w181.neg_mul_add(d_acceleration_yaw_reaction_3, w1049);
+    let w1050 = w169 * d_acceleration_y_reaction_3;
+    let w1051 = w168.mul_add(d_acceleration_x_reaction_3, w1050);
+    let w1052 = w170.mul_add(d_acceleration_yaw_reaction_3, w1051);
+    let d_acceleration_pitch_reactio_3 = -w171.mul_add(w1048, w1052);
+    let w1053 = w163.mul_add(d_acceleration_yaw_reaction_3, w162);
+    let d_acceleration_reaction_reac_3 = w164.mul_add(w1048, w1053);
+    let w1054 = w171.mul_add(w186, w170 - w181);
+    let w1055 = w171.mul_add(w184, w168);
+    let w1056 = w171.mul_add(w185, w169);
+    let w1057 = w195.neg_mul_add(w1054, w1056);
+    let w1058 = w194.mul_add(w1054, w1055);
+    let w1059 = w201.neg_mul_add(w1057, w1058);
+    let w1060 = w228.neg_mul_add(w1057, w227 * w1059);
+    let w1061 = w231.mul_add(w1059, w232 * w1057);
+    let w1062 = w234 - w233.mul_add(w1054, w1061);
+    let w1063 = w230 - w229.mul_add(w1054, w1060);
+    let d_multiplier_rolling_x_wheel_3 = w250 * w248.neg_mul_add(w1062, w1063);
+    let w1064 = w247 * w1062;
+    let d_multiplier_rolling_y_wheel_3 = w248.neg_mul_add(d_multiplier_rolling_x_wheel_3, w1064);
+    let w1065 = r_w_cos_yaw * d_multiplier_rolling_x_wheel_3;
+    let w1066 = w223.mul_add(d_multiplier_rolling_x_wheel_3, w1059);
+    let w1067 = w221.neg_mul_add(d_multiplier_rolling_x_wheel_3, w1057);
+    let w1068 = w220.mul_add(d_multiplier_rolling_x_wheel_3, w1054);
+    let w1069 = T::one() - w1065;
+    let w1070 = w226.mul_add(d_multiplier_rolling_y_wheel_3, w1066);
+    let d_acceleration_x_wheel_3 = w203 * w1070;
+    let w1071 = w225.mul_add(d_multiplier_rolling_y_wheel_3, w1067);
+    let w1072 = w224.mul_add(d_multiplier_rolling_y_wheel_3, w1068);
+    let w1073 = w1069 - r_w_sin_yaw * d_multiplier_rolling_y_wheel_3;
+    let w1074 = w200 * w1071;
+    let d_acceleration_y_wheel_3 = w201.neg_mul_add(d_acceleration_x_wheel_3, w1074);
+    let w1075 = w194 * d_acceleration_x_wheel_3;
+    let w1076 = w193.mul_add(w1072, w1075);
+    let d_acceleration_yaw_wheel_3 = w195.neg_mul_add(d_acceleration_y_wheel_3, w1076);
+    let w1077 = w184 * d_acceleration_x_wheel_3;
+    let w1078 = w171.mul_add(w183, w1077);
+    let w1079 = w185.mul_add(d_acceleration_y_wheel_3, w1078);
+    let w1080 = w186.mul_add(d_acceleration_yaw_wheel_3, w1079);
+    let d_acceleration_roll_wheel_3 = -w1080;
+    let w1081 = w180 * w1073;
+    let d_acceleration_wheel_wheel_3 = w181.neg_mul_add(d_acceleration_yaw_wheel_3, w1081);
+    let w1082 = w168.mul_add(d_acceleration_x_wheel_3, w167);
+    let w1083 = w169.mul_add(d_acceleration_y_wheel_3, w1082);
+    let w1084 = w170.mul_add(d_acceleration_yaw_wheel_3, w1083);
+    let d_acceleration_pitch_wheel_3 = -w171.mul_add(w1080, w1084);
+    let w1085 = w164 * w1080;
+    let d_acceleration_reaction_whee_3 = w163.mul_add(d_acceleration_yaw_wheel_3, w1085);
+    ConstrainedDynamicsDerivatives {
+        constrained_acceleration: [
+            acceleration_x,
+            acceleration_y,
+            acceleration_roll,
+            acceleration_pitch,
+            acceleration_yaw,
+            acceleration_wheel,
+            acceleration_reaction,
+        ],
+        constrained_multipliers: [multiplier_rolling_x, multiplier_rolling_y],
+        constrained_acceleration_by_position: [
+            [
+                T::zero(),
+                T::zero(),
+                d_acceleration_x_roll,
+                d_acceleration_x_pitch,
+                d_acceleration_x_yaw,
+                d_acceleration_x_wheel,
+                d_acceleration_x_reaction,
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_acceleration_y_roll,
+                d_acceleration_y_pitch,
+                d_acceleration_y_yaw,
+                d_acceleration_y_wheel,
+                d_acceleration_y_reaction,
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_acceleration_roll_roll,
+                d_acceleration_roll_pitch,
+                d_acceleration_roll_yaw,
+                d_acceleration_roll_wheel,
+                d_acceleration_roll_reaction,
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_acceleration_pitch_roll,
+                d_acceleration_pitch_pitch,
+                d_acceleration_pitch_yaw,
+                d_acceleration_pitch_wheel,
+                d_acceleration_pitch_reactio,
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_acceleration_yaw_roll,
+                d_acceleration_yaw_pitch,
+                d_acceleration_yaw_yaw,
+                d_acceleration_yaw_wheel,
+                d_acceleration_yaw_reaction,
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_acceleration_wheel_roll,
+                d_acceleration_wheel_pitch,
+                d_acceleration_wheel_yaw,
+                d_acceleration_wheel_wheel,
+                d_acceleration_wheel_reactio,
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_acceleration_reaction_roll,
+                d_acceleration_reaction_pitc,
+                d_acceleration_reaction_yaw,
+                d_acceleration_reaction_whee,
+                d_acceleration_reaction_reac,
+            ],
+        ],
+        constrained_acceleration_by_velocity: [
+            [
+                T::zero(),
+                T::zero(),
+                d_acceleration_x_roll_2,
+                d_acceleration_x_pitch_2,
+                d_acceleration_x_yaw_2,
+                d_acceleration_x_wheel_2,
+                d_acceleration_x_reaction_2,
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_acceleration_y_roll_2,
+                d_acceleration_y_pitch_2,
+                d_acceleration_y_yaw_2,
+                d_acceleration_y_wheel_2,
+                d_acceleration_y_reaction_2,
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_acceleration_roll_roll_2,
+                d_acceleration_roll_pitch_2,
+                d_acceleration_roll_yaw_2,
+                d_acceleration_roll_wheel_2,
+                d_acceleration_roll_reaction_2,
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_acceleration_pitch_roll_2,
+                d_acceleration_pitch_pitch_2,
+                d_acceleration_pitch_yaw_2,
+                d_acceleration_pitch_wheel_2,
+                d_acceleration_pitch_reactio_2,
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_acceleration_yaw_roll_2,
+                d_acceleration_yaw_pitch_2,
+                d_acceleration_yaw_yaw_2,
+                d_acceleration_yaw_wheel_2,
+                d_acceleration_yaw_reaction_2,
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_acceleration_wheel_roll_2,
+                d_acceleration_wheel_pitch_2,
+                d_acceleration_wheel_yaw_2,
+                d_acceleration_wheel_wheel_2,
+                d_acceleration_wheel_reactio_2,
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_acceleration_reaction_roll_2,
+                d_acceleration_reaction_pitc_2,
+                d_acceleration_reaction_yaw_2,
+                d_acceleration_reaction_whee_2,
+                d_acceleration_reaction_reac_2,
+            ],
+        ],
+        constrained_acceleration_by_input: [
+            [d_acceleration_x_reaction_3, d_acceleration_x_wheel_3],
+            [d_acceleration_y_reaction_3, d_acceleration_y_wheel_3],
+            [d_acceleration_roll_reaction_3, d_acceleration_roll_wheel_3],
+            [d_acceleration_pitch_reactio_3, d_acceleration_pitch_wheel_3],
+            [d_acceleration_yaw_reaction_3, d_acceleration_yaw_wheel_3],
+            [d_acceleration_wheel_reactio_3, d_acceleration_wheel_wheel_3],
+            [
+                d_acceleration_reaction_reac_3,
+                d_acceleration_reaction_whee_3,
+            ],
+        ],
+        constrained_multipliers_by_position: [
+            [
+                T::zero(),
+                T::zero(),
+                d_multiplier_rolling_x_roll,
+                d_multiplier_rolling_x_pitch,
+                d_multiplier_rolling_x_yaw,
+                d_multiplier_rolling_x_wheel,
+                d_multiplier_rolling_x_react,
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_multiplier_rolling_y_roll,
+                d_multiplier_rolling_y_pitch,
+                d_multiplier_rolling_y_yaw,
+                d_multiplier_rolling_y_wheel,
+                d_multiplier_rolling_y_react,
+            ],
+        ],
+        constrained_multipliers_by_velocity: [
+            [
+                T::zero(),
+                T::zero(),
+                d_multiplier_rolling_x_roll_2,
+                d_multiplier_rolling_x_pitch_2,
+                d_multiplier_rolling_x_yaw_2,
+                d_multiplier_rolling_x_wheel_2,
+                d_multiplier_rolling_x_react_2,
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_multiplier_rolling_y_roll_2,
+                d_multiplier_rolling_y_pitch_2,
+                d_multiplier_rolling_y_yaw_2,
+                d_multiplier_rolling_y_wheel_2,
+                d_multiplier_rolling_y_react_2,
+            ],
+        ],
+        constrained_multipliers_by_input: [
+            [
+                d_multiplier_rolling_x_react_3,
+                d_multiplier_rolling_x_wheel_3,
+            ],
+            [
+                d_multiplier_rolling_y_react_3,
+                d_multiplier_rolling_y_wheel_3,
+            ],
+        ],
+    }
+}
+
+/// Derivative by the positions `q` of: Generalised inertia `M(q)`, symmetric, 7×7×7.
+///
+/// First index: `x` (N), `y` (N), `roll` (N*m), `pitch` (N*m), `yaw` (N*m), `wheel` (N*m), `reaction` (N*m).
+/// Second index: `x` (m/s^2), `y` (m/s^2), `roll` (rad/s^2), `pitch` (rad/s^2), `yaw` (rad/s^2), `wheel` (rad/s^2), `reaction` (rad/s^2).
+/// Third index: `x` (m), `y` (m), `roll` (rad), `pitch` (rad), `yaw` (rad), `wheel` (rad), `reaction` (rad).
+/// The unit of an entry is its first index's over the others'.
+pub fn mass_matrix_by_position<T: Scalar>(
+    p: &Parameters<T>,
+    x: &Point<T, 7, 2, 0>,
+) -> [[[T; 7]; 7]; 7] {
+    let q_roll = x.q[2];
+    let q_pitch = x.q[3];
+    let q_yaw = x.q[4];
+    let circular = T::sin_cos_3(q_yaw, q_roll, q_pitch);
+    let (sin_yaw, cos_yaw) = circular[0];
+    let (sin_roll, cos_roll) = circular[1];
+    let (sin_pitch, cos_pitch) = circular[2];
+    let l_wb_plus_l_br = p.l_wb + p.l_br;
+    let w1 = p.I_w_r.mul_sub(T::from_f64(2.0), p.I_w_a);
+    let m_b_b_x = p.m_b * p.b_x;
+    let m_b_b_y = p.m_b * p.b_y;
+    let m_b_l_wb = p.m_b * p.l_wb;
+    let i_by_plus_i_bz_minus_i_bx = p.I_by + p.I_bz - p.I_bx;
+    let b_x_m_b_b_x = p.b_x * m_b_b_x;
+    let w2 = T::from_f64(0.5) * i_by_plus_i_bz_minus_i_bx;
+    let b_x_m_b_b_y = p.b_x * m_b_b_y;
+    let b_x_m_b_l_wb = p.b_x * m_b_l_wb;
+    let i_bx_plus_i_bz_minus_i_by = p.I_bx + p.I_bz - p.I_by;
+    let b_y_m_b_b_y = p.b_y * m_b_b_y;
+    let w3 = T::from_f64(0.5) * i_bx_plus_i_bz_minus_i_by;
+    let b_y_m_b_l_wb = p.b_y * m_b_l_wb;
+    let i_bx_plus_i_by_minus_i_bz = p.I_bx + p.I_by - p.I_bz;
+    let l_wb_m_b_l_wb = p.l_wb * m_b_l_wb;
+    let w4 = T::from_f64(0.5) * i_bx_plus_i_by_minus_i_bz;
+    let w5 = p.I_r_r.mul_sub(T::from_f64(2.0), p.I_r_a);
+    let w6 = T::from_f64(0.5) * p.I_r_a;
+    let m_r_l_wb_plus_l_br = p.m_r * l_wb_plus_l_br;
+    let w7 = m_b_l_wb + m_r_l_wb_plus_l_br;
+    let w8 = l_wb_plus_l_br.mul_add(m_r_l_wb_plus_l_br, w6);
+    let w9 = w4 + l_wb_m_b_l_wb + w8;
+    let w10 = w2 + b_x_m_b_b_x;
+    let w11 = w5.mul_add(T::from_f64(0.5), w10);
+    let w12 = cos_pitch * w7;
+    let m_b_b_x_sin_pitch = m_b_b_x * sin_pitch;
+    let w13 = m_b_b_x_sin_pitch - w12;
+    let w14 = sin_pitch.mul_add(w7, m_b_b_x * cos_pitch);
+    let w15 = w9 - w11;
+    let w16 = T::from_f64(2.0) * sin_pitch;
+    let w17 = cos_pitch * w15;
+    let w18 = b_x_m_b_l_wb.neg_mul_add(w16, w17);
+    let w19 = cos_pitch * w18;
+    let w20 = sin_pitch * w18;
+    let b_y_m_b_l_wb_cos_pitch = b_y_m_b_l_wb * cos_pitch;
+    let b_x_m_b_b_y_sin_pitch = b_x_m_b_b_y * sin_pitch;
+    let d_m_roll_pitch_pitch = b_x_m_b_b_y_sin_pitch - b_y_m_b_l_wb_cos_pitch;
+    let b_x_m_b_b_y_cos_pitch = b_x_m_b_b_y * cos_pitch;
+    let w21 = b_y_m_b_l_wb.mul_add(sin_pitch, b_x_m_b_b_y_cos_pitch);
+    let w22 = p.r_w.neg_mul_add(p.m_b + p.m_r, w13);
+    let w23 = p.r_w.neg_mul_add(m_b_b_y, d_m_roll_pitch_pitch);
+    let w24 = p.r_w * w14;
+    let m_w_r_w = p.m_w * p.r_w;
+    let r_w_m_w_r_w = p.r_w * m_w_r_w;
+    let w25 = w22 - m_w_r_w;
+    let w26 = w11 + w19 - p.r_w.mul_add(w13, p.r_w * w22);
+    let w27 = w3 + b_y_m_b_b_y + w6;
+    let w28 = sin_roll.mul_add(w25, m_b_b_y * cos_roll);
+    let w29 = cos_roll * w25;
+    let m_b_b_y_sin_roll = m_b_b_y * sin_roll;
+    let w30 = w29 - m_b_b_y_sin_roll;
+    let w31 = m_b_b_y_sin_roll - w29;
+    let w32 = w26 + p.I_w_a.mul_add(T::from_f64(0.5), r_w_m_w_r_w);
+    let w33 = w32 - w1.mul_add(T::from_f64(0.5), w27);
+    let w34 = T::from_f64(2.0) * cos_roll;
+    let w35 = cos_roll * w21;
+    let w36 = b_x_m_b_l_wb + w20 + w24;
+    let d_m_roll_yaw_roll = sin_roll.mul_sub(w36, w35);
+    let d_m_x_roll_roll = sin_yaw * w28;
+    let w37 = cos_yaw * w14;
+    let w38 = cos_yaw * w28;
+    let w39 = sin_yaw * w14;
+    let d_m_y_yaw_yaw = -(w38 + w39);
+    let d_m_y_roll_yaw = sin_yaw * w31;
+    let d_m_x_roll_yaw = cos_yaw * w31;
+    let d_m_yaw_wheel_roll = p.I_w_a * cos_roll;
+    let w40 = w12 - m_b_b_x_sin_pitch;
+    let w41 = p.r_w * w40;
+    let w42 = sin_roll * w14;
+    let w43 = cos_roll * w14;
+    let w44 = b_y_m_b_l_wb_cos_pitch - b_x_m_b_b_y_sin_pitch;
+    let w45 = sin_roll * w44;
+    let d_m_pitch_yaw_roll = cos_roll.mul_add(w9 + w11 + w41, w45);
+    let d_m_y_pitch_yaw = sin_yaw.neg_mul_add(w42, cos_yaw * w40);
+    let i_r_a_sin_pitch = p.I_r_a * sin_pitch;
+    let d_m_roll_reaction_pitch = -i_r_a_sin_pitch;
+    let d_m_yaw_reaction_roll = sin_roll * i_r_a_sin_pitch;
+    let w46 = T::from_f64(2.0) * sin_roll;
+    let w47 = sin_roll * w23.neg_mul_add(w46, cos_roll * w33);
+    let w48 = sin_roll.mul_add(w33, w23 * w34);
+    let d_m_yaw_yaw_roll = cos_roll.mul_add(w48, w47);
+    let d_m_y_yaw_roll = -(sin_yaw * w30);
+    let d_m_x_yaw_roll = -(cos_yaw * w30);
+    let d_m_y_roll_roll = -w38;
+    let d_m_x_roll_pitch = -(sin_yaw * w43);
+    let d_m_y_roll_pitch = cos_yaw * w43;
+    let w49 = b_x_m_b_l_wb * (T::from_f64(2.0) * cos_pitch);
+    let w50 = sin_pitch.mul_add(w15, w49);
+    let w51 = cos_pitch.mul_add(w50, w20);
+    let w52 = w24.mul_add(T::from_f64(2.0), w51);
+    let d_m_roll_roll_pitch = -w52;
+    let w53 = w41 + sin_pitch.neg_mul_add(w50, w19);
+    let d_m_roll_yaw_pitch = -cos_roll.mul_add(w53, w45);
+    let w54 = sin_roll.neg_mul_add(w52, w21 * w34);
+    let d_m_yaw_yaw_pitch = sin_roll.mul_add(w54, w51);
+    let d_m_x_pitch_yaw = -cos_yaw.mul_add(w42, sin_yaw * w40);
+    let w55 = sin_roll * w40;
+    let d_m_pitch_yaw_pitch = sin_roll.neg_mul_add(w24, w35);
+    let d_m_x_pitch_pitch = -sin_yaw.mul_add(w55, w37);
+    let d_m_y_pitch_pitch = cos_yaw.mul_sub(w55, w39);
+    let d_m_yaw_reaction_pitch = -(cos_roll * (p.I_r_a * cos_pitch));
+    let d_m_x_yaw_yaw = d_m_x_roll_roll - w37;
+    [
+        [
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_m_x_roll_roll,
+                d_m_x_roll_pitch,
+                d_m_x_roll_yaw,
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_m_x_roll_pitch,
+                d_m_x_pitch_pitch,
+                d_m_x_pitch_yaw,
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_m_x_yaw_roll,
+                d_m_x_pitch_yaw,
+                d_m_x_yaw_yaw,
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+        ],
+        [
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_m_y_roll_roll,
+                d_m_y_roll_pitch,
+                d_m_y_roll_yaw,
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_m_y_roll_pitch,
+                d_m_y_pitch_pitch,
+                d_m_y_pitch_yaw,
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_m_y_yaw_roll,
+                d_m_y_pitch_yaw,
+                d_m_y_yaw_yaw,
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+        ],
+        [
+            [
+                T::zero(),
+                T::zero(),
+                d_m_x_roll_roll,
+                d_m_x_roll_pitch,
+                d_m_x_roll_yaw,
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_m_y_roll_roll,
+                d_m_y_roll_pitch,
+                d_m_y_roll_yaw,
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                d_m_roll_roll_pitch,
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                d_m_roll_pitch_pitch,
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_m_roll_yaw_roll,
+                d_m_roll_yaw_pitch,
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                d_m_roll_reaction_pitch,
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+        ],
+        [
+            [
+                T::zero(),
+                T::zero(),
+                d_m_x_roll_pitch,
+                d_m_x_pitch_pitch,
+                d_m_x_pitch_yaw,
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_m_y_roll_pitch,
+                d_m_y_pitch_pitch,
+                d_m_y_pitch_yaw,
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                d_m_roll_pitch_pitch,
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_m_pitch_yaw_roll,
+                d_m_pitch_yaw_pitch,
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+        ],
+        [
+            [
+                T::zero(),
+                T::zero(),
+                d_m_x_yaw_roll,
+                d_m_x_pitch_yaw,
+                d_m_x_yaw_yaw,
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_m_y_yaw_roll,
+                d_m_y_pitch_yaw,
+                d_m_y_yaw_yaw,
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_m_roll_yaw_roll,
+                d_m_roll_yaw_pitch,
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_m_pitch_yaw_roll,
+                d_m_pitch_yaw_pitch,
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_m_yaw_yaw_roll,
+                d_m_yaw_yaw_pitch,
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_m_yaw_wheel_roll,
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_m_yaw_reaction_roll,
+                d_m_yaw_reaction_pitch,
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+        ],
+        [
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_m_yaw_wheel_roll,
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+        ],
+        [
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                d_m_roll_reaction_pitch,
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                d_m_yaw_reaction_roll,
+                d_m_yaw_reaction_pitch,
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+        ],
+    ]
+}
+
+/// Derivative by the positions `q` of: Bias force `Q_C`: fictitious and conservative forces, on the right-hand side, 7×7.
+///
+/// Rows: `x` (N), `y` (N), `roll` (N*m), `pitch` (N*m), `yaw` (N*m), `wheel` (N*m), `reaction` (N*m).
+/// Columns: `x` (m), `y` (m), `roll` (rad), `pitch` (rad), `yaw` (rad), `wheel` (rad), `reaction` (rad).
+/// The unit of an entry is its row's over its column's.
+pub fn bias_force_by_position<T: Scalar>(p: &Parameters<T>, x: &Point<T, 7, 2, 0>) -> [[T; 7]; 7] {
+    let q_roll = x.q[2];
+    let q_pitch = x.q[3];
+    let q_yaw = x.q[4];
+    let dq_roll = x.v[2];
+    let dq_pitch = x.v[3];
+    let dq_yaw = x.v[4];
+    let dq_wheel = x.v[5];
+    let dq_reaction = x.v[6];
+    let circular = T::sin_cos_3(q_yaw, q_roll, q_pitch);
+    let (sin_yaw, cos_yaw) = circular[0];
+    let (sin_roll, cos_roll) = circular[1];
+    let (sin_pitch, cos_pitch) = circular[2];
+    let l_wb_plus_l_br = p.l_wb + p.l_br;
+    let w1 = T::from_f64(0.5) * p.I_w_a;
+    let w2 = p.I_w_r.mul_sub(T::from_f64(2.0), p.I_w_a);
+    let w3 = T::from_f64(0.5) * w2;
+    let m_b_b_x = p.m_b * p.b_x;
+    let m_b_b_y = p.m_b * p.b_y;
+    let m_b_l_wb = p.m_b * p.l_wb;
+    let i_by_plus_i_bz_minus_i_bx = p.I_by + p.I_bz - p.I_bx;
+    let b_x_m_b_b_x = p.b_x * m_b_b_x;
+    let w4 = T::from_f64(0.5) * i_by_plus_i_bz_minus_i_bx;
+    let w5 = w4 + b_x_m_b_b_x;
+    let b_x_m_b_b_y = p.b_x * m_b_b_y;
+    let b_x_m_b_l_wb = p.b_x * m_b_l_wb;
+    let i_bx_plus_i_bz_minus_i_by = p.I_bx + p.I_bz - p.I_by;
+    let b_y_m_b_b_y = p.b_y * m_b_b_y;
+    let w6 = T::from_f64(0.5) * i_bx_plus_i_bz_minus_i_by;
+    let w7 = w6 + b_y_m_b_b_y;
+    let b_y_m_b_l_wb = p.b_y * m_b_l_wb;
+    let i_bx_plus_i_by_minus_i_bz = p.I_bx + p.I_by - p.I_bz;
+    let l_wb_m_b_l_wb = p.l_wb * m_b_l_wb;
+    let w8 = T::from_f64(0.5) * i_bx_plus_i_by_minus_i_bz;
+    let w9 = w8 + l_wb_m_b_l_wb;
+    let w10 = p.I_r_r.mul_sub(T::from_f64(2.0), p.I_r_a);
+    let w11 = T::from_f64(0.5) * w10;
+    let w12 = T::from_f64(0.5) * p.I_r_a;
+    let d_yaw_cos_roll = dq_yaw * cos_roll;
+    let d_yaw_sin_roll = dq_yaw * sin_roll;
+    let d_roll_d_yaw_sin_roll = dq_roll * d_yaw_sin_roll;
+    let d_roll_d_yaw_cos_roll = dq_roll * d_yaw_cos_roll;
+    let g_cos_roll = p.g * cos_roll;
+    let g_sin_roll = p.g * sin_roll;
+    let d_yaw_cos_roll_sq = d_yaw_cos_roll * d_yaw_cos_roll;
+    let d_yaw_sin_roll_sq = d_yaw_sin_roll * d_yaw_sin_roll;
+    let w13 = d_yaw_cos_roll * d_yaw_sin_roll;
+    let w14 = p.r_w * (T::from_f64(2.0) * d_roll_d_yaw_cos_roll);
+    let w15 = dq_roll.mul_add(dq_roll, d_yaw_sin_roll_sq);
+    let w16 = p.r_w.mul_sub(w15, g_cos_roll);
+    let w17 = p.r_w.mul_add(w13, g_sin_roll);
+    let d_wheel_plus_d_yaw_sin_roll = dq_wheel + d_yaw_sin_roll;
+    let w18 = dq_roll.neg_mul_add(dq_wheel, d_roll_d_yaw_sin_roll);
+    let w19 = dq_roll * d_wheel_plus_d_yaw_sin_roll;
+    let cos_pitch_d_yaw_cos_roll = cos_pitch * d_yaw_cos_roll;
+    let w20 = dq_roll.mul_add(sin_pitch, cos_pitch_d_yaw_cos_roll);
+    let d_roll_cos_pitch = dq_roll * cos_pitch;
+    let sin_pitch_d_yaw_cos_roll = sin_pitch * d_yaw_cos_roll;
+    let w21 = sin_pitch_d_yaw_cos_roll - d_roll_cos_pitch;
+    let w22 = cos_pitch * d_roll_d_yaw_sin_roll;
+    let w23 = sin_pitch * d_roll_d_yaw_sin_roll;
+    let d_pitch_plus_d_yaw_sin_roll = dq_pitch + d_yaw_sin_roll;
+    let w24 = dq_pitch * w20;
+    let w25 = dq_pitch.mul_add(w21, w22);
+    let w26 = w24 - w23;
+    let w27 = cos_pitch * w16;
+    let w28 = sin_pitch.neg_mul_add(w14, w27);
+    let w29 = cos_pitch.mul_add(w14, sin_pitch * w16);
+    let w30 = w20 * w20;
+    let w31 = w21 * w21;
+    let w32 = d_pitch_plus_d_yaw_sin_roll * d_pitch_plus_d_yaw_sin_roll;
+    let w33 = w31 + w32;
+    let w34 = w20 * w21;
+    let w35 = d_roll_d_yaw_cos_roll + w34;
+    let w36 = d_roll_d_yaw_cos_roll - w34;
+    let w37 = w21 * d_pitch_plus_d_yaw_sin_roll;
+    let w38 = w37 - w25;
+    let w39 = w25 + w37;
+    let w40 = w20 * d_pitch_plus_d_yaw_sin_roll;
+    let w41 = w26 + w40;
+    let w42 = w26 - w40;
+    let w43 = d_roll_cos_pitch - sin_pitch_d_yaw_cos_roll;
+    let w44 = w23 - w24;
+    let w45 = dq_reaction + w43;
+    let w46 = dq_reaction.mul_add(d_pitch_plus_d_yaw_sin_roll, w25);
+    let w47 = dq_reaction.mul_add(w20, d_roll_d_yaw_cos_roll);
+    let w48 = d_pitch_plus_d_yaw_sin_roll * w45;
+    let w49 = w20 * w45;
+    let w50 = p.m_w * w14;
+    let w51 = p.m_b * w28;
+    let w52 = p.m_b * w29;
+    let w53 = m_b_l_wb.mul_add(w33, m_b_b_x * w35);
+    let w54 = m_b_b_x * (w30 + w32);
+    let w55 = m_b_l_wb.neg_mul_add(w36, w54);
+    let w56 = m_b_b_x.neg_mul_add(w39, m_b_l_wb * w41);
+    let w57 = w7.neg_mul_add(w38, w5 * w39);
+    let w58 = b_x_m_b_l_wb * w41;
+    let w59 = b_x_m_b_b_y.neg_mul_add(w32 - w31, w57) - w58;
+    let w60 = b_y_m_b_l_wb.mul_add(w36, w59);
+    let w61 = m_b_b_y * w29;
+    let w62 = w7.mul_add(w42, w9 * w41);
+    let w63 = b_y_m_b_l_wb.neg_mul_add(w30 - w32, w62);
+    let w64 = b_x_m_b_b_y.mul_add(w35, w63);
+    let w65 = m_b_b_y * w28;
+    let w66 = b_x_m_b_l_wb.neg_mul_add(w39, w64) + w65;
+    let w67 = w9.mul_add(w36, w5 * w35);
+    let w68 = b_x_m_b_l_wb.mul_add(w31 - w30, w67);
+    let w69 = b_y_m_b_l_wb.neg_mul_add(w38, w68);
+    let w70 = b_x_m_b_b_y.mul_add(w42, w69);
+    let w71 = m_b_l_wb.mul_add(w29, w70);
+    let w72 = m_b_b_y.neg_mul_add(w30 + w31, w56);
+    let w73 = p.m_r * l_wb_plus_l_br.mul_add(w41, w17);
+    let w74 = p.m_r * l_wb_plus_l_br.mul_add(w36, w29);
+    let w75 = w12 * (w46 + w48);
+    let w76 = w12 * (w47 + w49);
+    let w77 = w12 * (w40 + w44);
+    let w78 = w12.mul_add(w44 - w40, w77);
+    let w79 = w11.mul_add(w47 - w49, w76);
+    let w80 = m_b_b_x.neg_mul_add(w17, w60) + w61;
+    let w81 = w80 + w11.neg_mul_add(w48 - w46, w75);
+    let w82 = l_wb_plus_l_br.mul_sub(w73, w78);
+    let w83 = m_b_l_wb.mul_add(w17, w66) + w82;
+    let w84 = l_wb_plus_l_br.mul_add(w74, w79);
+    let w85 = w51 + m_b_b_y.mul_add(w42, w53);
+    let w86 = l_wb_plus_l_br.mul_add(w33, w28);
+    let w87 = p.m_r.mul_add(w86, w85);
+    let w88 = m_b_b_y.mul_add(w38, w55) - w52 - w74;
+    let w89 = cos_pitch * w87;
+    let w90 = sin_pitch * w88;
+    let w91 = sin_pitch * w87;
+    let w92 = cos_pitch * w88;
+    let w93 = w91 + w92;
+    let w94 = cos_pitch * w81;
+    let w95 = sin_pitch * w83;
+    let w96 = m_b_b_x.mul_add(w28, w71) + w84;
+    let w97 = p.r_w * w50;
+    let w98 = w1.mul_add(w18 - w19, w3 * (w18 + w19));
+    let w99 = p.I_w_a.mul_add(d_roll_d_yaw_cos_roll, w97);
+    let w100 = p.m_w.mul_add(w16, w89 - w90);
+    let w101 = p.m_b.mul_add(w17, w72) + w73;
+    let w102 = p.m_w.mul_add(w17, w101);
+    let w103 = w50 - w93;
+    let w104 = sin_roll.mul_add(w100, cos_roll * w102);
+    let d_bias_x_yaw = cos_yaw.mul_add(w104, sin_yaw * w103);
+    let d_bias_y_yaw = cos_yaw.neg_mul_add(w103, sin_yaw * w104);
+    let w105 = p.r_w * (T::from_f64(2.0) * d_roll_d_yaw_sin_roll);
+    let w106 = T::from_f64(2.0) * w13;
+    let w107 = p.r_w.mul_add(w106, g_sin_roll);
+    let w108 = d_yaw_cos_roll_sq - d_yaw_sin_roll_sq;
+    let w109 = p.r_w.mul_add(w108, g_cos_roll);
+    let d_wheel_d_yaw_sin_roll = dq_wheel * d_yaw_sin_roll;
+    let w110 = d_yaw_sin_roll * d_wheel_plus_d_yaw_sin_roll;
+    let w111 = d_yaw_cos_roll_sq - w110;
+    let cos_pitch_d_yaw_sin_roll = cos_pitch * d_yaw_sin_roll;
+    let sin_pitch_d_yaw_sin_roll = sin_pitch * d_yaw_sin_roll;
+    let w112 = cos_pitch * d_roll_d_yaw_cos_roll;
+    let w113 = dq_pitch.neg_mul_add(sin_pitch_d_yaw_sin_roll, w112);
+    let w114 = dq_pitch * cos_pitch_d_yaw_sin_roll;
+    let w115 = sin_pitch.mul_add(d_roll_d_yaw_cos_roll, w114);
+    let w116 = sin_pitch.mul_add(w105, cos_pitch * w107);
+    let w117 = sin_pitch * w107;
+    let w118 = cos_pitch.neg_mul_add(w105, w117);
+    let w119 = T::from_f64(-2.0) * (w20 * cos_pitch_d_yaw_sin_roll);
+    let w120 = T::from_f64(-2.0) * (w21 * sin_pitch_d_yaw_sin_roll);
+    let w121 = d_yaw_cos_roll * d_pitch_plus_d_yaw_sin_roll;
+    let w122 = T::from_f64(2.0) * w121;
+    let w123 = w120 + w122;
+    let w124 = w20 * sin_pitch_d_yaw_sin_roll;
+    let w125 = w21.mul_add(cos_pitch_d_yaw_sin_roll, w124);
+    let w126 = d_roll_d_yaw_sin_roll + w125;
+    let w127 = w125 - d_roll_d_yaw_sin_roll;
+    let w128 = d_pitch_plus_d_yaw_sin_roll * sin_pitch_d_yaw_sin_roll;
+    let w129 = d_yaw_cos_roll.mul_sub(w21, w128);
+    let w130 = w129 - w113;
+    let w131 = w113 + w129;
+    let w132 = d_yaw_cos_roll * w20;
+    let w133 = d_pitch_plus_d_yaw_sin_roll * cos_pitch_d_yaw_sin_roll;
+    let w134 = w132 - w133;
+    let w135 = w134 - w115;
+    let w136 = w115 + w134;
+    let w137 = dq_reaction.mul_add(d_yaw_cos_roll, w113);
+    let w138 = dq_reaction * cos_pitch_d_yaw_sin_roll;
+    let w139 = d_roll_d_yaw_sin_roll + w138;
+    let w140 = d_yaw_cos_roll.mul_add(w45, w128);
+    let w141 = w45.neg_mul_add(cos_pitch_d_yaw_sin_roll, w124);
+    let w142 = p.m_w * w105;
+    let w143 = p.m_w * w109;
+    let w144 = w1 * (w111 - d_wheel_d_yaw_sin_roll);
+    let w145 = d_wheel_d_yaw_sin_roll + w111;
+    let d_bias_wheel_roll = p.I_w_a * d_roll_d_yaw_sin_roll;
+    let w146 = m_b_b_x.neg_mul_add(w126, m_b_l_wb * w123);
+    let w147 = m_b_b_x * (w119 + w122);
+    let w148 = m_b_l_wb.neg_mul_add(w127, w147);
+    let w149 = m_b_b_x.neg_mul_add(w131, m_b_l_wb * w135);
+    let w150 = w7.neg_mul_add(w130, w5 * w131);
+    let w151 = b_x_m_b_b_y.neg_mul_add(w122 - w120, w150);
+    let w152 = b_x_m_b_l_wb.neg_mul_add(w135, w151);
+    let w153 = b_y_m_b_l_wb.mul_add(w127, w152);
+    let w154 = m_b_b_x.neg_mul_add(w109, w153);
+    let w155 = w7.neg_mul_add(w136, w9 * w135);
+    let w156 = w119 - w122;
+    let w157 = b_y_m_b_l_wb.neg_mul_add(w156, w155);
+    let w158 = b_x_m_b_b_y.neg_mul_add(w126, w157);
+    let w159 = b_x_m_b_l_wb.neg_mul_add(w131, w158);
+    let w160 = m_b_b_y.mul_add(w116, w159);
+    let w161 = w5.neg_mul_add(w126, w9 * w127);
+    let w162 = b_x_m_b_l_wb.mul_add(w120 - w119, w161);
+    let w163 = b_y_m_b_l_wb.neg_mul_add(w130, w162);
+    let w164 = b_x_m_b_b_y.neg_mul_add(w136, w163);
+    let w165 = m_b_l_wb.mul_add(w118, w164);
+    let w166 = m_b_b_y.neg_mul_add(w136, w146);
+    let w167 = m_b_b_y.mul_add(w130, w148);
+    let w168 = m_b_b_y.neg_mul_add(w119 + w120, w149);
+    let w169 = p.m_r * l_wb_plus_l_br.mul_add(w135, w109);
+    let w170 = p.m_r * l_wb_plus_l_br.mul_add(w127, w118);
+    let w171 = w12 * (w137 + w140);
+    let w172 = w12 * (w141 - w139);
+    let w173 = w12.mul_add(w115 - w134, w12 * w136);
+    let d_bias_reaction_roll = -w173;
+    let w174 = w11.neg_mul_add(w139 + w141, w172);
+    let w175 = w11.neg_mul_add(w140 - w137, w171);
+    let w176 = m_b_b_y.mul_add(w118, w154) + w175;
+    let w177 = l_wb_plus_l_br.mul_sub(w169, w173);
+    let w178 = m_b_l_wb.mul_add(w109, w160) + w177;
+    let w179 = l_wb_plus_l_br.mul_add(w170, w174);
+    let w180 = m_b_b_x.mul_add(w116, w165) + w179;
+    let w181 = l_wb_plus_l_br.mul_add(w123, w116);
+    let w182 = p.m_b.mul_add(w116, w166);
+    let w183 = p.m_r.mul_add(w181, w182);
+    let w184 = p.m_b.neg_mul_add(w118, w167) - w170;
+    let w185 = p.m_b.mul_add(w109, w168) + w169;
+    let w186 = cos_pitch * w183;
+    let w187 = sin_pitch.mul_add(w183, cos_pitch * w184);
+    let w188 = cos_pitch * w176;
+    let d_bias_pitch_roll = -w180;
+    let w189 = sin_pitch.mul_add(w176, cos_pitch * w178);
+    let w190 = w3.neg_mul_add(w145, w144);
+    let w191 = sin_pitch.neg_mul_add(w178, w188);
+    let w192 = p.r_w.mul_add(w142, d_bias_wheel_roll);
+    let d_bias_roll_roll = p.r_w.mul_add(w185, w189) + p.r_w.mul_add(w143, w190);
+    let w193 = sin_pitch.neg_mul_add(w184, w186);
+    let w194 = w142 + w187;
+    let w195 = sin_roll * p.m_w.mul_add(w107, w193);
+    let w196 = cos_roll * (w143 + w185);
+    let w197 = sin_roll.neg_mul_add(w102, w196);
+    let w198 = cos_roll.mul_add(w100, w195) + w197;
+    let w199 = cos_roll * w2.mul_add(d_roll_d_yaw_cos_roll, w191);
+    let w200 = w98 + (w94 - w95);
+    let w201 = sin_roll * (p.r_w.neg_mul_add(w187, w180) - w192);
+    let w202 = p.r_w.neg_mul_add(w93, w96) + w99;
+    let w203 = sin_roll.neg_mul_add(w200, w199);
+    let d_bias_yaw_roll = w203 - cos_roll.mul_add(w202, w201);
+    let d_bias_x_roll = sin_yaw.mul_add(w198, cos_yaw * w194);
+    let d_bias_y_roll = cos_yaw.neg_mul_add(w198, sin_yaw * w194);
+    let w204 = dq_pitch * w43;
+    let w205 = w204 - w22;
+    let w206 = T::from_f64(2.0) * (w20 * w43);
+    let w207 = T::from_f64(2.0) * w34;
+    let w208 = w21.mul_add(w43, w30);
+    let w209 = w40 - w26;
+    let w210 = d_pitch_plus_d_yaw_sin_roll * w43;
+    let w211 = w205 + w210;
+    let w212 = w205 - w210;
+    let w213 = w22 - w204;
+    let w214 = dq_reaction * w43;
+    let w215 = w43.mul_sub(w45, w30);
+    let w216 = m_b_l_wb.mul_add(w207, m_b_b_x * w208);
+    let w217 = m_b_l_wb.mul_add(w208, m_b_b_x * w206);
+    let w218 = m_b_b_x.neg_mul_add(w41, m_b_l_wb * w211);
+    let w219 = w7.neg_mul_add(w209, w5 * w41);
+    let w220 = b_x_m_b_b_y.mul_add(w207, w219);
+    let w221 = b_x_m_b_l_wb.neg_mul_add(w211, w220);
+    let w222 = w7.mul_add(w212, w9 * w211);
+    let w223 = b_y_m_b_l_wb.neg_mul_add(w206, w222);
+    let w224 = w9.neg_mul_add(w208, w5 * w208);
+    let w225 = b_x_m_b_l_wb.mul_add(w207 - w206, w224);
+    let w226 = b_y_m_b_l_wb.neg_mul_add(w209, w225);
+    let w227 = b_x_m_b_b_y.mul_add(w212, w226);
+    let w228 = m_b_l_wb.mul_add(w28, w227);
+    let w229 = p.m_r * (l_wb_plus_l_br * w211);
+    let w230 = p.m_r * l_wb_plus_l_br.neg_mul_add(w208, w28);
+    let w231 = w12 * (w214 + w215);
+    let w232 = w12 * (w210 + w213);
+    let w233 = w12.mul_add(w213 - w210, w232);
+    let d_bias_reaction_pitch = -w233;
+    let w234 = w11.mul_add(w214 - w215, w231);
+    let w235 = w65 + b_y_m_b_l_wb.neg_mul_add(w208, w221);
+    let w236 = w235 + w12.mul_add(w42, w11 * w41);
+    let w237 = b_x_m_b_b_y.mul_add(w208, w223) - w58 - w61;
+    let w238 = w237 + l_wb_plus_l_br.mul_sub(w229, w233);
+    let w239 = l_wb_plus_l_br.mul_add(w230, w234);
+    let w240 = m_b_b_x.neg_mul_add(w29, w228) + w239;
+    let w241 = m_b_b_y.mul_add(w212, w216) - w52;
+    let w242 = l_wb_plus_l_br.mul_sub(w207, w29);
+    let w243 = p.m_r.mul_add(w242, w241);
+    let w244 = m_b_b_y.mul_add(w209, w217) - w51 - w230;
+    let w245 = m_b_b_y.neg_mul_add(w206 + w207, w218) + w229;
+    let w246 = sin_pitch.mul_add(w244, w92);
+    let w247 = cos_pitch.mul_sub(w244, w90);
+    let w248 = sin_pitch.mul_add(w243, w89) + w247;
+    let w249 = cos_pitch * w236;
+    let w250 = cos_pitch.mul_add(w83, sin_pitch * w238);
+    let w251 = cos_pitch.mul_sub(w238, w95);
+    let d_bias_pitch_pitch = -w240;
+    let w252 = sin_pitch.mul_add(w236, w94) + w251;
+    let d_bias_roll_pitch = p.r_w.mul_add(w245, w252);
+    let w253 = cos_pitch.mul_sub(w243, w91) - w246;
+    let w254 = sin_roll.mul_add(w253, cos_roll * w245);
+    let w255 = cos_roll * (sin_pitch.neg_mul_add(w81, w249) - w250);
+    let w256 = p.r_w.neg_mul_add(w248, w240);
+    let d_bias_yaw_pitch = sin_roll.neg_mul_add(w256, w255);
+    let d_bias_x_pitch = sin_yaw.mul_add(w254, cos_yaw * w248);
+    let d_bias_y_pitch = cos_yaw.neg_mul_add(w254, sin_yaw * w248);
+    [
+        [
+            T::zero(),
+            T::zero(),
+            d_bias_x_roll,
+            d_bias_x_pitch,
+            d_bias_x_yaw,
+            T::zero(),
+            T::zero(),
+        ],
+        [
+            T::zero(),
+            T::zero(),
+            d_bias_y_roll,
+            d_bias_y_pitch,
+            d_bias_y_yaw,
+            T::zero(),
+            T::zero(),
+        ],
+        [
+            T::zero(),
+            T::zero(),
+            d_bias_roll_roll,
+            d_bias_roll_pitch,
+            T::zero(),
+            T::zero(),
+            T::zero(),
+        ],
+        [
+            T::zero(),
+            T::zero(),
+            d_bias_pitch_roll,
+            d_bias_pitch_pitch,
+            T::zero(),
+            T::zero(),
+            T::zero(),
+        ],
+        [
+            T::zero(),
+            T::zero(),
+            d_bias_yaw_roll,
+            d_bias_yaw_pitch,
+            T::zero(),
+            T::zero(),
+            T::zero(),
+        ],
+        [
+            T::zero(),
+            T::zero(),
+            d_bias_wheel_roll,
+            T::zero(),
+            T::zero(),
+            T::zero(),
+            T::zero(),
+        ],
+        [
+            T::zero(),
+            T::zero(),
+            d_bias_reaction_roll,
+            d_bias_reaction_pitch,
+            T::zero(),
+            T::zero(),
+            T::zero(),
+        ],
+    ]
+}
+
+/// Derivative by the velocities `v` of: Bias force `Q_C`: fictitious and conservative forces, on the right-hand side, 7×7.
+///
+/// Rows: `x` (N), `y` (N), `roll` (N*m), `pitch` (N*m), `yaw` (N*m), `wheel` (N*m), `reaction` (N*m).
+/// Columns: `x` (m/s), `y` (m/s), `roll` (rad/s), `pitch` (rad/s), `yaw` (rad/s), `wheel` (rad/s), `reaction` (rad/s).
+/// The unit of an entry is its row's over its column's.
+pub fn bias_force_by_velocity<T: Scalar>(p: &Parameters<T>, x: &Point<T, 7, 2, 0>) -> [[T; 7]; 7] {
+    let q_roll = x.q[2];
+    let q_pitch = x.q[3];
+    let q_yaw = x.q[4];
+    let dq_roll = x.v[2];
+    let dq_pitch = x.v[3];
+    let dq_yaw = x.v[4];
+    let dq_wheel = x.v[5];
+    let dq_reaction = x.v[6];
+    let circular = T::sin_cos_3(q_yaw, q_roll, q_pitch);
+    let (sin_yaw, cos_yaw) = circular[0];
+    let (sin_roll, cos_roll) = circular[1];
+    let (sin_pitch, cos_pitch) = circular[2];
+    let l_wb_plus_l_br = p.l_wb + p.l_br;
+    let w1 = T::from_f64(0.5) * p.I_w_a;
+    let w2 = p.I_w_r.mul_sub(T::from_f64(2.0), p.I_w_a);
+    let w3 = T::from_f64(0.5) * w2;
+    let m_b_b_x = p.m_b * p.b_x;
+    let m_b_b_y = p.m_b * p.b_y;
+    let m_b_l_wb = p.m_b * p.l_wb;
+    let i_by_plus_i_bz_minus_i_bx = p.I_by + p.I_bz - p.I_bx;
+    let b_x_m_b_b_x = p.b_x * m_b_b_x;
+    let w4 = T::from_f64(0.5) * i_by_plus_i_bz_minus_i_bx;
+    let w5 = w4 + b_x_m_b_b_x;
+    let b_x_m_b_b_y = p.b_x * m_b_b_y;
+    let b_x_m_b_l_wb = p.b_x * m_b_l_wb;
+    let i_bx_plus_i_bz_minus_i_by = p.I_bx + p.I_bz - p.I_by;
+    let b_y_m_b_b_y = p.b_y * m_b_b_y;
+    let w6 = T::from_f64(0.5) * i_bx_plus_i_bz_minus_i_by;
+    let w7 = w6 + b_y_m_b_b_y;
+    let b_y_m_b_l_wb = p.b_y * m_b_l_wb;
+    let i_bx_plus_i_by_minus_i_bz = p.I_bx + p.I_by - p.I_bz;
+    let l_wb_m_b_l_wb = p.l_wb * m_b_l_wb;
+    let w8 = T::from_f64(0.5) * i_bx_plus_i_by_minus_i_bz;
+    let w9 = w8 + l_wb_m_b_l_wb;
+    let w10 = p.I_r_r.mul_sub(T::from_f64(2.0), p.I_r_a);
+    let w11 = T::from_f64(0.5) * w10;
+    let w12 = T::from_f64(0.5) * p.I_r_a;
+    let d_yaw_cos_roll = dq_yaw * cos_roll;
+    let d_yaw_sin_roll = dq_yaw * sin_roll;
+    let d_wheel_plus_d_yaw_sin_roll = dq_wheel + d_yaw_sin_roll;
+    let cos_pitch_d_yaw_cos_roll = cos_pitch * d_yaw_cos_roll;
+    let w13 = dq_roll.mul_add(sin_pitch, cos_pitch_d_yaw_cos_roll);
+    let d_roll_cos_pitch = dq_roll * cos_pitch;
+    let sin_pitch_d_yaw_cos_roll = sin_pitch * d_yaw_cos_roll;
+    let w14 = sin_pitch_d_yaw_cos_roll - d_roll_cos_pitch;
+    let d_pitch_plus_d_yaw_sin_roll = dq_pitch + d_yaw_sin_roll;
+    let w15 = d_roll_cos_pitch - sin_pitch_d_yaw_cos_roll;
+    let w16 = dq_reaction + w15;
+    let cos_roll_cos_pitch = cos_roll * cos_pitch;
+    let cos_roll_sin_pitch = cos_roll * sin_pitch;
+    let w17 = T::from_f64(2.0) * w14;
+    let w18 = T::from_f64(2.0) * w13;
+    let w19 = T::from_f64(2.0) * d_pitch_plus_d_yaw_sin_roll;
+    let d_bias_roll_wheel = p.I_w_a * d_yaw_cos_roll;
+    let d_bias_wheel_roll = -d_bias_roll_wheel;
+    let w20 = p.I_r_a * d_pitch_plus_d_yaw_sin_roll;
+    let d_bias_reaction_pitch = p.I_r_a * w13;
+    let d_bias_pitch_reaction = -d_bias_reaction_pitch;
+    let d_bias_yaw_wheel = -(cos_roll * (dq_roll * p.I_w_a));
+    let d_bias_roll_reaction = sin_pitch * w20;
+    let w21 = cos_roll * (cos_pitch * w20);
+    let d_bias_yaw_reaction = sin_roll.neg_mul_add(d_bias_reaction_pitch, w21);
+    let sin_pitch_d_yaw_sin_roll = sin_pitch * d_yaw_sin_roll;
+    let w22 = p.r_w * (T::from_f64(2.0) * dq_roll);
+    let w23 = p.r_w * (T::from_f64(2.0) * d_yaw_cos_roll);
+    let d_yaw_sin_roll_minus_d_wheel = d_yaw_sin_roll - dq_wheel;
+    let d_pitch_sin_pitch = dq_pitch * sin_pitch;
+    let cos_pitch_d_yaw_sin_roll = cos_pitch * d_yaw_sin_roll;
+    let w24 = dq_pitch.neg_mul_add(cos_pitch, cos_pitch_d_yaw_sin_roll);
+    let w25 = d_pitch_sin_pitch - sin_pitch_d_yaw_sin_roll;
+    let w26 = cos_pitch * w22;
+    let w27 = sin_pitch.neg_mul_add(w23, w26);
+    let w28 = cos_pitch.mul_add(w23, sin_pitch * w22);
+    let w29 = T::from_f64(2.0) * (sin_pitch * w13);
+    let w30 = cos_pitch * w14;
+    let w31 = T::from_f64(2.0) * w30;
+    let w32 = T::from_f64(-2.0) * w30;
+    let w33 = cos_pitch * w13;
+    let w34 = sin_pitch.mul_sub(w14, w33);
+    let w35 = d_yaw_cos_roll + w34;
+    let w36 = d_yaw_cos_roll - w34;
+    let w37 = cos_pitch * d_pitch_plus_d_yaw_sin_roll;
+    let w38 = w24 + w37;
+    let w39 = w24 - w37;
+    let w40 = sin_pitch * d_pitch_plus_d_yaw_sin_roll;
+    let w41 = w25 + w40;
+    let w42 = w25 - w40;
+    let w43 = sin_pitch_d_yaw_sin_roll - d_pitch_sin_pitch;
+    let w44 = dq_reaction.mul_add(sin_pitch, d_yaw_cos_roll);
+    let w45 = sin_pitch.mul_add(w16, w33);
+    let w46 = p.m_w * w23;
+    let w47 = d_yaw_sin_roll_minus_d_wheel - d_wheel_plus_d_yaw_sin_roll;
+    let w48 = d_wheel_plus_d_yaw_sin_roll + d_yaw_sin_roll_minus_d_wheel;
+    let w49 = m_b_l_wb.neg_mul_add(w31, m_b_b_x * w35);
+    let w50 = m_b_l_wb.neg_mul_add(w36, m_b_b_x * w29);
+    let w51 = m_b_b_x.neg_mul_add(w39, m_b_l_wb * w41);
+    let w52 = w5.mul_add(w39, w7 * w38);
+    let w53 = b_x_m_b_b_y.neg_mul_add(w31, w52);
+    let w54 = b_x_m_b_l_wb.neg_mul_add(w41, w53);
+    let w55 = b_y_m_b_l_wb.mul_add(w36, w54);
+    let w56 = w7.mul_add(w42, w9 * w41);
+    let w57 = b_y_m_b_l_wb.neg_mul_add(w29, w56);
+    let w58 = b_x_m_b_b_y.mul_add(w35, w57);
+    let w59 = b_x_m_b_l_wb.neg_mul_add(w39, w58);
+    let w60 = w9.mul_add(w36, w5 * w35);
+    let w61 = b_x_m_b_l_wb.mul_add(w32 - w29, w60);
+    let w62 = b_y_m_b_l_wb.mul_add(w38, w61);
+    let w63 = b_x_m_b_b_y.mul_add(w42, w62);
+    let w64 = m_b_l_wb.mul_add(w28, w63);
+    let w65 = m_b_b_y.mul_add(w42, w49);
+    let w66 = m_b_b_y.neg_mul_add(w38, w50);
+    let w67 = p.m_r * (l_wb_plus_l_br * w41);
+    let w68 = p.m_r * l_wb_plus_l_br.mul_add(w36, w28);
+    let w69 = w12 * (w44 + w45);
+    let w70 = w12 * (w40 + w43);
+    let w71 = w12.mul_add(w43 - w40, w70);
+    let d_bias_reaction_roll = -w71;
+    let w72 = w11.mul_add(w44 - w45, w69);
+    let w73 = w11.neg_mul_add(w37 - w24, w12 * w38);
+    let w74 = m_b_b_y.mul_add(w28, w55) + w73;
+    let w75 = l_wb_plus_l_br.mul_sub(w67, w71);
+    let w76 = m_b_b_y.mul_add(w27, w59) + w75;
+    let w77 = l_wb_plus_l_br.mul_add(w68, w72);
+    let w78 = m_b_b_x.mul_add(w27, w64) + w77;
+    let w79 = l_wb_plus_l_br.neg_mul_add(w31, w27);
+    let w80 = p.m_b.mul_add(w27, w65);
+    let w81 = p.m_r.mul_add(w79, w80);
+    let w82 = p.m_b.neg_mul_add(w28, w66) - w68;
+    let w83 = m_b_b_y.neg_mul_add(w29 + w32, w51) + w67;
+    let w84 = cos_pitch * w81;
+    let w85 = sin_pitch.mul_add(w81, cos_pitch * w82);
+    let w86 = cos_pitch * w74;
+    let d_bias_pitch_roll = -w78;
+    let w87 = sin_pitch.mul_add(w74, cos_pitch * w76);
+    let d_bias_roll_roll = p.r_w.mul_add(w83, w87);
+    let w88 = sin_pitch.neg_mul_add(w76, w86);
+    let w89 = p.r_w.mul_add(w46, d_bias_roll_wheel);
+    let w90 = sin_pitch.neg_mul_add(w82, w84);
+    let w91 = w46 - w85;
+    let w92 = p.m_w.mul_add(w22, w90);
+    let w93 = sin_roll.mul_add(w92, cos_roll * w83);
+    let w94 = cos_roll * (w1.mul_add(w47, w3 * w48) + w88);
+    let w95 = p.r_w.neg_mul_add(w85, w78) + w89;
+    let d_bias_yaw_roll = sin_roll.neg_mul_add(w95, w94);
+    let d_bias_x_roll = cos_yaw.neg_mul_add(w91, sin_yaw * w93);
+    let d_bias_y_roll = -cos_yaw.mul_add(w93, sin_yaw * w91);
+    let w96 = dq_reaction + w14;
+    let w97 = m_b_b_x * w19;
+    let w98 = b_x_m_b_b_y.neg_mul_add(w19, w5 * w17);
+    let w99 = w9.mul_add(w18, b_y_m_b_l_wb * w19);
+    let w100 = p.m_r * (l_wb_plus_l_br * w18);
+    let w101 = w12 * (w16 + w96);
+    let w102 = w11.neg_mul_add(w16 - w96, w101);
+    let w103 = b_x_m_b_l_wb.neg_mul_add(w18, w98) + w102;
+    let w104 = l_wb_plus_l_br.mul_add(w100, d_bias_reaction_pitch);
+    let w105 = b_x_m_b_l_wb.neg_mul_add(w17, w99) + w104;
+    let w106 = p.m_r * (l_wb_plus_l_br * w19);
+    let w107 = m_b_l_wb.mul_add(w19, w106);
+    let w108 = m_b_b_x.neg_mul_add(w17, m_b_l_wb * w18) + w100;
+    let w109 = cos_pitch * w107;
+    let w110 = sin_pitch.mul_add(w107, cos_pitch * w97);
+    let w111 = cos_pitch * w103;
+    let w112 = sin_pitch.mul_add(w103, cos_pitch * w105);
+    let d_bias_roll_pitch = p.r_w.mul_add(w108, w112);
+    let w113 = sin_pitch.neg_mul_add(w97, w109);
+    let w114 = sin_roll.mul_add(w113, cos_roll * w108);
+    let w115 = sin_pitch.neg_mul_add(w105, w111);
+    let w116 = sin_roll * (p.r_w * w110);
+    let d_bias_yaw_pitch = cos_roll.mul_add(w115, w116);
+    let d_bias_x_pitch = sin_yaw.mul_add(w114, cos_yaw * w110);
+    let d_bias_y_pitch = cos_yaw.neg_mul_add(w114, sin_yaw * w110);
+    let d_roll_sin_roll = dq_roll * sin_roll;
+    let d_roll_cos_roll = dq_roll * cos_roll;
+    let sin_roll_d_yaw_cos_roll = sin_roll * d_yaw_cos_roll;
+    let w117 = T::from_f64(2.0) * (sin_roll * d_yaw_sin_roll);
+    let w118 = p.r_w * w117;
+    let w119 = cos_roll.mul_add(d_yaw_sin_roll, sin_roll_d_yaw_cos_roll);
+    let w120 = p.r_w * w119;
+    let w121 = p.r_w * (T::from_f64(2.0) * d_roll_cos_roll);
+    let d_wheel_cos_roll = dq_wheel * cos_roll;
+    let w122 = cos_roll * d_wheel_plus_d_yaw_sin_roll;
+    let w123 = sin_roll_d_yaw_cos_roll + w122;
+    let sin_pitch_d_roll_sin_roll = sin_pitch * d_roll_sin_roll;
+    let d_pitch_cos_roll_cos_pitch = dq_pitch * cos_roll_cos_pitch;
+    let d_pitch_cos_roll_sin_pitch = dq_pitch * cos_roll_sin_pitch;
+    let cos_pitch_d_roll_sin_roll = cos_pitch * d_roll_sin_roll;
+    let w124 = cos_pitch_d_roll_sin_roll + d_pitch_cos_roll_sin_pitch;
+    let w125 = d_pitch_cos_roll_cos_pitch - sin_pitch_d_roll_sin_roll;
+    let w126 = cos_pitch * w118;
+    let w127 = sin_pitch.neg_mul_add(w121, w126);
+    let w128 = cos_pitch.mul_add(w121, sin_pitch * w118);
+    let w129 = T::from_f64(2.0) * (w13 * cos_roll_cos_pitch);
+    let w130 = T::from_f64(2.0) * (w14 * cos_roll_sin_pitch);
+    let w131 = sin_roll * d_pitch_plus_d_yaw_sin_roll;
+    let w132 = T::from_f64(2.0) * w131;
+    let w133 = w130 + w132;
+    let w134 = w13 * cos_roll_sin_pitch;
+    let w135 = w14.mul_add(cos_roll_cos_pitch, w134);
+    let w136 = d_roll_cos_roll + w135;
+    let w137 = d_roll_cos_roll - w135;
+    let w138 = d_pitch_plus_d_yaw_sin_roll * cos_roll_sin_pitch;
+    let w139 = sin_roll.mul_add(w14, w138);
+    let w140 = w139 - w124;
+    let w141 = w124 + w139;
+    let w142 = sin_roll * w13;
+    let w143 = d_pitch_plus_d_yaw_sin_roll * cos_roll_cos_pitch;
+    let w144 = w143 + w142;
+    let w145 = w125 + w144;
+    let w146 = w125 - w144;
+    let w147 = sin_pitch_d_roll_sin_roll - d_pitch_cos_roll_cos_pitch;
+    let w148 = dq_reaction.mul_add(sin_roll, w124);
+    let w149 = dq_reaction.mul_add(cos_roll_cos_pitch, d_roll_cos_roll);
+    let w150 = sin_roll.mul_sub(w16, w138);
+    let w151 = w16.mul_sub(cos_roll_cos_pitch, w134);
+    let w152 = p.m_w * w121;
+    let w153 = p.m_w * w120;
+    let w154 = w1 * (d_wheel_cos_roll + w123);
+    let i_w_a_d_roll_cos_roll = p.I_w_a * d_roll_cos_roll;
+    let w155 = m_b_l_wb.mul_add(w133, m_b_b_x * w136);
+    let w156 = m_b_b_x * (w129 + w132);
+    let w157 = m_b_l_wb.neg_mul_add(w137, w156);
+    let w158 = m_b_b_x.neg_mul_add(w141, m_b_l_wb * w145);
+    let w159 = w7.neg_mul_add(w140, w5 * w141);
+    let w160 = b_x_m_b_b_y.neg_mul_add(w132 - w130, w159);
+    let w161 = b_x_m_b_l_wb.neg_mul_add(w145, w160);
+    let w162 = b_y_m_b_l_wb.mul_add(w137, w161);
+    let w163 = m_b_b_x.neg_mul_add(w120, w162);
+    let w164 = w7.mul_add(w146, w9 * w145);
+    let w165 = w129 - w132;
+    let w166 = b_y_m_b_l_wb.neg_mul_add(w165, w164);
+    let w167 = b_x_m_b_b_y.mul_add(w136, w166);
+    let w168 = b_x_m_b_l_wb.neg_mul_add(w141, w167);
+    let w169 = m_b_b_y.mul_add(w127, w168);
+    let w170 = w9.mul_add(w137, w5 * w136);
+    let w171 = b_x_m_b_l_wb.mul_add(w130 - w129, w170);
+    let w172 = b_y_m_b_l_wb.neg_mul_add(w140, w171);
+    let w173 = b_x_m_b_b_y.mul_add(w146, w172);
+    let w174 = m_b_l_wb.mul_add(w128, w173);
+    let w175 = m_b_b_y.mul_add(w146, w155);
+    let w176 = m_b_b_y.mul_add(w140, w157);
+    let w177 = m_b_b_y.neg_mul_add(w129 + w130, w158);
+    let w178 = p.m_r * l_wb_plus_l_br.mul_add(w145, w120);
+    let w179 = p.m_r * l_wb_plus_l_br.mul_add(w137, w128);
+    let w180 = w12 * (w148 + w150);
+    let w181 = w12 * (w149 + w151);
+    let w182 = w12 * (w144 + w147);
+    let w183 = w12.mul_add(w147 - w144, w182);
+    let d_bias_reaction_yaw = -w183;
+    let w184 = w11.mul_add(w149 - w151, w181);
+    let w185 = w11.neg_mul_add(w150 - w148, w180);
+    let w186 = m_b_b_y.mul_add(w128, w163) + w185;
+    let w187 = l_wb_plus_l_br.mul_sub(w178, w183);
+    let w188 = m_b_l_wb.mul_add(w120, w169) + w187;
+    let w189 = l_wb_plus_l_br.mul_add(w179, w184);
+    let w190 = m_b_b_x.mul_add(w127, w174) + w189;
+    let w191 = l_wb_plus_l_br.mul_add(w133, w127);
+    let w192 = p.m_b.mul_add(w127, w175);
+    let w193 = p.m_r.mul_add(w191, w192);
+    let w194 = p.m_b.neg_mul_add(w128, w176) - w179;
+    let w195 = p.m_b.mul_add(w120, w177) + w178;
+    let w196 = cos_pitch * w193;
+    let w197 = sin_pitch.mul_add(w193, cos_pitch * w194);
+    let w198 = cos_pitch * w186;
+    let d_bias_pitch_yaw = -w190;
+    let w199 = sin_pitch.mul_add(w186, cos_pitch * w188);
+    let d_bias_wheel_yaw = -i_w_a_d_roll_cos_roll;
+    let w200 = w3.mul_add(d_wheel_cos_roll - w123, w154);
+    let w201 = sin_pitch.neg_mul_add(w188, w198);
+    let w202 = p.r_w.mul_add(w152, i_w_a_d_roll_cos_roll);
+    let d_bias_roll_yaw = p.r_w.mul_add(w195, w199) + p.r_w.mul_add(w153, w200);
+    let w203 = sin_pitch.neg_mul_add(w194, w196);
+    let w204 = w152 - w197;
+    let w205 = cos_roll * (w153 + w195);
+    let w206 = p.m_w.mul_add(w118, w203);
+    let w207 = sin_roll.mul_add(w206, w205);
+    let w208 = cos_roll * w2.mul_add(d_roll_sin_roll, w201);
+    let w209 = p.r_w.neg_mul_add(w197, w190) + w202;
+    let d_bias_yaw_yaw = sin_roll.neg_mul_add(w209, w208);
+    let d_bias_x_yaw = cos_yaw.neg_mul_add(w204, sin_yaw * w207);
+    let d_bias_y_yaw = -cos_yaw.mul_add(w207, sin_yaw * w204);
+    [
+        [
+            T::zero(),
+            T::zero(),
+            d_bias_x_roll,
+            d_bias_x_pitch,
+            d_bias_x_yaw,
+            T::zero(),
+            T::zero(),
+        ],
+        [
+            T::zero(),
+            T::zero(),
+            d_bias_y_roll,
+            d_bias_y_pitch,
+            d_bias_y_yaw,
+            T::zero(),
+            T::zero(),
+        ],
+        [
+            T::zero(),
+            T::zero(),
+            d_bias_roll_roll,
+            d_bias_roll_pitch,
+            d_bias_roll_yaw,
+            d_bias_roll_wheel,
+            d_bias_roll_reaction,
+        ],
+        [
+            T::zero(),
+            T::zero(),
+            d_bias_pitch_roll,
+            T::zero(),
+            d_bias_pitch_yaw,
+            T::zero(),
+            d_bias_pitch_reaction,
+        ],
+        [
+            T::zero(),
+            T::zero(),
+            d_bias_yaw_roll,
+            d_bias_yaw_pitch,
+            d_bias_yaw_yaw,
+            d_bias_yaw_wheel,
+            d_bias_yaw_reaction,
+        ],
+        [
+            T::zero(),
+            T::zero(),
+            d_bias_wheel_roll,
+            T::zero(),
+            d_bias_wheel_yaw,
+            T::zero(),
+            T::zero(),
+        ],
+        [
+            T::zero(),
+            T::zero(),
+            d_bias_reaction_roll,
+            d_bias_reaction_pitch,
+            d_bias_reaction_yaw,
+            T::zero(),
+            T::zero(),
+        ],
+    ]
+}
+
+/// Derivative by the positions `q` of: Constraint matrix `A` of `A a = b`, 2×7×7.
+///
+/// First index: `rolling_x` (m/s^2), `rolling_y` (m/s^2).
+/// Second index: `x` (m/s^2), `y` (m/s^2), `roll` (rad/s^2), `pitch` (rad/s^2), `yaw` (rad/s^2), `wheel` (rad/s^2), `reaction` (rad/s^2).
+/// Third index: `x` (m), `y` (m), `roll` (rad), `pitch` (rad), `yaw` (rad), `wheel` (rad), `reaction` (rad).
+/// The unit of an entry is its first index's over the others'.
+pub fn constraint_jacobian_by_position<T: Scalar>(
+    p: &Parameters<T>,
+    x: &Point<T, 7, 2, 0>,
+) -> [[[T; 7]; 7]; 2] {
+    let q_yaw = x.q[4];
+    let (sin_yaw, cos_yaw) = q_yaw.sin_cos();
+    let d_a_rolling_y_wheel_yaw = -(p.r_w * cos_yaw);
+    let d_a_rolling_x_wheel_yaw = p.r_w * sin_yaw;
+    [
+        [
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                d_a_rolling_x_wheel_yaw,
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+        ],
+        [
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                d_a_rolling_y_wheel_yaw,
+                T::zero(),
+                T::zero(),
+            ],
+            [
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+                T::zero(),
+            ],
+        ],
+    ]
+}
+
+/// Derivative by the positions `q` of: Right-hand side `b` of `A a = b`, without stabilisation, 2×7.
+///
+/// Rows: `rolling_x` (m/s^2), `rolling_y` (m/s^2).
+/// Columns: `x` (m), `y` (m), `roll` (rad), `pitch` (rad), `yaw` (rad), `wheel` (rad), `reaction` (rad).
+/// The unit of an entry is its row's over its column's.
+pub fn constraint_bias_by_position<T: Scalar>(
+    p: &Parameters<T>,
+    x: &Point<T, 7, 2, 0>,
+) -> [[T; 7]; 2] {
+    let q_yaw = x.q[4];
+    let dq_yaw = x.v[4];
+    let dq_wheel = x.v[5];
+    let d_wheel_r_w = dq_wheel * p.r_w;
+    let (sin_yaw, cos_yaw) = q_yaw.sin_cos();
+    let d_b_rolling_y_yaw = -(d_wheel_r_w * (dq_yaw * sin_yaw));
+    let d_b_rolling_x_yaw = -(d_wheel_r_w * (dq_yaw * cos_yaw));
+    [
+        [
+            T::zero(),
+            T::zero(),
+            T::zero(),
+            T::zero(),
+            d_b_rolling_x_yaw,
+            T::zero(),
+            T::zero(),
+        ],
+        [
+            T::zero(),
+            T::zero(),
+            T::zero(),
+            T::zero(),
+            d_b_rolling_y_yaw,
+            T::zero(),
+            T::zero(),
+        ],
+    ]
+}
+
+/// Derivative by the velocities `v` of: Right-hand side `b` of `A a = b`, without stabilisation, 2×7.
+///
+/// Rows: `rolling_x` (m/s^2), `rolling_y` (m/s^2).
+/// Columns: `x` (m/s), `y` (m/s), `roll` (rad/s), `pitch` (rad/s), `yaw` (rad/s), `wheel` (rad/s), `reaction` (rad/s).
+/// The unit of an entry is its row's over its column's.
+pub fn constraint_bias_by_velocity<T: Scalar>(
+    p: &Parameters<T>,
+    x: &Point<T, 7, 2, 0>,
+) -> [[T; 7]; 2] {
+    let q_yaw = x.q[4];
+    let dq_yaw = x.v[4];
+    let dq_wheel = x.v[5];
+    let d_wheel_r_w = dq_wheel * p.r_w;
+    let (sin_yaw, cos_yaw) = q_yaw.sin_cos();
+    let d_b_rolling_y_yaw = d_wheel_r_w * cos_yaw;
+    let d_b_rolling_y_wheel = p.r_w * (dq_yaw * cos_yaw);
+    let d_b_rolling_x_yaw = -(d_wheel_r_w * sin_yaw);
+    let d_b_rolling_x_wheel = -(p.r_w * (dq_yaw * sin_yaw));
+    [
+        [
+            T::zero(),
+            T::zero(),
+            T::zero(),
+            T::zero(),
+            d_b_rolling_x_yaw,
+            d_b_rolling_x_wheel,
+            T::zero(),
+        ],
+        [
+            T::zero(),
+            T::zero(),
+            T::zero(),
+            T::zero(),
+            d_b_rolling_y_yaw,
+            d_b_rolling_y_wheel,
+            T::zero(),
+        ],
+    ]
 }
 
 impl<T: Scalar> System<T, 7, 2, 2, 0> for Wheelbot<T> {

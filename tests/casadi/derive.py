@@ -28,11 +28,14 @@ TOLERANCE = 1e-12
 # a state whose equilibrated saddle-point matrix is worse conditioned is drawn again:
 # the figures shall be right to about 1e-13, whichever solver the reader uses
 MAX_CONDITION = 300.0
+# and so is one where friction feeds more than this share of a multiplier's change back
+MAX_FEEDBACK = 0.5
+VECTORS = ("bias", "Q", "b", "c", "c_dot", "a", "lambda", "z_dot")
 
 
 def evaluate(function, state):
     """All outputs at one state as numpy arrays, by name."""
-    values = function(state["q"], state["v"], state["u"], state["t"], state["p"])
+    values = function(*[state[name] for name in function.name_in()])
     return {name: np.array(value) for name, value in zip(function.name_out(), values)}
 
 
@@ -71,13 +74,17 @@ def draw(model, rng):
     """One random state: parameters within 20 % of nominal, generic q, v, u, t."""
     width = np.array([model.scale.get(name, 1.0) for name in model.coordinates])
     nominal = np.array(list(model.parameters.values()))
-    return {
+    state = {
         "q": rng.uniform(-1, 1, len(width)) * width,
         "v": rng.uniform(-2, 2, len(width)),
         "u": rng.uniform(-5, 5, len(model.inputs)),
         "t": rng.uniform(0, 5),
         "p": nominal * rng.uniform(0.8, 1.2, len(nominal)),
     }
+    if model.states:
+        state["z"] = rng.uniform(-2, 2, len(model.states))
+        state["late"] = rng.uniform(-5, 5, len(model.late))
+    return state
 
 
 def cases(model, function, constraints):
@@ -90,7 +97,7 @@ def cases(model, function, constraints):
         if on_constraint and not project(function, state):
             continue
         out = evaluate(function, state)
-        if condition(out) > MAX_CONDITION:
+        if condition(out) > MAX_CONDITION or abs(out.pop("feedback", np.zeros(1))).max() > MAX_FEEDBACK:
             continue
         kept.append((state, out))
     return kept
@@ -101,12 +108,11 @@ def document(model):
     function, constraints = lagrange.derive(model)
     listed = []
     for state, out in cases(model, function, constraints):
-        entry = {k: state[k].tolist() for k in ("q", "v", "u")}
+        entry = {k: state[k].tolist() for k in ("q", "v", "u", "z", "late") if k in state}
         entry["t"] = float(state["t"])
         entry["parameters"] = dict(zip(model.parameters, state["p"].tolist()))
         for name, value in out.items():
-            vector = value.shape[1] == 1 and name in lagrange.OUTPUTS and name not in ("M", "B", "A")
-            vector = vector or name.endswith("_dt")
+            vector = name in VECTORS or name.endswith("_dt")
             entry[name] = plain(value[:, 0] if vector else value)
         listed.append(entry)
     return {"model": model.name, "casadi_version": ca.__version__,

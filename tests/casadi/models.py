@@ -1,4 +1,4 @@
-"""The eight language models, stated by energies, inputs, damping and constraints.
+"""The nine language models, stated by energies, inputs, damping, friction and constraints.
 
 Nothing here is an equation of motion: `lagrange.py` derives those with CasADi.
 Names of coordinates, inputs and parameters are those of the simulated logs
@@ -19,7 +19,10 @@ class Model:
     the Rayleigh function R with Q_D = -dR/dv; `power(q, v, u)` the power of the
     inputs, whose derivative with respect to v is the generalised input force;
     `holonomic(q, t, p)` and `nonholonomic(q, v, t, p)` dictionaries name -> c.
-    `q`, `v`, `u` and `p` are dictionaries of CasADi symbols by name.
+    `states` are internal, with `rates(z, late, p)`; `late` are inputs that arrive with a
+    delay. What is stored acts like an input: `stored_power(v, z)`. `rubbing(q, v, p)`, of a
+    model with one constraint, is the generalised friction force per absolute multiplier.
+    `q`, `v`, `u`, `z`, `late` and `p` are dictionaries of CasADi symbols by name.
     """
 
     name: str
@@ -31,6 +34,11 @@ class Model:
     rayleigh: Callable = lambda q, v, p: 0
     holonomic: Callable = lambda q, t, p: {}
     nonholonomic: Callable = lambda q, v, t, p: {}
+    states: tuple[str, ...] = ()
+    late: tuple[str, ...] = ()
+    rates: Callable = lambda z, late, p: {}
+    stored_power: Callable = lambda v, z: 0
+    rubbing: Callable | None = None
     scale: dict[str, float] = field(default_factory=dict)
     """Half-width of the sampling interval of a coordinate (1 if absent)."""
 
@@ -156,6 +164,27 @@ def _fourbar_closure(q, t, p):
     return {"closure_x": x, "closure_y": y}
 
 
+# --- bead on a wire --------------------------------------------------------
+
+_STEEP = 0.8
+
+
+def _bead_energies(q, v, p):
+    return p["m"] / 2 * (v["x"] ** 2 + v["y"] ** 2), p["m"] * p["g"] * q["y"]
+
+
+def _bead_wire(q, t, p):
+    return {"wire": q["y"] - _STEEP * q["x"] ** 2}
+
+
+def _bead_rubbing(q, v, p):
+    """Against the velocity; as large as mu times the force across the wire, less where it creeps."""
+    speed = ca.sqrt(v["x"] ** 2 + v["y"] ** 2)
+    normal = ca.sqrt(1 + (2 * _STEEP * q["x"]) ** 2)
+    size = p["mu"] * normal * ca.tanh(speed / p["v_s"])
+    return {name: -size * rate / speed for name, rate in v.items()}
+
+
 _DUFFING_FREE = {"m1": 2.0, "m2": 1.0, "k1": 10.0, "k2": 12.0, "c1": 0.1, "c2": 0.15,
                  "k1nl": 1.0, "k2nl": 2.0}
 _DUFFING_CONSTRAINED = {"m1": 2.0, "m2": 1.2, "k1": 9.0, "k2": 11.0, "c1": 0.12, "c2": 0.1,
@@ -188,4 +217,10 @@ MODELS = (
            "m3": 0.9, "L3": 0.36, "lc3": 0.17, "I3": 0.01, "d": 0.42, "g": 9.81},
           _fourbar_energies, _along, holonomic=_fourbar_closure,
           scale={"j1": 3.1, "j2": 3.1, "j3": 3.1}),
+    Model("bead", ("x", "y"), ("pull",),
+          {"m": 0.2, "mu": 0.3, "v_s": 0.05, "tau": 0.015, "slow": 0.04, "g": 9.81},
+          _bead_energies, lambda q, v, u: 0, holonomic=_bead_wire,
+          states=("delivered",), late=("pull",),
+          rates=lambda z, late, p: {"delivered": (late["pull"] - z["delivered"]) / p["slow"]},
+          stored_power=lambda v, z: z["delivered"] * v["x"], rubbing=_bead_rubbing),
 )

@@ -98,35 +98,64 @@ def fourbar(q, v, u, t, p):
     return M, Q, A, (e * length * w**2).sum(axis=1)
 
 
+def bead(q, v, u, t, p):
+    """Its drive pushes with what is stored, which comes as a parameter here."""
+    Q = array([p["delivered"], -p["m"] * p["g"]])
+    return p["m"] * np.eye(2), Q, array([[-1.6 * q[0], 1]]), array([1.6 * v[0]**2])
+
+
+def bead_friction(q, v, p):
+    """Coulomb's law on a parabola: mu |lambda| sqrt(1 + (1.6 x)^2), against the velocity."""
+    speed = np.sqrt(v @ v)
+    return -p["mu"] * np.sqrt(1 + 2.56 * q[0]**2) * np.tanh(speed / p["v_s"]) / speed * v
+
+
+FRICTION = {"bead": bead_friction}
 FORMULAS = {f.__name__: f for f in (surface_particle, unicycle2d, duffing_free, duffing_constrained,
-                                    pendulum, pendulum2, cartpole, fourbar)}
+                                    pendulum, pendulum2, cartpole, fourbar, bead)}
 
 
 def _solved(name, q, v, u, t, p):
+    """(a, lambda, Q); where friction acts, by trying both signs of the multiplier."""
     M, Q, A, b = FORMULAS[name](q, v, u, t, p)
     m, n = A.shape
-    K = np.block([[M, A.T], [A, np.zeros((m, m))]])
-    solution = np.linalg.solve(K, np.concatenate([Q, b]))
-    return solution[:n], -solution[n:]
+    friction = FRICTION[name](q, v, p)[:, None] if name in FRICTION else np.zeros((n, m))
+    for sign in (1, -1):
+        K = np.block([[M, A.T + sign * friction], [A, np.zeros((m, m))]])
+        solution = np.linalg.solve(K, np.concatenate([Q, b]))
+        a, multipliers = solution[:n], -solution[n:]
+        if name not in FRICTION or sign * multipliers[0].real > 0:
+            return a, multipliers, Q + sign * friction @ multipliers
+    raise ValueError(f"{name}: no sign of the multiplier fits")
 
 
 def _derivatives(name, q, v, u, t, p):
-    """da/ds and dlambda/ds by the complex step for s = q, v, u, t, p."""
+    """da/ds and dlambda/ds by the complex step for s = q, v, u, t, p (then z), and those of the terms."""
     values = list(p.values())
     point = np.concatenate([q, v, u, [t], values])
-    cuts = np.cumsum([len(q), len(v), len(u), 1])
+    stored = [k for k in p if k == "delivered"]
+    cuts = np.cumsum([len(q), len(v), len(u), 1, len(p) - len(stored)])
     columns = []
     for i in range(len(point)):
         shifted = point.astype(complex)
         shifted[i] += 1j * STEP
-        qs, vs, us, ts, ps = np.split(shifted, cuts)
-        a, multipliers = _solved(name, qs, vs, us, ts[0], dict(zip(p, ps)))
-        columns.append(np.concatenate([a.imag, multipliers.imag]) / STEP)
+        qs, vs, us, ts, ps, zs = np.split(shifted, cuts)
+        given = dict(zip(p, np.concatenate([ps, zs])))
+        a, multipliers, _ = _solved(name, qs, vs, us, ts[0], given)
+        M, _, A, b = FORMULAS[name](qs, vs, us, ts[0], given)
+        parts = (a, multipliers, M, A, b)
+        columns.append(np.concatenate([np.ravel(part).imag for part in parts]) / STEP)
     whole = np.array(columns).T
+    ends = np.cumsum([a.size, multipliers.size, M.size, A.size])
     found = {}
-    for seed, block in zip("qvutp", np.split(whole, cuts, axis=1)):
+    for seed, block in zip("qvutpz", np.split(whole, cuts, axis=1)):
+        if seed == "z" and not stored:
+            continue
         block = block[:, 0] if seed == "t" else block
-        found[f"da_d{seed}"], found[f"dlambda_d{seed}"] = block[:len(q)], block[len(q):]
+        parts = dict(zip(("a", "lambda", "M", "A", "b"), np.split(block, ends)))
+        found[f"da_d{seed}"], found[f"dlambda_d{seed}"] = parts["a"], parts["lambda"]
+        slopes = {"q": ("M", "A", "b"), "v": ("b",)}
+        found.update({f"d{k}_d{seed}": parts[k] for k in slopes.get(seed, ())})
     return found
 
 
@@ -135,9 +164,10 @@ def compare(document):
     name, wrong = document["model"], []
     for number, case in enumerate(document["cases"]):
         q, v, u = (np.array(case[k]) for k in "qvu")
-        t, p = case["t"], case["parameters"]
-        M, Q, A, b = FORMULAS[name](q, v, u, t, p)
-        a, multipliers = _solved(name, q, v, u, t, p)
+        t, p = case["t"], dict(case["parameters"])
+        p.update(zip(("delivered",), case.get("z", ())))
+        M, _, A, b = FORMULAS[name](q, v, u, t, p)
+        a, multipliers, Q = _solved(name, q, v, u, t, p)
         route = {"M": M, "Q": Q, "A": A, "b": b, "a": a, "lambda": multipliers,
                  **_derivatives(name, q, v, u, t, p)}
         for key, value in route.items():

@@ -209,15 +209,19 @@ def main():
     machines = [m for m in machines if not any(s and s in m.name for s in a.skip.split(","))]
     known = library()
     lines = []
+    if a.out:
+        a.out.write_text("")
     with ThreadPoolExecutor(a.jobs) as pool:
         for done in pool.map(lambda m: trace(m, a.program, a.timeout), machines):
             line = judge(*done, known)
             lines.append(line)
+            if a.out:
+                # At once, so that an interrupted run keeps what it has.
+                with a.out.open("a") as out:
+                    out.write(json.dumps(line) + "\n")
             if a.verbose:
                 print(json.dumps({k: line[k] for k in ("id", "wanted", "verdict", "truth", "found", "seconds")}),
                       flush=True)
-    if a.out:
-        a.out.write_text("".join(json.dumps(x) + "\n" for x in lines))
     table(lines)
     return 0
 

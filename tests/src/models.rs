@@ -1,6 +1,7 @@
 //! The models under `models/`.
 
 use crate::files::root;
+use dynamics_codegen::emit::{Emission, Functions};
 use dynamics_codegen::{Compiled, Library, compile_bytes};
 
 /// All of them, by file name, each with its path from the workspace's folder.
@@ -16,6 +17,26 @@ pub fn all() -> Vec<(String, Compiled)> {
         .iter()
         .map(|name| (format!("models/{name}"), one(name)))
         .collect()
+}
+
+/// What `generated/` holds of a model of [`all`]: its terms, and the functions that
+/// `generated/functions.txt` asks for.
+pub fn emission<'a>((path, compiled): &'a (String, Compiled)) -> Emission<'a> {
+    Emission::new(compiled, path, &requested(&compiled.model.name))
+        .unwrap_or_else(|e| panic!("generated/functions.txt: {path}: {e}"))
+}
+
+fn requested(model: &str) -> Functions {
+    let text = std::fs::read_to_string(root().join("generated/functions.txt"))
+        .expect("generated/functions.txt is there");
+    let lines = text.lines().filter(|line| !line.starts_with('#'));
+    let list = lines.filter_map(|line| line.split_once(':'));
+    let list = list
+        .filter(|(name, _)| *name == model)
+        .map(|(_, list)| list);
+    list.collect::<String>()
+        .parse()
+        .unwrap_or_else(|e| panic!("generated/functions.txt: {model}: {e}"))
 }
 
 /// One of them; `name` is the file's.

@@ -1,12 +1,14 @@
 //! A model with everything that remembers or rubs: generated code moves as the machine of
-//! `identify` does.
+//! `identify` does, and both as CasADi says.
 
 use dynamics::constrained::{Baumgarte, Tolerance};
 use dynamics::integrate::State;
 use dynamics::{Point, Simulation, System as _, acceleration, acceleration_full_rank};
+use dynamics_codegen::derive::Variable;
 use generated::bead::{self, Bead};
 use identify::machine::{Hold, Machine, Memory, Rollout, RolloutOptions, Simulated, States};
 use integration_tests::models;
+use integration_tests::reference::{Case, Deviations, Reference};
 
 /// On the wire, with a velocity along it.
 fn places() -> Vec<([f64; 2], [f64; 2], f64, f64)> {
@@ -33,6 +35,7 @@ fn accelerations_and_multipliers_agree() {
             q: column(&q),
             v: column(&v),
             u: vec![vec![u]],
+            history: None,
             memory: Memory {
                 delayed: vec![vec![0.4]],
                 delay_rate: vec![vec![0.0]],
@@ -124,4 +127,149 @@ fn motions_agree() {
     }
     assert!((moved.z[0][0] - state.z[0]).abs() < 1e-5);
     assert!((state.q[1] - 0.8 * state.q[0].powi(2)).abs() < 1e-6);
+}
+
+/// Relative to the largest entry of the quantity, or to what is differentiated.
+const VALUES: f64 = 1e-10;
+const DERIVATIVES: f64 = 1e-8;
+
+fn array<const N: usize>(case: &Case, key: &str) -> [f64; N] {
+    case.numbers(key)
+        .try_into()
+        .expect("as many as the model has")
+}
+
+/// What stands in `c`, `ċ` and in derivatives by what does not act is rounding.
+fn check_above(
+    worst: &mut Deviations,
+    at: (&str, &str),
+    found: &[f64],
+    expected: &[f64],
+    allowed: f64,
+) {
+    let with_floor = |values: &[f64]| [values, &[1e-2]].concat();
+    worst.check(at, &with_floor(found), &with_floor(expected), allowed);
+}
+
+#[test]
+fn generated_code_agrees_with_casadi() {
+    let reference = Reference::read("bead");
+    assert_eq!(reference.cases.len(), 50);
+    assert_eq!(bead::PARAMETER_NAMES.as_slice(), reference.parameters);
+    let mut worst = Deviations::default();
+    for case in &reference.cases {
+        let values: Vec<f64> = reference
+            .parameters
+            .iter()
+            .map(|p| case.parameter(p))
+            .collect();
+        let parameters = bead::Parameters::from_array(values.try_into().expect("all of them"));
+        let model = Bead { parameters };
+        let p = &model.parameters;
+        let ([u], [late], [lambda]) =
+            (array(case, "u"), array(case, "late"), array(case, "lambda"));
+        let x = Point {
+            t: case.time(),
+            q: array(case, "q"),
+            v: array(case, "v"),
+            u: [u, late, lambda],
+            z: array(case, "z"),
+        };
+        let mut check = |name, found: &[f64]| {
+            worst.check((case.place(), name), found, &case.numbers(name), VALUES);
+        };
+        check("M", &bead::mass_matrix(p, &x).concat());
+        check("bias", &bead::bias_force(p, &x));
+        check("Q", &bead::force(p, &x));
+        check("A", &bead::constraint_jacobian(p, &x).concat());
+        check("b", &bead::constraint_bias(p, &x));
+        check("z_dot", &model.state_rate(&x));
+        // The multipliers are found, not stated.
+        let forgotten = Point {
+            u: [u, late, 0.0],
+            ..x
+        };
+        let motion = acceleration(&model, &forgotten, None, &Tolerance::default()).unwrap();
+        check("a", motion.a.as_slice());
+        check("lambda", motion.lambda.as_slice());
+    }
+    println!("bead, generated: {}", worst.summary());
+}
+
+#[test]
+fn the_machine_agrees_with_casadi() {
+    let reference = Reference::read("bead");
+    let mut machine = Machine::new(models::one("bead.model"));
+    let groups: [(&str, Vec<Variable>); 4] = [
+        ("q", (0..2).map(Variable::Position).collect()),
+        ("v", (0..2).map(Variable::Velocity).collect()),
+        ("t", vec![Variable::Time]),
+        ("p", (0..6).map(Variable::Parameter).collect()),
+    ];
+    let tapes = groups.map(|(group, variables)| (group, machine.sensitivity(&variables)));
+    let mut worst = Deviations::default();
+    for case in &reference.cases {
+        let columns = |key: &str| case.numbers(key).into_iter().map(|x| vec![x]).collect();
+        let states = States {
+            t: vec![case.time()],
+            q: columns("q"),
+            v: columns("v"),
+            u: columns("u"),
+            // At a given past: what parameters did to it stays out.
+            memory: Memory {
+                delayed: columns("late"),
+                delay_rate: vec![vec![0.0]],
+                z: columns("z"),
+                slopes: Vec::new(),
+            },
+            ..States::default()
+        };
+        let values: Vec<f64> = reference
+            .parameters
+            .iter()
+            .map(|p| case.parameter(p))
+            .collect();
+        let motion = machine.motion(&states, &values).unwrap();
+        let (a, lambda) = (&motion[0].acceleration, &motion[0].multiplier);
+        let terms = &motion[0].terms;
+        let parts = [
+            ("a", a.as_slice()),
+            ("lambda", lambda.as_slice()),
+            ("M", terms.mass_matrix.as_slice()),
+            ("A", terms.constraint_matrix.as_slice()),
+            ("b", terms.constraint_bias.as_slice()),
+        ];
+        for (name, found) in parts {
+            worst.check((case.place(), name), found, &case.numbers(name), VALUES);
+        }
+        for (name, found) in [
+            ("c", &terms.constraint_residual),
+            ("c_dot", &terms.constraint_rate),
+        ] {
+            let expected = case.numbers(name);
+            check_above(
+                &mut worst,
+                (case.place(), name),
+                found.as_slice(),
+                &expected,
+                VALUES,
+            );
+        }
+        for (group, tape) in &tapes {
+            let slopes = &tape.evaluate(&states, &values, &motion)[0];
+            for (of, found) in [("a", &slopes.0), ("lambda", &slopes.1)] {
+                let name = format!("d{of}_d{group}");
+                let found = found.transpose();
+                let expected = case.numbers(&name);
+                check_above(
+                    &mut worst,
+                    (case.place(), &name),
+                    found.as_slice(),
+                    &expected,
+                    DERIVATIVES,
+                );
+            }
+        }
+    }
+    println!("bead, machine: {}", worst.summary());
 }

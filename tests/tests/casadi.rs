@@ -253,7 +253,7 @@ agree! {
 
 /// Every model that is a text by itself has a file and is compared. `tests/robots.rs`
 /// compares robot descriptions with Pinocchio, and the Wheelbot with a derivation of its
-/// own; `tests/bead.rs` the bead, whose friction depends on its constraint, with formulas.
+/// own; `tests/bead.rs` the bead, which remembers and rubs, with its file.
 #[test]
 fn no_model_is_left_out() {
     let names: Vec<String> = models::all()

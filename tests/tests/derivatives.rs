@@ -17,6 +17,9 @@ mod full {
     include!(concat!(env!("OUT_DIR"), "/full.rs"));
 }
 
+#[path = "derivatives/oracles.rs"]
+mod oracles;
+
 const STATES: usize = 20;
 /// Relative to the largest entry.
 const VALUES: f64 = 1e-11;
@@ -282,6 +285,16 @@ agree! {
 mod casadi {
     use super::*;
 
+    /// Derivatives of the terms, each a function.
+    const TERMS: [(&str, &str); 6] = [
+        ("dM_dq", "mass_matrix_by_position"),
+        ("dbias_dq", "bias_force_by_position"),
+        ("dbias_dv", "bias_force_by_velocity"),
+        ("dA_dq", "constraint_jacobian_by_position"),
+        ("db_dq", "constraint_bias_by_position"),
+        ("db_dv", "constraint_bias_by_velocity"),
+    ];
+
     macro_rules! agree {
     ($($module:ident $calls:ident $model:ident from $path:expr;)*) => {$(
             /// The motion's derivatives by the implicit route, and written out.
@@ -328,6 +341,17 @@ mod casadi {
                             (written[1 + index].clone(), Vec::new())
                         };
                         check_motion(&mut worst, case, group, (a, lambda));
+                    }
+                    for (key, function) in TERMS {
+                        let expected = case.numbers(key);
+                        if expected.is_empty() {
+                            continue;
+                        }
+                        let found = calls::call(function, &arguments).concat();
+                        // What is zero comes out as rounding of what it is a difference of.
+                        let with_floor = |values: &[f64]| [values, &[1e-3]].concat();
+                        let (found, expected) = (with_floor(&found), with_floor(&expected));
+                        worst.check((case.place(), key), &found, &expected, CASADI);
                     }
                 }
                 println!("{}: {}", stringify!($module), worst.summary());

@@ -162,12 +162,7 @@ fn run(program: &Path, input: &str) -> Vec<f64> {
 /// Largest deviation over all states, relative to the largest entry of the quantity.
 fn deviation(compiled: &Compiled, path: &str, precision: Precision) -> f64 {
     let folder = tempfile::tempdir().unwrap();
-    // A robot's derivatives take long to compile; those of the others stand for them.
-    let functions = match &compiled.model.robot {
-        Some(_) => "inverse_dynamics,forward_dynamics".parse().unwrap(),
-        None => Functions::full(),
-    };
-    let emission = Emission::new(compiled, path, &functions).unwrap();
+    let emission = Emission::new(compiled, path, &Functions::full()).unwrap();
     let program = build(&emission, compiled, folder.path(), precision);
     let quantities = emission.functions().flat_map(|(_, quantities)| quantities);
     let arguments = emission.arguments();

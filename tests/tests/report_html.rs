@@ -29,6 +29,7 @@ fn traced() -> &'static (Compiled, Outcome) {
             hold: None,
             horizon: 0.5,
             seed: 1,
+            progress: &identify::trace::Silent,
         });
         (
             compile("pendulum2", MODEL, &library).unwrap(),

@@ -5,7 +5,7 @@
 use dynamics_codegen::derive::Variable;
 use dynamics_codegen::graph::ExprId;
 use dynamics_codegen::{Compiled, Library, System, Tape, compile};
-use identify::machine::{Machine, Memory, States};
+use identify::machine::{Machine, States};
 use integration_tests::{files::root, models, reference::Deviations, shared};
 use serde_json::Value;
 use std::path::Path;
@@ -185,7 +185,7 @@ fn check_motion(urdf: &Path, expected: &Value) {
             q: of("q"),
             v: of("v"),
             u: of("tau"),
-            memory: Memory::default(),
+            ..States::default()
         };
         let motions = machine
             .motion(&states, &[])
@@ -291,7 +291,7 @@ fn the_wheelbot_agrees_with_an_independent_derivation() {
             q: columns("q"),
             v: columns("qd"),
             u: columns("u"),
-            memory: Memory::default(),
+            ..States::default()
         };
         let motions = machine.motion(&states, &parameters);
         let motions = motions.unwrap_or_else(|e| panic!("{place}: {e}"));

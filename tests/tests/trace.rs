@@ -37,6 +37,7 @@ fn run(
         hold: None,
         horizon,
         seed: 1,
+        progress: &identify::trace::Silent,
     };
     trace(&request).unwrap_or_else(|error| panic!("{error}"))
 }

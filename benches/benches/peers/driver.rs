@@ -15,7 +15,7 @@ pub enum Precision {
     Single,
 }
 
-/// CasADi's functions, by file.
+/// CasADi's functions, by file, beside the workspace: near-zero entries of rotations snapped.
 const CASADI: [&str; 9] = [
     "M_local_cse",
     "bias_cse",
@@ -27,6 +27,9 @@ const CASADI: [&str; 9] = [
     "J_cse",
     "JJdot_cse",
 ];
+
+/// Mass matrix and bias force as CasADi gives them when nothing is rounded: its file here.
+pub const UNSNAPPED: &str = "Mbias_unsnapped";
 
 /// A running driver.
 pub struct Driver {
@@ -140,6 +143,7 @@ fn compile(peers: &Path, here: &Path, precision: Precision) -> Result<PathBuf, S
     }
     command.arg(here.join("driver.c")).arg(out.join("iiwa7.c"));
     command.args(CASADI.map(|name| peers.join(format!("{name}.c"))));
+    command.arg(here.join(format!("unsnapped/{UNSNAPPED}.c")));
     command.arg("-o").arg(&program).arg("-lm");
     let output = command.output().map_err(|e| format!("{compiler}: {e}"))?;
     if output.status.success() {

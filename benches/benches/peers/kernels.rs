@@ -66,15 +66,15 @@ impl<T: Real> Kernel<T> {
         start.elapsed().as_nanos() as f64 / count as f64
     }
 
-    /// Compares all results with CasADi's.
-    pub fn compare(&self, driver: &mut Driver) -> Result<(), String> {
+    /// Compares all results with those of CasADi's function `casadi`.
+    pub fn compare(&self, driver: &mut Driver, casadi: &str) -> Result<(), String> {
         let tolerance = if T::epsilon().to_f64() < 1e-10 {
             1e-9
         } else {
             2e-3
         };
         for (index, state) in self.states.iter().enumerate() {
-            let theirs = driver.values(self.casadi, index)?;
+            let theirs = driver.values(casadi, index)?;
             for (place, ours) in (self.value)(state).iter().enumerate() {
                 let theirs = &theirs[128 * place..][..ours.len()];
                 let size = theirs.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
@@ -82,7 +82,7 @@ impl<T: Real> Kernel<T> {
                 let gap = gaps.fold(0.0, f64::max) / size;
                 if gap.is_nan() || gap > tolerance {
                     return Err(format!(
-                        "{}: result {place} at state {index} is {gap:.1e} off CasADi's\n{ours:?}\n{theirs:?}",
+                        "{}: result {place} at state {index} is {gap:.1e} off CasADi's {casadi}\n{ours:?}\n{theirs:?}",
                         self.name
                     ));
                 }
@@ -211,45 +211,51 @@ pub fn kernels<T: Real>() -> Vec<Kernel<T>> {
 struct Table<E> {
     numbers: Vec<E>,
     first: usize,
+    length: usize,
 }
 
 impl<E: Real> Table<E> {
-    fn new(columns: usize, entry: impl Fn(usize, usize) -> E) -> Self {
+    fn new(columns: usize, length: usize, entry: impl Fn(usize, usize) -> E) -> Self {
         let line = 64 / size_of::<E>();
-        let mut numbers = vec![E::zero(); columns * SAMPLES + line];
+        let mut numbers = vec![E::zero(); columns * length + line];
         let first = (0..line).find(|&i| (&raw const numbers[i]).addr() % 64 == 0);
         let first = first.expect("one of the numbers in a line is its first");
         for column in 0..columns {
-            for i in 0..SAMPLES {
-                numbers[first + column * SAMPLES + i] = entry(column, i);
+            for i in 0..length {
+                numbers[first + column * length + i] = entry(column, i);
             }
         }
-        Self { numbers, first }
+        Self {
+            numbers,
+            first,
+            length,
+        }
     }
 
     fn columns(&self) -> impl Iterator<Item = &[E]> {
-        self.numbers[self.first..].chunks_exact(SAMPLES)
+        self.numbers[self.first..].chunks_exact(self.length)
     }
 
     fn columns_mut(&mut self) -> impl Iterator<Item = &mut [E]> {
-        self.numbers[self.first..].chunks_exact_mut(SAMPLES)
+        self.numbers[self.first..].chunks_exact_mut(self.length)
     }
 }
 
-/// States in columns for the batched call; results stay in the second cache.
+/// States in columns for the batched call.
 pub struct Batch<L: Lanes> {
     states: Table<L::Element>,
     results: Table<L::Element>,
 }
 
-/// States per call: whole lines of the cache, and no power of two.
-pub const SAMPLES: usize = 240;
+/// States per call, whole lines of the cache: as many as stay in the first cache with their
+/// results, and as many as stay in the second.
+pub const SAMPLES: [usize; 2] = [32, 240];
 /// Mass matrix and bias force.
 const RESULTS: usize = 56;
 
 impl<L: Lanes> Batch<L> {
-    /// The states of [`states`] over and over: `q`, `v`, and a column of zeros.
-    pub fn new() -> Self {
+    /// So many of the states of [`states`], over and over: `q`, `v`, and a column of zeros.
+    pub fn new(samples: usize) -> Self {
         let states = states::<L::Element>();
         let entry = |column: usize, i: usize| {
             let x = &states[i % STATES].x;
@@ -257,18 +263,19 @@ impl<L: Lanes> Batch<L> {
             numbers.copied().nth(column).unwrap_or(L::Element::zero())
         };
         Self {
-            states: Table::new(15, entry),
-            results: Table::new(RESULTS, |_, _| L::Element::zero()),
+            states: Table::new(15, samples, entry),
+            results: Table::new(RESULTS, samples, |_, _| L::Element::zero()),
         }
     }
 
-    /// Nanoseconds per state over `calls` calls.
-    pub fn time(&mut self, calls: usize) -> f64 {
+    /// Nanoseconds per state over about 10 000 states.
+    pub fn time(&mut self) -> f64 {
+        let calls = 10_000 / self.states.length;
         let start = Instant::now();
         for _ in 0..calls {
             self.run();
         }
-        start.elapsed().as_nanos() as f64 / (calls * SAMPLES) as f64
+        start.elapsed().as_nanos() as f64 / (calls * self.states.length) as f64
     }
 
     /// Compares with one state after another.
@@ -276,7 +283,7 @@ impl<L: Lanes> Batch<L> {
         self.run();
         let states = states::<L::Element>();
         let tolerance = 100.0 * L::Element::epsilon().to_f64();
-        for i in 0..SAMPLES {
+        for i in 0..self.states.length {
             let r =
                 iiwa7::mass_matrix_and_bias_force(&Parameters::nominal(), &states[i % STATES].x);
             let expected = r.mass_matrix.concat().into_iter().chain(r.bias_force);

@@ -2,7 +2,8 @@
 //!
 //! What is compared is the KUKA iiwa of `models/iiwa7.urdf` with the C that CasADi made of
 //! Pinocchio's model of the same arm (near-zero entries of its rotations snapped, common
-//! subexpressions shared), in `../shared/peers/casadi_iiwa` beside the workspace.
+//! subexpressions shared), in `../shared/peers/casadi_iiwa` beside the workspace. The batched
+//! call is compared with CasADi's C as it comes too, nothing snapped: `unsnapped/derive.py`.
 //!
 //! How it is kept fair:
 //! * the compilers may use all of this machine on both sides: `cc -O3 -march=native`, and
@@ -18,12 +19,14 @@ mod kernels;
 mod native;
 mod report;
 
-use driver::{Driver, Precision};
-use kernels::{Batch, Kernel, kernels};
-use report::Row;
+use driver::{Driver, Precision, UNSNAPPED};
+use kernels::{Batch, Kernel, SAMPLES, kernels};
+use report::{Batched, Row};
 
 /// Rounds per function and side.
 const ROUNDS: usize = 40;
+/// CasADi's mass matrix and bias force, snapped.
+const SNAPPED: &str = "Mbias_cse";
 /// What a round lasts, about, in nanoseconds.
 const ROUND: f64 = 2.0e6;
 
@@ -47,21 +50,33 @@ fn run() -> Result<(), String> {
     for precision in [Precision::Double, Precision::Single] {
         let mut driver = Driver::start(precision)?;
         let single = match precision {
-            Precision::Double => one_by_one(&mut driver, &kernels::<f64>())?,
-            Precision::Single => one_by_one(&mut driver, &kernels::<f32>())?,
+            Precision::Double => singly(&mut driver, &kernels::<f64>())?,
+            Precision::Single => singly(&mut driver, &kernels::<f32>())?,
         };
         println!("{}", report::table(precision, &single));
-        let both = single.iter().find(|row| row.name == "both");
-        let both = both.ok_or("both is among the rows")?;
         let batched = match precision {
-            Precision::Double => batch(&mut driver, &mut Batch::<dynamics::batch::WideF64>::new())?,
-            Precision::Single => batch(&mut driver, &mut Batch::<dynamics::batch::WideF32>::new())?,
+            Precision::Double => batch(&mut driver, Batch::<dynamics::batch::WideF64>::new)?,
+            Precision::Single => batch(&mut driver, Batch::<dynamics::batch::WideF32>::new)?,
         };
-        println!("{}", report::batched(precision, both, batched));
+        println!("{}", report::batched(precision, &batched));
         rows.push(single);
     }
     println!("{}", report::verdict(&rows[0]));
     Ok(())
+}
+
+/// Compares every result, CasADi's unsnapped ones too, and times every function.
+fn singly<T>(driver: &mut Driver, kernels: &[Kernel<T>]) -> Result<Vec<Row>, String>
+where
+    T: dynamics::Real,
+{
+    for kernel in kernels {
+        kernel.compare(driver, kernel.casadi)?;
+        if kernel.casadi == SNAPPED {
+            kernel.compare(driver, UNSNAPPED)?;
+        }
+    }
+    one_by_one(driver, kernels)
 }
 
 /// Times every function at one state after another.
@@ -71,7 +86,6 @@ where
 {
     let mut rows = Vec::new();
     for kernel in kernels {
-        kernel.compare(driver)?;
         let count = |ns: f64| (ROUND / ns).max(64.0) as usize / 64 * 64;
         let guess = driver.time(kernel.casadi, 640)?;
         let count = count(guess);
@@ -92,19 +106,29 @@ where
     Ok(rows)
 }
 
-/// Times mass matrix and bias force of many states at once; nanoseconds per state of
-/// CasADi's C, one by one, and ours.
-fn batch<L>(driver: &mut Driver, batch: &mut Batch<L>) -> Result<(f64, f64), String>
+/// Times mass matrix and bias force of many states at once, in turns with CasADi's C, one
+/// state after another.
+fn batch<L>(driver: &mut Driver, new: fn(usize) -> Batch<L>) -> Result<Batched, String>
 where
     L: dynamics::batch::Lanes,
 {
-    batch.compare()?;
-    let mut best = (f64::INFINITY, f64::INFINITY);
+    let mut batches = SAMPLES.map(new);
+    let mut best = Batched {
+        snapped: f64::INFINITY,
+        unsnapped: f64::INFINITY,
+        ours: [f64::INFINITY; SAMPLES.len()],
+    };
+    for batch in &mut batches {
+        batch.compare()?;
+    }
     for _ in 0..ROUNDS {
-        best.0 = best.0.min(driver.time("Mbias_cse", 6400)?);
-        // Short pieces in a row: the first of them wakes the wide units up.
-        for _ in 0..10 {
-            best.1 = best.1.min(batch.time(40));
+        best.snapped = best.snapped.min(driver.time(SNAPPED, 6400)?);
+        best.unsnapped = best.unsnapped.min(driver.time(UNSNAPPED, 6400)?);
+        for (batch, best) in batches.iter_mut().zip(&mut best.ours) {
+            // Short pieces in a row: the first of them wakes the wide units up.
+            for _ in 0..10 {
+                *best = best.min(batch.time());
+            }
         }
     }
     Ok(best)

@@ -380,6 +380,7 @@ impl Run<'_> {
                 z: simulated.z.clone(),
                 ..Memory::default()
             },
+            history: None,
         };
         let motions = self
             .machine

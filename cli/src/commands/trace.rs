@@ -4,6 +4,7 @@ use crate::log::LogArguments;
 use crate::mistake::Mistake;
 use crate::model::{Loaded, ModelArguments};
 use crate::output::{self, WholeFile};
+use crate::stages::Stages;
 use clap::{Args, ValueEnum};
 use identify::log::Log;
 use identify::regression::Hold;
@@ -44,7 +45,7 @@ pub struct Arguments {
     apply: bool,
 
     /// A folder for the report (`report.html`, `report.json`, `series.json`, `summary.txt`,
-    /// `model.diff`, the model with the findings); made if it is not there
+    /// `model.diff`, the model with the findings, forces without a name as processes); made if it is not there
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
 
@@ -102,7 +103,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let help = "trace that model, or move it away";
         return Err(Mistake::new(message).help(help).into());
     }
-    let outcome = run_trace(arguments, &loaded, &text, &train, test.as_ref())?;
+    let stages = Stages::new();
+    let outcome = run_trace(arguments, &loaded, &text, (&train, test.as_ref()), &stages);
+    let took = stages.finish();
+    let outcome = outcome?;
     for warning in &outcome.warnings {
         output::complain(&format!("warning: {warning}"));
     }
@@ -127,6 +131,10 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         write(&folder.join("model.diff"), &diff)?;
         let series = serde_json::to_string(&outcome.details)?;
         write(&folder.join("series.json"), &series)?;
+        for force in outcome.unnamed.iter().flat_map(|unnamed| &unnamed.forces) {
+            let file = format!("force_{}.gp.json", file_safe(&force.coordinate));
+            write(&folder.join(file), &force.saved)?;
+        }
         let page = Page {
             outcome: &outcome,
             model: &loaded.compiled.model,
@@ -143,8 +151,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut out = output::stdout();
     if arguments.json {
         writeln!(out, "{json}")?;
+        output::complain(&format!("Took {took}"));
     } else {
-        write!(out, "{summary}")?;
+        write!(out, "{summary}\nTook {took}\n")?;
         if !diff.is_empty() {
             let applied = if arguments.apply {
                 "Written into"
@@ -161,8 +170,8 @@ fn run_trace(
     arguments: &Arguments,
     loaded: &Loaded,
     text: &str,
-    train: &Log,
-    test: Option<&Log>,
+    (train, test): (&Log, Option<&Log>),
+    stages: &Stages,
 ) -> anyhow::Result<Outcome> {
     let named = loaded
         .compiled
@@ -188,11 +197,18 @@ fn run_trace(
         }),
         horizon: arguments.horizon,
         seed: arguments.seed,
+        progress: stages,
     };
     trace(&request).map_err(|error| match error {
         TraceError::Model(report) => Mistake::from(*report).into(),
         other => Mistake::new(other.to_string()).into(),
     })
+}
+
+/// A name as part of a file's name.
+fn file_safe(name: &str) -> String {
+    let safe = |c: char| if c.is_alphanumeric() || c == '-' { c } else { '_' };
+    name.chars().map(safe).collect()
 }
 
 /// The command line as a shell reads it, with the seed.

@@ -6,10 +6,10 @@
 use super::Model;
 use super::builder::Builder;
 use crate::diagnostic::{Diagnostic, nearest};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Which parameters of a model stay variable. The others are folded in.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub enum Variables {
     /// Every parameter.
     #[default]
@@ -17,6 +17,9 @@ pub enum Variables {
     /// The parameters of these names; a name that is no parameter's does nothing here and
     /// is found by [`Variables::unknown`].
     Only(BTreeSet<String>),
+    /// Every parameter but these, which take the values given instead of those that the
+    /// model states.
+    Except(BTreeMap<String, f64>),
 }
 
 impl Variables {
@@ -29,21 +32,37 @@ impl Variables {
         match self {
             Self::All => true,
             Self::Only(names) => names.contains(name),
+            Self::Except(values) => !values.contains_key(name),
+        }
+    }
+
+    /// What to fold a parameter in as that is `nominal` in the model; `None` if it stays
+    /// variable.
+    fn folded(&self, name: &str, nominal: f64) -> Option<f64> {
+        match self {
+            Self::Except(values) => values.get(name).copied(),
+            _ => (!self.contains(name)).then_some(nominal),
+        }
+    }
+
+    fn names(&self) -> Vec<&String> {
+        match self {
+            Self::All => Vec::new(),
+            Self::Only(names) => names.iter().collect(),
+            Self::Except(values) => values.keys().collect(),
         }
     }
 
     /// The names that no parameter of `model` has, each with what to do about it.
     pub fn unknown(&self, model: &Model) -> Vec<(String, String)> {
-        let Self::Only(names) = self else {
-            return Vec::new();
-        };
         let known: Vec<&str> = model
             .parameters
             .iter()
             .chain(&model.fixed)
             .map(|parameter| parameter.name.as_str())
             .collect();
-        let unknown = names.iter().filter(|name| !known.contains(&name.as_str()));
+        let names = self.names().into_iter();
+        let unknown = names.filter(|name| !known.contains(&name.as_str()));
         let with_help = unknown.map(|name| {
             let help = match nearest(name, known.iter().copied()) {
                 Some(near) => format!("did you mean `{near}`?"),
@@ -68,8 +87,9 @@ impl Builder<'_> {
     /// As [`fold`](Self::fold), for one of them.
     pub(super) fn fold_parameter(&mut self, index: usize) {
         let parameter = &self.model.parameters[index];
-        if !self.variables.contains(&parameter.name) {
-            self.model.graph.fix(parameter.symbol, parameter.nominal);
+        let (name, nominal) = (&parameter.name, parameter.nominal);
+        if let Some(value) = self.variables.folded(name, nominal) {
+            self.model.graph.fix(parameter.symbol, value);
         }
     }
 
@@ -77,7 +97,7 @@ impl Builder<'_> {
     pub(super) fn with_folding_in_mind(&self, error: Diagnostic) -> Diagnostic {
         match self.variables {
             Variables::All => error,
-            Variables::Only(_) => error.help(
+            Variables::Only(_) | Variables::Except(_) => error.help(
                 "parameters that are not kept variable count with the values stated: change the value, or keep the parameter",
             ),
         }

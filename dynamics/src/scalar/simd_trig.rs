@@ -72,11 +72,11 @@ macro_rules! sin_cos_f64 {
         #[inline]
         fn $near(x: $lanes) -> ($lanes, $lanes) {
             let magic = $lanes::splat(6_755_399_441_055_744.0); // 1.5 · 2^52
-            let shifted = x * $lanes::splat(core::f64::consts::FRAC_2_PI) + magic;
+            let shifted = x.mul_add($lanes::splat(core::f64::consts::FRAC_2_PI), magic);
             let n = shifted - magic;
-            let r = x - n * $lanes::splat(f64::from_bits(0x3FF9_21FB_5440_0000));
-            let r = r - n * $lanes::splat(f64::from_bits(0x3DD0_B461_1A60_0000));
-            let r = r - n * $lanes::splat(f64::from_bits(0x3BA3_198A_2E03_7073));
+            let r = n.mul_neg_add($lanes::splat(f64::from_bits(0x3FF9_21FB_5440_0000)), x);
+            let r = n.mul_neg_add($lanes::splat(f64::from_bits(0x3DD0_B461_1A60_0000)), r);
+            let r = n.mul_neg_add($lanes::splat(f64::from_bits(0x3BA3_198A_2E03_7073)), r);
             let z = r * r;
             let sine = polynomial!($lanes, z;
                 -1.666_666_666_666_663_2e-1, 8.333_333_333_322_49e-3,
@@ -88,9 +88,9 @@ macro_rules! sin_cos_f64 {
                 2.087_572_321_298_175e-9, -1.135_964_755_778_819_5e-11);
             let s = (z * r).mul_add(sine, r);
             // 1 − z/2 loses up to half a unit; what it lost is added back.
-            let half = z * $lanes::splat(0.5);
-            let w = $lanes::splat(1.0) - half;
-            let lost = ($lanes::splat(1.0) - w) - half;
+            let half = $lanes::splat(0.5);
+            let w = z.mul_neg_add(half, $lanes::splat(1.0));
+            let lost = z.mul_neg_add(half, $lanes::splat(1.0) - w);
             let c = w + (z * z).mul_add(cosine, lost);
             by_quadrant!(shifted, s, c, $lanes, f64)
         }
@@ -113,22 +113,22 @@ macro_rules! sin_cos_f32 {
         #[inline]
         fn $near(x: $lanes) -> ($lanes, $lanes) {
             let magic = $lanes::splat(12_582_912.0); // 1.5 · 2^23
-            let shifted = x * $lanes::splat(core::f32::consts::FRAC_2_PI) + magic;
+            let shifted = x.mul_add($lanes::splat(core::f32::consts::FRAC_2_PI), magic);
             let n = shifted - magic;
             // π/2 in parts of at most 11 bits, so that n below 2^12 keeps products exact.
-            let r = x - n * $lanes::splat(f32::from_bits(0x3FC9_0000));
-            let r = r - n * $lanes::splat(f32::from_bits(0x39FD_A000));
-            let r = r - n * $lanes::splat(f32::from_bits(0x33A2_2000));
-            let r = r - n * $lanes::splat(f32::from_bits(0x2C34_611A));
+            let r = n.mul_neg_add($lanes::splat(f32::from_bits(0x3FC9_0000)), x);
+            let r = n.mul_neg_add($lanes::splat(f32::from_bits(0x39FD_A000)), r);
+            let r = n.mul_neg_add($lanes::splat(f32::from_bits(0x33A2_2000)), r);
+            let r = n.mul_neg_add($lanes::splat(f32::from_bits(0x2C34_611A)), r);
             let z = r * r;
             let sine = polynomial!($lanes, z;
                 -1.666_665_5e-1, 8.332_161e-3, -1.951_529_6e-4);
             let cosine = polynomial!($lanes, z;
                 4.166_664_6e-2, -1.388_731_6e-3, 2.443_315_7e-5);
             let s = (z * r).mul_add(sine, r);
-            let half = z * $lanes::splat(0.5);
-            let w = $lanes::splat(1.0) - half;
-            let lost = ($lanes::splat(1.0) - w) - half;
+            let half = $lanes::splat(0.5);
+            let w = z.mul_neg_add(half, $lanes::splat(1.0));
+            let lost = z.mul_neg_add(half, $lanes::splat(1.0) - w);
             let c = w + (z * z).mul_add(cosine, lost);
             by_quadrant!(shifted, s, c, $lanes, f32)
         }

@@ -54,7 +54,7 @@ pub use error::{LogError, Problem, ProblemKind};
 pub use map::{Map, MapError, template};
 pub use quantum::quantisation_step;
 pub use record::Record;
-pub(crate) use record::{median_step, segments};
+pub(crate) use record::{longest_step, median_step, segments, stretches};
 pub(crate) use statistics::{mad_sd, median};
 pub use warning::Warning;
 

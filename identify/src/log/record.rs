@@ -75,9 +75,13 @@ impl Record {
     /// splits. The range is cut to the samples there are.
     #[must_use]
     pub fn slice(&self, range: Range<usize>) -> Record {
-        let end = range.end.min(self.len());
-        let range = range.start.min(end)..end;
-        let cut = |values: &Vec<f64>| values[range.clone()].to_vec();
+        self.stretches(&[range])
+    }
+
+    /// The samples of some ranges, one after the other. Each is cut to the samples there are.
+    #[must_use]
+    pub fn stretches(&self, ranges: &[Range<usize>]) -> Record {
+        let cut = |values: &Vec<f64>| stretches(values, ranges);
         let cut_optional = |values: &Option<Vec<f64>>| values.as_ref().map(cut);
         Record {
             coordinates: self.coordinates.clone(),
@@ -92,6 +96,20 @@ impl Record {
     }
 }
 
+/// The values of some ranges, one after the other.
+pub(crate) fn stretches(values: &[f64], ranges: &[Range<usize>]) -> Vec<f64> {
+    let there = |range: &Range<usize>| {
+        let end = range.end.min(values.len());
+        values[range.start.min(end)..end].iter().copied()
+    };
+    ranges.iter().flat_map(there).collect()
+}
+
+/// The longest step that is no gap.
+pub(crate) fn longest_step(t: &[f64]) -> f64 {
+    GAP * median_step(t)
+}
+
 /// Median of the sampling steps; 0 with fewer than two stamps.
 pub(crate) fn median_step(t: &[f64]) -> f64 {
     let steps: Vec<f64> = t.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -100,7 +118,7 @@ pub(crate) fn median_step(t: &[f64]) -> f64 {
 
 /// Ranges of samples between gaps.
 pub(crate) fn segments(t: &[f64]) -> Vec<Range<usize>> {
-    let longest = GAP * median_step(t);
+    let longest = longest_step(t);
     let mut found = Vec::new();
     let mut start = 0;
     for k in 1..t.len() {

@@ -10,7 +10,9 @@ use dynamics_codegen::{Column, System, Tape};
 pub struct Sensors {
     tape: Tape,
     coordinates: usize,
-    variables: usize,
+    /// Which of the variables change a reading of a motion that stays as it is, by their
+    /// places, ascending.
+    pub sensing: Vec<usize>,
 }
 
 /// Readings at every sample, one column per coordinate.
@@ -20,30 +22,40 @@ pub struct Measured {
     pub q: Vec<Vec<f64>>,
     /// Of velocities.
     pub v: Vec<Vec<f64>>,
-    /// Per variable, `∂q/∂s`.
+    /// How much the reading of a position changes with the position.
+    pub slope: Vec<Vec<f64>>,
+    /// Per sensing variable, `∂q/∂s`.
     pub q_by: Vec<Vec<Vec<f64>>>,
-    /// Per variable, `∂v/∂s`.
+    /// Per sensing variable, `∂v/∂s`.
     pub v_by: Vec<Vec<Vec<f64>>>,
 }
 
 impl Machine {
-    /// The sensors, with derivatives by `variables`: what these change in the readings of a
-    /// motion that stays as it is.
+    /// The sensors, with derivatives by those `variables` that change readings of a motion
+    /// that stays as it is.
     pub fn sensors(&mut self, variables: &[Variable]) -> Sensors {
         let (model, system) = (&mut self.compiled.model, &self.compiled.system);
         let mut outputs = system.measured.clone();
         outputs.extend(&system.measured_rates);
         let readings = outputs.clone();
-        for variable in variables {
+        for (index, &reading) in system.measured.iter().enumerate() {
+            let position = Variable::Position(index).symbol(model);
+            outputs.extend(model.graph.derivatives(&[reading], position));
+        }
+        let mut sensing = Vec::new();
+        for (place, variable) in variables.iter().enumerate() {
             let symbol = variable.symbol(model);
-            outputs.extend(model.graph.derivatives(&readings, symbol));
+            if model.graph.depends_on(&readings, symbol) {
+                sensing.push(place);
+                outputs.extend(model.graph.derivatives(&readings, symbol));
+            }
         }
         let mut arguments = System::arguments(model);
         arguments.extend(&system.acceleration);
         Sensors {
             tape: Tape::new(&model.graph, &outputs, &arguments),
             coordinates: model.coordinates.len(),
-            variables: variables.len(),
+            sensing,
         }
     }
 
@@ -67,12 +79,18 @@ impl Sensors {
         let mut values = self.tape.evaluate_all(&columns, states.len()).into_iter();
         let n = self.coordinates;
         let mut group = || -> Vec<Vec<f64>> { values.by_ref().take(n).collect() };
-        let (q, v) = (group(), group());
+        let (q, v, slope) = (group(), group(), group());
         let (mut q_by, mut v_by) = (Vec::new(), Vec::new());
-        for _ in 0..self.variables {
+        for _ in &self.sensing {
             q_by.push(group());
             v_by.push(group());
         }
-        Measured { q, v, q_by, v_by }
+        Measured {
+            q,
+            v,
+            slope,
+            q_by,
+            v_by,
+        }
     }
 }

@@ -11,6 +11,7 @@
 use super::exponential::step;
 use super::hold::{Hold, Signal};
 use super::{Machine, SensitivityTape, SolveError, States};
+use crate::log::longest_step;
 use dynamics_codegen::derive::Sensitivity;
 use dynamics_codegen::graph::SymbolId;
 use dynamics_codegen::{Column, Compiled, Model, Stepper, System, Tape};
@@ -281,15 +282,22 @@ impl Machine {
         let end = usize::from(hold == Hold::Linear);
         let (mut start, mut end) = (shifted(0), shifted(end));
         let [first, _, last] = self
-            .late(t, u, hold, parameters)
+            .late((t, u), t, hold, parameters)
             .map(|memory| memory.delayed);
         start.extend(first);
         end.extend(last);
         [start, end]
     }
 
-    /// Delayed inputs over the intervals of a log.
-    fn late(&self, t: &[f64], u: &[Vec<f64>], hold: Hold, parameters: &[f64]) -> [Memory; 3] {
+    /// Delayed inputs over the intervals between the instants `along`; `t` and `u` say what
+    /// the inputs were.
+    fn late(
+        &self,
+        (t, u): (&[f64], &[Vec<f64>]),
+        along: &[f64],
+        hold: Hold,
+        parameters: &[f64],
+    ) -> [Memory; 3] {
         let mut nodes: [Memory; 3] = Default::default();
         for (input, tau) in self.delays(parameters) {
             let signal = Signal {
@@ -297,7 +305,7 @@ impl Machine {
                 u: &u[input],
                 hold,
             };
-            let values: Vec<[(f64, f64); 3]> = t
+            let values: Vec<[(f64, f64); 3]> = along
                 .windows(2)
                 .map(|ends| signal.delayed(ends[0], ends[1], tau))
                 .collect();
@@ -327,11 +335,16 @@ impl Machine {
         let Some(tapes) = &self.memory else {
             return Ok(Trail::default());
         };
-        let memories = self.late(&curve.t, &curve.u, hold, parameters);
+        let (t, u) = match &curve.history {
+            Some(history) => (&history.t, &history.u),
+            None => (&curve.t, &curve.u),
+        };
+        let memories = self.late((t, u), &curve.t, hold, parameters);
         let intervals = 0..curve.len() - 1;
+        let longest = longest_step(&curve.t);
         let shares = [0.0, 0.5, 1.0];
         let mut nodes = [0, 1, 2].map(|node| {
-            let mut states = curve.between(intervals.clone(), shares[node], hold);
+            let mut states = curve.between(intervals.clone(), shares[node], hold, longest);
             states.memory = memories[node].clone();
             states
         });

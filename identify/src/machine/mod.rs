@@ -15,7 +15,7 @@ pub use measured::{Measured, Sensors};
 pub use memory::{Memory, Trail};
 pub use rollout::{Rollout, RolloutOptions, Simulated};
 pub use solve::{Factorisation, SolveError};
-pub use states::States;
+pub use states::{History, States};
 
 use dynamics_codegen::derive::{Sensitivity, Variable};
 use dynamics_codegen::model::ConstraintKind;
@@ -281,6 +281,11 @@ pub struct SensitivityTape {
 }
 
 impl SensitivityTape {
+    /// How many variables it has derivatives by.
+    pub fn variable_count(&self) -> usize {
+        self.variables
+    }
+
     /// Whether it matters which states it is evaluated with.
     pub fn reads_states(&self) -> bool {
         self.reads_states

@@ -153,6 +153,7 @@ impl<'a> Rollout<'a> {
             v: state.v.clone(),
             u,
             memory,
+            history: None,
         }
     }
 

@@ -3,6 +3,7 @@
 use super::hold::Hold;
 use super::memory::Memory;
 use dynamics_codegen::Column;
+use std::sync::Arc;
 
 /// Where a machine is evaluated. Every column has one entry per sample.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -17,6 +18,17 @@ pub struct States {
     pub u: Vec<Vec<f64>>,
     /// What the machine remembers here; by default nothing has happened yet.
     pub memory: Memory,
+    /// All inputs that there ever were, where these states are part of a longer motion.
+    pub history: Option<Arc<History>>,
+}
+
+/// Inputs over a whole motion.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct History {
+    /// Sampling instants, s.
+    pub t: Vec<f64>,
+    /// Inputs, one column per input.
+    pub u: Vec<Vec<f64>>,
 }
 
 impl States {
@@ -51,12 +63,21 @@ impl States {
             v: cut(&self.v),
             u: cut(&self.u),
             memory: self.memory.slice(range),
+            history: self.history.clone(),
         }
     }
 
     /// The curve a share (none, half, all) of the way from each sample in `range` to the next: cubic in
-    /// `q` (Hermite), so that its rate is the velocity at both ends. Without memory.
-    pub fn between(&self, range: std::ops::Range<usize>, share: f64, hold: Hold) -> Self {
+    /// `q` (Hermite), so that its rate is the velocity at both ends. Without memory. Where
+    /// the next sample is more than `longest` seconds away, nobody knows the way there: the
+    /// machine stays where it is.
+    pub fn between(
+        &self,
+        range: std::ops::Range<usize>,
+        share: f64,
+        hold: Hold,
+        longest: f64,
+    ) -> Self {
         let intervals = range.clone();
         let t = intervals
             .clone()
@@ -67,7 +88,7 @@ impl States {
             let at = |k: usize| {
                 let h = self.t[k + 1] - self.t[k];
                 let (q0, q1, v0, v1) = (positions[k], positions[k + 1], rates[k], rates[k + 1]);
-                if share == 0.0 {
+                if share == 0.0 || h > longest {
                     return (q0, v0);
                 }
                 if share == 1.0 {
@@ -94,7 +115,7 @@ impl States {
             q,
             v,
             u: self.u.iter().map(input).collect(),
-            memory: Memory::default(),
+            ..Self::default()
         }
     }
 }

@@ -130,13 +130,14 @@ impl Whitener<'_> {
     /// known ones would not hold back the round-off of a machine that falls over.
     fn predict(&self, weights: &DVector<f64>) -> Vec<DVector<f64>> {
         let n = self.dynamics.coordinate_count();
-        let mut state = DMatrix::zeros(3 * n, 1);
+        let mix = Mix::Sum(weights);
+        let mut state = self.begin(0, &mix);
         let mut shown = DVector::zeros(1);
         let mut predicted = Vec::with_capacity(self.dynamics.t.len());
         let mut next = 0;
         for sample in 0..self.dynamics.t.len() {
             predicted.push(state.column(0).into_owned());
-            let direct = Mix::Sum(weights).of(&self.dynamics.acceleration[sample]);
+            let direct = self.direct(sample, &mix);
             while next < self.updates.len() && self.updates[next].sample as usize == sample {
                 let update = &self.updates[next];
                 self.predict_reading(sample, update.sensor, (&state, &direct), &mut shown);
@@ -147,7 +148,7 @@ impl Whitener<'_> {
             }
             if sample + 1 < self.dynamics.t.len() {
                 state = if self.gaps[sample] {
-                    DMatrix::zeros(3 * n, 1)
+                    self.begin(sample + 1, &mix)
                 } else {
                     let mut next = &self.dynamics.transition[sample] * state;
                     let mut pushed = next.rows_mut(0, 2 * n);

@@ -1,6 +1,10 @@
 //! The linear equation of the departure from the logged curve.
 
-use crate::machine::{Machine, Memory, Motion, SensitivityTape, SolveError, States, Trail};
+use super::sensed::Sensed;
+use crate::log::longest_step;
+use crate::machine::{
+    Machine, Memory, Motion, SensitivityTape, Sensors, SolveError, States, Trail,
+};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -9,11 +13,16 @@ pub use crate::machine::Hold;
 
 /// Which derivatives of the acceleration are wanted as columns.
 pub struct Columns<'a> {
+    /// The machine that the derivatives are of: that of the curve, or one that moves as
+    /// it does and has further effects whose strength is null.
+    pub machine: &'a Machine,
     /// Derivatives by some parameters.
     pub tape: &'a SensitivityTape,
+    /// The machine's sensors, with derivatives by the same parameters; `None` if no reading
+    /// depends on them.
+    pub sensors: Option<&'a Sensors>,
     /// Where to take them. These parameters may differ from those of the curve's
-    /// model only in what does not change its motion: the shape of effects whose
-    /// strength is null.
+    /// machine only in what does not change its motion.
     pub parameters: &'a [f64],
 }
 
@@ -43,6 +52,8 @@ pub struct ErrorDynamics {
     pub force_scale: DVector<f64>,
     /// Number of columns `p`.
     pub columns: usize,
+    /// What columns change in readings alone.
+    pub sensed: Sensed,
 }
 
 /// One place along the curve.
@@ -81,6 +92,7 @@ impl ErrorDynamics {
             .step_by(CHUNK)
             .map(|start| start..(start + CHUNK).min(curve.len() - 1))
             .collect();
+        let longest = longest_step(&curve.t);
         let trails = Trails::new(machine, columns, curve, hold, parameters)?;
         let local = |states: &mut States, node: usize, range: Range<usize>| {
             let memories = trails.at(states, node, range);
@@ -91,11 +103,11 @@ impl ErrorDynamics {
             .map(|range| {
                 let place = |error: SolveError| error.offset(range.start);
                 let at = |node: usize, share: f64| {
-                    let mut states = curve.between(range.clone(), share, hold);
+                    let mut states = curve.between(range.clone(), share, hold, longest);
                     local(&mut states, node, range.clone()).map_err(place)
                 };
                 let (starts, middles, ends) = (at(0, 0.0)?, at(1, 0.5)?, at(2, 1.0)?);
-                Ok(piece(curve, range, &starts, &middles, &ends))
+                Ok(piece(curve, range, longest, [&starts, &middles, &ends]))
             })
             .collect::<Result<_, SolveError>>()?;
         let mut all = Self::join(curve, pieces);
@@ -103,6 +115,7 @@ impl ErrorDynamics {
         let last = local(&mut curve.slice(end..end + 1), 2, end - 1..end)?.remove(0);
         all.slope.push(with_mobility(&last));
         all.acceleration.push(last.acceleration);
+        all.sensed = Sensed::new(columns, curve, &all.accelerations());
         Ok(all)
     }
 
@@ -119,6 +132,7 @@ impl ErrorDynamics {
             acceleration_scale: DVector::zeros(curve.q.len()),
             force_scale: DVector::zeros(curve.q.len()),
             columns,
+            sensed: Sensed::default(),
         };
         for piece in pieces {
             all.transition.extend(piece.transition);
@@ -137,19 +151,34 @@ impl ErrorDynamics {
         all
     }
 
+    /// Accelerations along the curve, one column per coordinate.
+    pub fn accelerations(&self) -> Vec<Vec<f64>> {
+        let column = |i: usize| self.acceleration.iter().map(|a| a[(i, 0)]).collect();
+        (0..self.coordinate_count()).map(column).collect()
+    }
+
     /// Number of coordinates.
     pub fn coordinate_count(&self) -> usize {
         self.slope[0].nrows()
     }
 }
 
-/// What the machine remembers along the curve, with the curve's parameters and with those
-/// of each block of columns. Empty if it remembers nothing.
-#[derive(Default)]
+/// What the machine remembers along the curve, and what the machine of each block of
+/// columns does. Empty where nothing is remembered.
 struct Trails {
     own: Trail,
-    /// `None`: as the curve's.
-    blocks: Vec<Option<Trail>>,
+    /// Of the other machine, for blocks that do not care for its states.
+    other: Trail,
+    blocks: Vec<BlockTrail>,
+}
+
+enum BlockTrail {
+    /// As the curve's.
+    Own,
+    /// As the other machine's.
+    Other,
+    /// With slopes.
+    Particular(Box<Trail>),
 }
 
 impl Trails {
@@ -160,29 +189,42 @@ impl Trails {
         hold: Hold,
         parameters: &[f64],
     ) -> Result<Self, SolveError> {
-        if !machine.remembers() {
-            return Ok(Self::default());
-        }
         let own = machine.trail(curve, hold, parameters, None)?;
+        let is_other = |block: &Columns<'_>| !std::ptr::eq(block.machine, machine);
+        let other = columns.iter().find(|block| is_other(block));
+        let other = other.map(|block| block.machine.trail(curve, hold, block.parameters, None));
         let blocks = columns
             .par_iter()
             .map(|block| {
-                let needed = block.tape.reads_states();
-                needed
-                    .then(|| machine.trail(curve, hold, block.parameters, Some(block.tape)))
-                    .transpose()
+                if block.tape.reads_states() {
+                    let (parameters, tape) = (block.parameters, Some(block.tape));
+                    let trail = block.machine.trail(curve, hold, parameters, tape)?;
+                    return Ok(BlockTrail::Particular(Box::new(trail)));
+                }
+                Ok(if is_other(block) {
+                    BlockTrail::Other
+                } else {
+                    BlockTrail::Own
+                })
             })
             .collect::<Result<_, SolveError>>()?;
-        Ok(Self { own, blocks })
+        Ok(Self {
+            own,
+            other: other.transpose()?.unwrap_or_default(),
+            blocks,
+        })
     }
 
     /// Puts the curve's memory into `states`; returns that of each block.
     fn at(&self, states: &mut States, node: usize, range: Range<usize>) -> Vec<Memory> {
         states.memory = self.own.nodes[node].slice(range.clone());
-        let own = states.memory.clone();
-        let slice = |trail: &Option<Trail>| match trail {
-            Some(trail) => trail.nodes[node].slice(range.clone()),
-            None => own.clone(),
+        let slice = |block: &BlockTrail| {
+            let trail = match block {
+                BlockTrail::Own => &self.own,
+                BlockTrail::Other => &self.other,
+                BlockTrail::Particular(trail) => trail,
+            };
+            trail.nodes[node].slice(range.clone())
         };
         self.blocks.iter().map(slice).collect()
     }
@@ -215,17 +257,13 @@ fn locals(
     }
     let blocks: Vec<_> = columns
         .iter()
-        .enumerate()
-        .map(|(index, block)| match memories.get(index) {
-            Some(memory) => {
-                let memory = memory.clone();
-                let own = States {
-                    memory,
-                    ..states.clone()
-                };
-                block.tape.evaluate(&own, block.parameters, &motions)
-            }
-            None => block.tape.evaluate(states, block.parameters, &motions),
+        .zip(memories)
+        .map(|(block, memory)| {
+            let own = States {
+                memory: memory.clone(),
+                ..states.clone()
+            };
+            block.tape.evaluate(&own, block.parameters, &motions)
         })
         .collect();
     let width = 1 + blocks.iter().map(|b| b[0].0.ncols()).sum::<usize>();
@@ -269,9 +307,8 @@ fn force_size(motion: &Motion) -> DVector<f64> {
 fn piece(
     curve: &States,
     range: Range<usize>,
-    starts: &[Local],
-    middles: &[Local],
-    ends: &[Local],
+    longest: f64,
+    [starts, middles, ends]: [&[Local]; 3],
 ) -> Piece {
     let n = curve.q.len();
     let mut piece = Piece {
@@ -285,8 +322,15 @@ fn piece(
     for (i, k) in range.enumerate() {
         let h = curve.t[k + 1] - curve.t[k];
         let (start, middle, end) = (&starts[i], &middles[i], &ends[i]);
-        piece.transition.push(transition(middle, h));
-        piece.forcing.push(forcing(curve, k, start, middle, end));
+        // Across a gap nothing is predicted.
+        if h > longest {
+            let width = start.acceleration.ncols();
+            piece.transition.push(DMatrix::zeros(3 * n, 3 * n));
+            piece.forcing.push(DMatrix::zeros(2 * n, width));
+        } else {
+            piece.transition.push(transition(middle, h));
+            piece.forcing.push(forcing(curve, k, start, middle, end));
+        }
         piece.slope.push(with_mobility(start));
         piece.acceleration.push(start.acceleration.clone());
         piece.forbidden.extend(middle.forbidden.clone());

@@ -15,10 +15,13 @@ mod adjoint;
 mod error_dynamics;
 mod gram;
 mod innovations;
+mod sensed;
 mod whitener;
 
 pub use adjoint::NoiseEvidence;
 pub use error_dynamics::{CORRELATION, Columns, ErrorDynamics, Hold};
 pub use gram::{BLOCKS, Fit, Gram, INVISIBLE};
 pub use innovations::Innovation;
+pub use sensed::Sensed;
+pub(crate) use sensed::{derivative, divided};
 pub use whitener::{ProcessNoise, Readings, Whitener};

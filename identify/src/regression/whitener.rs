@@ -2,6 +2,7 @@
 
 use super::error_dynamics::{CORRELATION, ErrorDynamics};
 use super::gram::{BLOCKS, Gram};
+use crate::log::longest_step;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -237,18 +238,12 @@ impl<'a> Whitener<'a> {
         let n = self.dynamics.coordinate_count();
         let count = mix.count();
         let data = mix.position_of_data();
-        let mut state = DMatrix::zeros(3 * n, count);
+        let mut state = self.begin(0, mix);
         let mut rows = DMatrix::zeros(self.updates.len(), count);
         let mut next = 0;
         let mut innovation = DVector::zeros(count);
-        let senses_acceleration = self.readings.acceleration.iter().any(Option::is_some);
         for sample in 0..self.dynamics.t.len() {
-            // Only readings of acceleration see the columns at once.
-            let direct = if senses_acceleration {
-                mix.of(&self.dynamics.acceleration[sample])
-            } else {
-                DMatrix::zeros(0, 0)
-            };
+            let direct = self.direct(sample, mix);
             while next < self.updates.len() && self.updates[next].sample as usize == sample {
                 let update = &self.updates[next];
                 self.predict_reading(sample, update.sensor, (&state, &direct), &mut innovation);
@@ -266,7 +261,7 @@ impl<'a> Whitener<'a> {
             }
             if sample + 1 < self.dynamics.t.len() {
                 state = if self.gaps[sample] {
-                    DMatrix::zeros(3 * n, count)
+                    self.begin(sample + 1, mix)
                 } else {
                     let mut next = &self.dynamics.transition[sample] * state;
                     let mut pushed = next.rows_mut(0, 2 * n);
@@ -285,25 +280,48 @@ impl<'a> Whitener<'a> {
         rows
     }
 
+    /// What the columns make sensors read at once.
+    pub(super) fn direct(&self, sample: usize, mix: &Mix<'_>) -> Direct {
+        let senses_acceleration = self.readings.acceleration.iter().any(Option::is_some);
+        Direct {
+            acceleration: senses_acceleration.then(|| mix.of(&self.dynamics.acceleration[sample])),
+            sensed: self.dynamics.sensed.of(sample, mix),
+        }
+    }
+
+    /// The departure where nothing came before: none, or, where columns change what is read,
+    /// such that it is read as it was.
+    pub(super) fn begin(&self, sample: usize, mix: &Mix<'_>) -> DMatrix<f64> {
+        let n = self.dynamics.coordinate_count();
+        let mut state = DMatrix::zeros(3 * n, mix.count());
+        if let Some(sensed) = self.dynamics.sensed.of(sample, mix) {
+            let mut seen = state.rows_mut(0, 2 * n);
+            seen -= sensed.rows(0, 2 * n);
+        }
+        state
+    }
+
     /// What the departure, and the columns at once, would make a sensor read.
     pub(super) fn predict_reading(
         &self,
         sample: usize,
         sensor: Sensor,
-        (state, direct): (&DMatrix<f64>, &DMatrix<f64>),
+        (state, direct): (&DMatrix<f64>, &Direct),
         reading: &mut DVector<f64>,
     ) {
         let n = self.dynamics.coordinate_count();
         for (column, reading) in reading.iter_mut().enumerate() {
-            *reading = match sensor {
-                Sensor::Position(i) => state[(i, column)],
-                Sensor::Velocity(i) => state[(n + i, column)],
+            let (moved, row) = match sensor {
+                Sensor::Position(i) => (state[(i, column)], i),
+                Sensor::Velocity(i) => (state[(n + i, column)], n + i),
                 Sensor::Acceleration(i) => {
                     let slope = &self.dynamics.slope[sample];
                     let shown = (0..3 * n).map(|j| slope[(i, j)] * state[(j, column)]);
-                    shown.sum::<f64>() + direct[(i, column)]
+                    let at_once = direct.acceleration.as_ref().map_or(0.0, |a| a[(i, column)]);
+                    (shown.sum::<f64>() + at_once, 2 * n + i)
                 }
             };
+            *reading = moved + direct.sensed.as_ref().map_or(0.0, |s| s[(row, column)]);
         }
     }
 
@@ -314,6 +332,14 @@ impl<'a> Whitener<'a> {
             Sensor::Acceleration(i) => self.readings.acceleration[i].as_ref().map(|a| a[sample]),
         }
     }
+}
+
+/// What columns make sensors read without a departure.
+pub(super) struct Direct {
+    /// Accelerations, `n×count`, where these are measured.
+    acceleration: Option<DMatrix<f64>>,
+    /// What is read of a motion that stays as it is, `3n×count`.
+    sensed: Option<DMatrix<f64>>,
 }
 
 /// Columns whitened at once.
@@ -328,7 +354,7 @@ pub(super) enum Mix<'a> {
 }
 
 impl Mix<'_> {
-    fn count(&self) -> usize {
+    pub(super) fn count(&self) -> usize {
         match self {
             Self::Columns(columns) => columns.len(),
             Self::Sum(_) => 1,
@@ -440,11 +466,8 @@ pub(super) fn fresh_share(h: f64) -> f64 {
     1.0 - (-2.0 * h / CORRELATION).exp()
 }
 
-/// Intervals more than five times as long as usual.
+/// Intervals across which nothing is predicted.
 fn gaps(t: &[f64]) -> Vec<bool> {
-    let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
-    let all = steps.clone();
-    steps.sort_by(f64::total_cmp);
-    let usual = steps[steps.len() / 2];
-    all.into_iter().map(|step| step > 5.0 * usual).collect()
+    let longest = longest_step(t);
+    t.windows(2).map(|w| w[1] - w[0] > longest).collect()
 }

@@ -1,6 +1,7 @@
 //! The outcome as one page with figures: a file of its own that needs nothing else.
 
 use super::figures::{Figure, Figures};
+use super::unnamed;
 use super::{sentence, short, stated_unit};
 use crate::trace::{Errors, Finding, Outcome, Score, Verdict};
 use dynamics_codegen::Model;
@@ -96,6 +97,10 @@ pub fn html(page: &Page<'_>) -> Result<String, PageError> {
         "found": found,
         "unexplained": unexplained,
         "remains": remains(outcome),
+        "unnamed": match &outcome.unnamed {
+            Some(unnamed) => unnamed::sentences(unnamed, model),
+            None => Vec::new(),
+        },
         "misfit": [short(outcome.misfit_before), short(outcome.misfit_after)],
         "shares": [
             short(100.0 * outcome.remaining.share_before),

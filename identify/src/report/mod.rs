@@ -5,6 +5,7 @@ mod chart;
 mod explain;
 mod figures;
 mod html;
+mod unnamed;
 
 pub use html::{Page, PageError, html};
 
@@ -23,6 +24,12 @@ pub fn summary(outcome: &Outcome, model: &Model) -> String {
     for finding in &outcome.findings {
         line(String::new());
         describe(finding).into_iter().for_each(&mut line);
+    }
+    if let Some(unnamed) = &outcome.unnamed {
+        line(String::new());
+        for sentence in unnamed::sentences(unnamed, model) {
+            line(format!("  {sentence}"));
+        }
     }
     line(String::new());
     let split = &outcome.split;
@@ -83,7 +90,7 @@ fn sentence(outcome: &Outcome) -> String {
     match outcome.verdict {
         Verdict::None => "The log agrees with the model: nothing is missing.".to_string(),
         Verdict::Effect => format!("The model lacks {names}."),
-        Verdict::Channel => format!("An input is not what it seems: {names}."),
+        Verdict::Channel => format!("A channel is not what it seems: {names}."),
         Verdict::Parameter => format!("Only the value of a parameter is off: {names}."),
         Verdict::Unknown if names.is_empty() => {
             "Something is missing that no effect of the library explains.".to_string()

@@ -6,9 +6,11 @@
 //! nothing, so the copy moves as the model does, and its derivatives by the
 //! candidates' parameters are the columns of the regression.
 
-use crate::machine::{Machine, SensitivityTape};
+use super::focus::Focuses;
+use crate::machine::{Machine, SensitivityTape, Sensors};
 use dynamics_codegen::derive::Variable;
 use dynamics_codegen::dimension::Dimension;
+use dynamics_codegen::graph::ExprId;
 use dynamics_codegen::syntax::{PortKind, written_name};
 use dynamics_codegen::{Library, Report, compile};
 use std::collections::{BTreeMap, HashMap};
@@ -63,8 +65,15 @@ pub struct Candidate {
     pub strengths: Vec<usize>,
     /// Values to try for the shape parameters, all combinations.
     pub shapes: Vec<Vec<(usize, f64)>>,
-    /// Whether it is about an input channel.
+    /// Whether it is about a channel: an input or a sensor.
     pub channel: bool,
+}
+
+impl Candidate {
+    /// How many parameters it has.
+    pub fn size(&self) -> usize {
+        self.parameters.len()
+    }
 }
 
 /// The extended model and its candidates.
@@ -72,10 +81,10 @@ pub struct Candidate {
 pub struct Dictionary {
     /// The model with all candidates in it.
     pub machine: Machine,
-    /// Derivatives by positions and velocities.
-    pub slopes: SensitivityTape,
     /// Derivatives by every parameter.
     pub by_parameter: SensitivityTape,
+    /// What sensors read, with derivatives by every parameter.
+    pub sensors: Sensors,
     /// All candidates.
     pub candidates: Vec<Candidate>,
     /// Per further shape, counted from one: the strengths of the candidates that
@@ -83,6 +92,8 @@ pub struct Dictionary {
     pub by_shape: Vec<(Vec<usize>, SensitivityTape)>,
     /// Default values of all parameters.
     pub defaults: Vec<f64>,
+    /// Models with some of the candidates.
+    pub(super) focuses: Focuses,
 }
 
 /// Where a log goes.
@@ -126,12 +137,6 @@ impl Dictionary {
         }
         let compiled = compile(name, &extended, library)?;
         let mut machine = Machine::new(compiled);
-        let n = machine.coordinate_count();
-        let state: Vec<Variable> = (0..n)
-            .map(Variable::Position)
-            .chain((0..n).map(Variable::Velocity))
-            .collect();
-        let slopes = machine.sensitivity(&state);
         let mut defaults = machine.nominal_parameters();
         for (value, parameter) in defaults.iter_mut().zip(&machine.compiled.model.parameters) {
             if let Some(&given) = overrides.get(&parameter.name) {
@@ -140,6 +145,7 @@ impl Dictionary {
         }
         let all: Vec<Variable> = (0..defaults.len()).map(Variable::Parameter).collect();
         let by_parameter = machine.sensitivity(&all);
+        let sensors = machine.sensors(&all);
         let own = plain.model.parameters.len();
         let mut candidates: Vec<Candidate> = (0..own)
             .map(|index| Candidate {
@@ -159,13 +165,18 @@ impl Dictionary {
                 parameters: effect.parameters.clone(),
                 strengths: Vec::new(),
                 shapes: vec![Vec::new()],
-                channel: effect.on.iter().any(|(kind, _)| *kind == PortKind::Input),
+                channel: effect.on.iter().any(|(kind, _)| *kind == PortKind::Input)
+                    || effect
+                        .parameters
+                        .iter()
+                        .any(|p| sensors.sensing.contains(p)),
             });
         }
         let mut dictionary = Self {
             machine,
-            slopes,
+            focuses: Focuses::new(name, text, library),
             by_parameter,
+            sensors,
             candidates,
             by_shape: Vec::new(),
             defaults,
@@ -181,14 +192,17 @@ impl Dictionary {
     }
 
     /// Tells strengths from shapes: at its defaults an effect does nothing, so the
-    /// derivative by a shape parameter is identically zero there.
+    /// derivative by a shape parameter is identically zero there. Where it is so
+    /// everywhere, as by an offset out of the plane of a planar machine, the parameter is
+    /// nothing to be found.
     fn find_shapes(&mut self, ranges: &Ranges) {
-        let active = self.active_at_defaults();
+        let (active, inert) = self.active_at_defaults();
         let mut candidates = std::mem::take(&mut self.candidates);
         for candidate in &mut candidates {
             if let Subject::Parameter(_) = candidate.subject {
                 continue;
             }
+            candidate.parameters.retain(|&index| !inert[index]);
             let inactive = candidate
                 .parameters
                 .iter()
@@ -249,15 +263,20 @@ impl Dictionary {
     }
 
     /// Per parameter: whether the equation of motion changes when it alone leaves
-    /// its default.
-    fn active_at_defaults(&self) -> Vec<bool> {
+    /// its default, and whether it never does.
+    fn active_at_defaults(&self) -> (Vec<bool>, Vec<bool>) {
         let compiled = &self.machine.compiled;
         let mut model = compiled.model.clone();
         let mut outputs = compiled.system.force.clone();
         outputs.extend(compiled.system.mass_matrix.iter().flatten());
         outputs.extend(compiled.system.constraint_matrix.iter().flatten());
         outputs.extend(&compiled.system.constraint_bias);
+        outputs.extend(&compiled.system.measured);
+        outputs.extend(&compiled.system.state_rates);
+        outputs.extend(&compiled.system.initial_states);
         let parameters = &compiled.model.parameters;
+        // What a state owes to a parameter only shows where the state does something.
+        let moving = outputs.len() - compiled.system.state_rates.len() * 2;
         let mut replacements = HashMap::new();
         for (parameter, &value) in parameters.iter().zip(&self.defaults) {
             replacements.insert(parameter.symbol, model.graph.constant(value));
@@ -268,9 +287,10 @@ impl Dictionary {
                 let seeds = model.parameter_seeds(parameter.symbol);
                 let slopes = model.graph.directional(&outputs, &seeds);
                 let at_defaults = model.graph.substitute(&slopes, &replacements);
-                at_defaults.iter().any(|&slope| !model.graph.is_zero(slope))
+                let some = |slopes: &[ExprId]| slopes.iter().any(|&s| !model.graph.is_zero(s));
+                (some(&at_defaults[..moving]), !some(&slopes))
             })
-            .collect()
+            .unzip()
     }
 
     /// Where to look for the value of a shape parameter.

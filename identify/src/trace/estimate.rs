@@ -2,11 +2,14 @@
 //! read beside the curve.
 
 use super::dictionary::Ranges;
-use crate::log::{Record, Warning};
-use crate::machine::States;
-use crate::regression::{Hold, Readings};
+use super::focus::Focus;
+use crate::log::{Record, Warning, stretches};
+use crate::machine::{History, States};
+use crate::regression::{Hold, Readings, derivative, divided};
 use crate::smooth::{ChannelNoise, SmoothError, Smoothed, smooth};
 use nalgebra::DVector;
+use std::ops::Range;
+use std::sync::Arc;
 
 /// A record with the curve that is thought to run through it.
 #[derive(Debug, Clone)]
@@ -61,6 +64,42 @@ impl Observed {
         })
     }
 
+    /// Stretches of the log, evenly spread over it, with about `samples` samples; `None` if
+    /// there are not many more anyway. What the inputs were in between stays known.
+    pub fn excerpt(&self, samples: usize) -> Option<Self> {
+        let all = self.record.len();
+        if (all as f64) < WORTH_CUTTING * samples as f64 {
+            return None;
+        }
+        let length = samples / STRETCHES;
+        let ranges: Vec<Range<usize>> = (0..STRETCHES)
+            .map(|i| i * (all - length) / (STRETCHES - 1))
+            .map(|start| start..start + length)
+            .collect();
+        let cut = |columns: &[Vec<f64>]| -> Vec<Vec<f64>> {
+            columns.iter().map(|c| stretches(c, &ranges)).collect()
+        };
+        let record = self.record.stretches(&ranges);
+        Some(Self {
+            curve: States {
+                t: record.t.clone(),
+                q: cut(&self.curve.q),
+                v: cut(&self.curve.v),
+                u: record.u.clone(),
+                history: Some(Arc::new(History {
+                    t: self.record.t.clone(),
+                    u: self.record.u.clone(),
+                })),
+                ..States::default()
+            },
+            record,
+            position_sd: self.position_sd.clone(),
+            velocity_sd: self.velocity_sd.clone(),
+            acceleration_sd: self.acceleration_sd.clone(),
+            hold: self.hold,
+        })
+    }
+
     /// Believes every sensor less.
     pub fn scale_noise(&mut self, factor: f64) {
         let sensors = [
@@ -71,8 +110,36 @@ impl Observed {
         sensors.into_iter().flatten().for_each(|sd| *sd *= factor);
     }
 
-    /// What the sensors read beside the curve.
-    pub fn readings(&self) -> Readings {
+    /// What the sensors of `focus`, with these of the dictionary's values, read beside the
+    /// curve, along which the accelerations are those given.
+    pub fn readings(&self, focus: &Focus, values: &[f64], accelerations: &[Vec<f64>]) -> Readings {
+        if !focus.machine.has_sensor_errors() {
+            return self.plain_readings();
+        }
+        let values = focus.values(values);
+        let states = focus.machine.at_rest(&self.curve, &values);
+        let read = focus.sensors.read(&states, accelerations, &values);
+        let beside = |y: &[f64], x: &[f64], slope: &[f64]| {
+            let apart: Vec<f64> = y.iter().zip(x).map(|(y, x)| y - x).collect();
+            divided(&apart, slope)
+        };
+        let channels = |i: usize| (&read.q[i][..], &read.v[i][..], &read.slope[i][..]);
+        let mut readings = self.plain_readings();
+        for i in 0..self.record.q.len() {
+            let (q, v, slope) = channels(i);
+            readings.position[i] = beside(&self.record.q[i], q, slope);
+            readings.velocity[i] = self.record.dq[i].as_ref().map(|y| beside(y, v, slope));
+            // What is read of the acceleration beyond the acceleration itself.
+            let (curve_v, t) = (&self.curve.v[i], &self.curve.t);
+            let beyond: Vec<f64> = v.iter().zip(curve_v).map(|(read, v)| read - v).collect();
+            let beyond = derivative(t, &beyond);
+            let corrected = |y: &Vec<f64>| y.iter().zip(&beyond).map(|(y, b)| y - b).collect();
+            readings.acceleration[i] = self.record.ddq[i].as_ref().map(corrected);
+        }
+        readings
+    }
+
+    fn plain_readings(&self) -> Readings {
         let beside = |y: &Vec<f64>, x: &Vec<f64>| y.iter().zip(x).map(|(y, x)| y - x).collect();
         let rates = self.record.dq.iter().zip(&self.curve.v);
         Readings {
@@ -127,6 +194,11 @@ impl Observed {
         }
     }
 }
+
+/// In how many stretches an excerpt is taken.
+const STRETCHES: usize = 4;
+/// A log is not cut unless it is this many times as long as what is needed.
+const WORTH_CUTTING: f64 = 1.5;
 
 /// A velocity or acceleration whose errors follow one another this closely was
 /// filtered before it was logged: it carries no news, only somebody's idea of it.

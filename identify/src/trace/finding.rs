@@ -13,7 +13,7 @@ pub enum Verdict {
     Effect,
     /// Only a parameter has another value.
     Parameter,
-    /// An input is not what it seems.
+    /// An input or a sensor is not what it seems.
     Channel,
     /// The log agrees with the model.
     None,

@@ -1,9 +1,13 @@
 //! From a log to the named effects that the model lacks.
 
+mod corrected;
 mod dictionary;
 mod estimate;
 mod finding;
+mod focus;
+mod microscope;
 mod patch;
+mod progress;
 mod refine;
 mod rivals;
 mod run;
@@ -15,7 +19,10 @@ mod series;
 pub use dictionary::{Candidate, Dictionary, Ranges, Subject};
 pub use estimate::Observed;
 pub use finding::{Finding, ParameterEstimate, Rival, Verdict};
+pub use focus::Focus;
+pub use microscope::{Dependence, Tried, Unnamed, UnnamedForce};
 pub use patch::patch;
+pub use progress::{Progress, Silent, Stage};
 pub use refine::{Estimate, Explanation, SMALLEST_SHARE};
 pub use run::{Outcome, Request, Split, TraceError, trace};
 pub use score::{Errors, RolloutErrors, Score};

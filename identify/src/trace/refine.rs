@@ -3,7 +3,7 @@
 
 use super::dictionary::Dictionary;
 use super::estimate::Observed;
-use crate::machine::{SensitivityTape, SolveError};
+use crate::machine::SolveError;
 use crate::regression::{Columns, ErrorDynamics, Fit, Gram, ProcessNoise, Readings, Whitener};
 use nalgebra::{DMatrix, DVector};
 
@@ -144,35 +144,61 @@ const LARGEST: f64 = 3.0 / SMALLEST_SHARE;
 /// Change of `ln σ` below which nothing is adapted further.
 const SETTLED: f64 = 0.03;
 
-/// Fits `parameters` (indices, with their derivatives on `tape`), starting at and
-/// writing to `explanation`, and moves the curve to where the model and the sensors
-/// agree best. The noise is adapted on the way,
-/// but for the first `held` steps.
+/// Fits the parameters of `candidates`, starting at and writing to `explanation`, and
+/// moves the curve to where the model and the sensors agree best. The noise is adapted on
+/// the way, but for the first `held` steps.
 ///
 /// # Errors
 /// If the equation of motion cannot be solved along the curve.
 pub fn refine(
     dictionary: &Dictionary,
-    tape: &SensitivityTape,
+    candidates: &[usize],
+    explanation: &mut Explanation,
+    held: usize,
+) -> Result<Estimate, SolveError> {
+    let parameters = dictionary.parameters_of(candidates);
+    refine_some(dictionary, candidates, &parameters, explanation, held)
+}
+
+/// As [`refine`], with all parameters as they are: only the curve and the noise move.
+///
+/// # Errors
+/// If the equation of motion cannot be solved along the curve.
+pub fn refine_curve(
+    dictionary: &Dictionary,
+    candidates: &[usize],
+    explanation: &mut Explanation,
+) -> Result<Estimate, SolveError> {
+    refine_some(dictionary, candidates, &[], explanation, 0)
+}
+
+/// `parameters`: those of `candidates`, or none.
+fn refine_some(
+    dictionary: &Dictionary,
+    candidates: &[usize],
     parameters: &[usize],
     explanation: &mut Explanation,
     held: usize,
 ) -> Result<Estimate, SolveError> {
+    let focus = dictionary.focus(candidates);
     let all: Vec<usize> = (0..parameters.len()).collect();
     let mut best: Option<Step> = None;
     let mut uphill = 0;
     for step in 1..=STEPS {
+        let values = focus.values(&explanation.values);
         let columns = [Columns {
-            tape,
-            parameters: &explanation.values,
+            machine: &focus.machine,
+            tape: &focus.by_parameter,
+            sensors: Some(&focus.sensors),
+            parameters: &values,
         }];
         let dynamics = ErrorDynamics::new(
-            &dictionary.machine,
-            &dictionary.slopes,
-            &columns,
+            &focus.machine,
+            &focus.slopes,
+            if parameters.is_empty() { &[] } else { &columns },
             &explanation.observed.curve,
             explanation.observed.hold,
-            &explanation.values,
+            &values,
         );
         // Where a step leads to a place that cannot be, a shorter one may do.
         let dynamics = match (dynamics, &best) {
@@ -181,7 +207,9 @@ pub fn refine(
             (Err(error), None) => return Err(error),
         };
         let next = dynamics.and_then(|dynamics| {
-            let readings = explanation.observed.readings();
+            let accelerations = dynamics.accelerations();
+            let observed = &explanation.observed;
+            let readings = observed.readings(&focus, &explanation.values, &accelerations);
             let noise = &mut explanation.noise;
             let adapt = if step > held {
                 Adapt::ToData

@@ -1,9 +1,12 @@
 //! The whole loop: log in, findings and patched model out.
 
+use super::corrected::corrected;
 use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use super::finding::{Finding, Verdict, findings, verdict};
+use super::microscope::{Unnamed, look};
 use super::patch::patch;
+use super::progress::{Progress, Stage};
 use super::score::{Score, ScoreError, Scoring};
 use super::select::{Remaining, Selection, likelier_hold, select, smooth};
 use super::series::{Details, Series, weighed};
@@ -37,6 +40,8 @@ pub struct Request<'a> {
     pub horizon: f64,
     /// Seed of everything random.
     pub seed: u64,
+    /// Who is told how far the work is; [`Silent`](super::Silent) does not care.
+    pub progress: &'a dyn Progress,
 }
 
 /// Which samples served what.
@@ -69,6 +74,9 @@ pub struct Outcome {
     pub noise_floor: Score,
     /// What the findings leave unexplained.
     pub remaining: Remaining,
+    /// What has no name, if the verdict says so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unnamed: Option<Unnamed>,
     /// Mean squared whitened prediction error on the training data, of the model as given.
     pub misfit_before: f64,
     /// The same of the patched model; one if sensor noise explains it.
@@ -164,14 +172,17 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         model_name,
         model_text,
         library,
+        progress,
         ..
     } = *request;
+    progress.enter(Stage::Smooth, &[]);
     let plain = dynamics_codegen::compile(model_name, model_text, library).map_err(Box::new)?;
     check_overrides(&plain, &request.parameters)?;
     let (train, test, split) = split(request, &plain)?;
     let train = thinned(train);
     let mut observed = Observed::new(train, request.hold.unwrap_or(Hold::Linear))?;
     let ranges = observed.ranges();
+    progress.enter(Stage::Derive, &[]);
     let dictionary = Dictionary::new(
         model_name,
         model_text,
@@ -183,17 +194,53 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     let times = observed.record.t.clone();
     let located = |source: SolveError| locate(source, &times);
     check_constraints(&dictionary, &observed)?;
+    progress.enter(Stage::Fit, &[]);
     if request.hold.is_none() {
         observed.hold = likelier_hold(&dictionary, &observed).map_err(located)?;
     }
     let selection =
-        select_with_slow_errors(&dictionary, observed, request.hold.is_none()).map_err(located)?;
+        select_with_slow_errors(&dictionary, observed, request.hold.is_none(), progress)
+            .map_err(located)?;
     let observed = &selection.observed;
     let hold = observed.hold;
     let found = findings(&dictionary, &selection);
     let verdict = verdict(&dictionary, &selection);
+    progress.enter(Stage::Judge, &[]);
     let (scores, series) = judge(&dictionary, &selection, &test, request, hold)?;
     let [before, after, noise_floor] = scores;
+    let sources = observed.record.warnings.iter().chain(&test.warnings);
+    let mut warnings: Vec<String> = sources.map(ToString::to_string).collect();
+    let unnamed = match verdict {
+        Verdict::Unknown => {
+            let focus = dictionary.focus(&[]);
+            let scoring = Scoring {
+                machine: &focus.machine,
+                values: &focus.values(&dictionary.defaults),
+                hold,
+                horizon: request.horizon,
+            };
+            progress.enter(Stage::Look, &[]);
+            let errors = (before.acceleration.total, noise_floor.acceleration.total);
+            let seen = look(
+                &dictionary,
+                &selection,
+                &scoring,
+                &test,
+                errors,
+                request.seed,
+            );
+            match seen {
+                Ok(unnamed) => Some(unnamed),
+                Err(error) => {
+                    warnings.push(format!(
+                        "the unexplained force cannot be described: {error}"
+                    ));
+                    None
+                }
+            }
+        }
+        _ => None,
+    };
     let provenance = format!(
         "dynamics trace, {}: held-out acceleration error {:.3} -> {:.3}, rollout {:.3} -> {:.3} (seed {})",
         split.train_log,
@@ -203,12 +250,6 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         after.rollout.errors.total,
         request.seed
     );
-    let warnings = observed
-        .record
-        .warnings
-        .iter()
-        .chain(&test.warnings)
-        .map(ToString::to_string);
     Ok(Outcome {
         verdict,
         // What does not explain the log is not written into the model.
@@ -220,6 +261,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         before,
         after,
         noise_floor,
+        unnamed,
         remaining: selection.remaining,
         misfit_before: selection.nominal_misfit,
         misfit_after: selection.reduced_misfit,
@@ -227,7 +269,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         input_hold: hold,
         split,
         seed: request.seed,
-        warnings: warnings.collect(),
+        warnings,
         details: Details {
             considered: weighed(&dictionary, &selection),
             series,
@@ -243,21 +285,24 @@ fn select_with_slow_errors(
     dictionary: &Dictionary,
     observed: Observed,
     free_hold: bool,
+    progress: &dyn Progress,
 ) -> Result<Selection, SolveError> {
     let start = observed.clone();
-    let mut best = select(dictionary, observed, free_hold)?;
+    let mut best = select(dictionary, observed, free_hold, progress)?;
     let faint = best.remaining.share_after < FAINT_SHARE;
     if best.terms.is_empty() || !faint || verdict(dictionary, &best) != Verdict::Unknown {
         return Ok(best);
     }
     let prediction_error = |selection: &Selection| {
+        let focus = dictionary.focus(&selection.accepted());
         let scoring = Scoring {
-            machine: &dictionary.machine,
-            values: &selection.values,
+            machine: &focus.machine,
+            values: &focus.values(&selection.values),
             hold: selection.observed.hold,
             horizon: JUDGED_HORIZON,
         };
-        let score = scoring.score(&start.record).ok()?;
+        let record = corrected(&start.record, &focus, scoring.values).ok()?;
+        let score = scoring.score(&record).ok()?;
         Some(score.rollout.errors.total).filter(|error| error.is_finite())
     };
     let mut lowest = prediction_error(&best).unwrap_or(f64::INFINITY);
@@ -265,7 +310,7 @@ fn select_with_slow_errors(
         let mut noisier = start.clone();
         noisier.scale_noise(factor);
         // Noise under which nothing can be fitted is none.
-        let Ok(selection) = select(dictionary, noisier, free_hold) else {
+        let Ok(selection) = select(dictionary, noisier, free_hold, progress) else {
             continue;
         };
         let Some(error) = prediction_error(&selection) else {
@@ -383,12 +428,13 @@ fn split(request: &Request<'_>, plain: &Compiled) -> Result<(Record, Record, Spl
 
 /// Holonomic constraints must hold in the measured positions themselves.
 fn check_constraints(dictionary: &Dictionary, observed: &Observed) -> Result<(), TraceError> {
-    let machine = &dictionary.machine;
+    let focus = dictionary.focus(&[]);
+    let machine = &focus.machine;
     let measured = crate::machine::States {
         q: observed.record.q.clone(),
         ..observed.curve.clone()
     };
-    let terms = machine.terms(&measured, &dictionary.defaults);
+    let terms = machine.terms(&measured, &focus.values(&dictionary.defaults));
     let travel: Vec<f64> = observed
         .ranges()
         .positions
@@ -443,25 +489,35 @@ fn judge(
         ScoreError::Smooth(error) => TraceError::Smooth(error),
         ScoreError::Solve(error) => locate(error, &test.t),
     };
-    let machine = &dictionary.machine;
-    let horizon = request.horizon;
-    let scoring = |values| Scoring {
+    let accepted = selection.accepted();
+    let (given, patched) = (dictionary.focus(&[]), dictionary.focus(&accepted));
+    let (given_values, patched_values) = (
+        given.values(&dictionary.defaults),
+        patched.values(&selection.values),
+    );
+    let scoring = |machine, values| Scoring {
         machine,
         values,
         hold,
-        horizon,
+        horizon: request.horizon,
     };
-    let before = scoring(&dictionary.defaults).look(test).map_err(failed)?;
-    let after = scoring(&selection.values).look(test).map_err(failed)?;
+    let before = scoring(&given.machine, &given_values);
+    let after = scoring(&patched.machine, &patched_values);
+    let floor = after;
+    let before = before.look(test).map_err(failed)?;
+    let faultless = corrected(test, &patched, &patched_values)?;
+    let after = after.look(&faultless).map_err(failed)?;
     // The states of the test log as the patched model sees them.
     let observed = Observed::new(test.clone(), hold)?;
-    let observed =
-        smooth(dictionary, observed, &selection.values).map_err(|error| locate(error, &test.t))?;
-    let floor = scoring(&selection.values)
-        .noise_floor(&observed, request.seed)
-        .map_err(failed)?;
-    let series = Series::new(dictionary, &selection.values, &observed, &before, &after)
+    let observed = smooth(dictionary, &accepted, observed, &selection.values)
         .map_err(|error| locate(error, &test.t))?;
+    let floor = floor.noise_floor(&observed, request.seed).map_err(failed)?;
+    let models = [
+        (&*given, &dictionary.defaults[..]),
+        (&*patched, &selection.values[..]),
+    ];
+    let series =
+        Series::new(models, &observed, &before, &after).map_err(|error| locate(error, &test.t))?;
     Ok(([before.score, after.score, floor], series))
 }
 

@@ -5,6 +5,7 @@ use crate::log::Record;
 use crate::machine::{Machine, Rollout, RolloutOptions, Simulated, SolveError, States};
 use crate::regression::Hold;
 use crate::smooth::{SgStates, SmoothError, savgol_states};
+use nalgebra::DVector;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -46,6 +47,28 @@ pub struct Score {
     pub force: Errors,
     /// Open-loop prediction errors. Scale: how far the coordinate moves within a window.
     pub rollout: RolloutErrors,
+}
+
+impl Errors {
+    /// What is left in the mean of squares when another error is taken out.
+    fn less(&self, other: &Self) -> Self {
+        let rest = |a: f64, b: f64| (a * a - b * b).max(0.0).sqrt();
+        let others = other.per_coordinate.values();
+        let pairs = self.per_coordinate.iter().zip(others);
+        Self {
+            per_coordinate: pairs.map(|((k, &a), &b)| (k.clone(), rest(a, b))).collect(),
+            total: rest(self.total, other.total),
+        }
+    }
+}
+
+impl Score {
+    fn less(mut self, other: &Self) -> Self {
+        self.acceleration = self.acceleration.less(&other.acceleration);
+        self.force = self.force.less(&other.force);
+        self.rollout.errors = self.rollout.errors.less(&other.rollout.errors);
+        self
+    }
 }
 
 /// What a score is computed with.
@@ -96,7 +119,7 @@ impl Scoring<'_> {
     /// The score with the curves that it is made from.
     pub fn look(&self, record: &Record) -> Result<Look, ScoreError> {
         let states = savgol_states(record)?;
-        let (acceleration, force, missing) = self.one_step(record, &states)?;
+        let (acceleration, force, missing) = self.one_step(record, &states, &[])?;
         let (rollout, predicted) = self.rollout(record, &states);
         let inner = inner_samples(record, &states);
         Ok(Look {
@@ -112,8 +135,9 @@ impl Scoring<'_> {
         })
     }
 
-    /// The score that remains because of sensor noise alone: the log that the model
-    /// itself would give, seen through sensors as noisy as these.
+    /// The score that remains because of sensor noise alone: the curve seen through sensors
+    /// as noisy as these, less what the curve itself is beside the model where forces remain
+    /// that nothing explains.
     pub fn noise_floor(&self, observed: &Observed, seed: u64) -> Result<Score, ScoreError> {
         let curve = &observed.curve;
         let along = self.machine.remember(curve, self.hold, self.values)?;
@@ -128,14 +152,30 @@ impl Scoring<'_> {
                 clean.ddq[i] = Some(motions.iter().map(|m| m.acceleration[i]).collect());
             }
         }
-        self.score(&with_noise(clean, observed, seed))
+        let own = self.score(&clean)?;
+        let noisy = self.score(&with_noise(clean, observed, seed))?;
+        Ok(noisy.less(&own))
     }
 
-    /// Acceleration errors, force errors, and the latter per coordinate and sample.
+    /// Acceleration and force errors with generalised forces (per coordinate and sample)
+    /// added to those of the model.
+    pub fn one_step_with(
+        &self,
+        record: &Record,
+        states: &SgStates,
+        added: &[Vec<f64>],
+    ) -> Result<(Errors, Errors), ScoreError> {
+        let (acceleration, force, _) = self.one_step(record, states, added)?;
+        Ok((acceleration, force))
+    }
+
+    /// Acceleration errors, force errors, and the latter per coordinate and sample. What is
+    /// `added` to the model's forces may be empty.
     fn one_step(
         &self,
         record: &Record,
         states: &SgStates,
+        added: &[Vec<f64>],
     ) -> Result<(Errors, Errors, Vec<Vec<f64>>), ScoreError> {
         let at = States {
             t: record.t.clone(),
@@ -145,8 +185,14 @@ impl Scoring<'_> {
             ..States::default()
         };
         let at = self.machine.remember(&at, self.hold, self.values)?;
-        let motions = self.machine.motion(&at, self.values)?;
+        let mut motions = self.machine.motion(&at, self.values)?;
         let n = record.q.len();
+        if !added.is_empty() {
+            for (sample, motion) in motions.iter_mut().enumerate() {
+                let force = DVector::from_fn(n, |i, _| added[i][sample]);
+                motion.acceleration += motion.factorisation.mobility() * force;
+            }
+        }
         let inner = inner_samples(record, states);
         let pick = |values: &[f64]| inner.iter().map(|&k| values[k]).collect::<Vec<f64>>();
         let misses: Vec<Vec<f64>> = (0..n)

@@ -27,6 +27,17 @@ pub struct Considered {
     pub(super) other_shapes: Vec<Considered>,
 }
 
+/// Two candidates together.
+#[derive(Debug, Clone)]
+pub(super) struct Pair {
+    /// Nats by which both would improve the fit.
+    pub gain: f64,
+    /// The same less the price of their parameters.
+    pub score: f64,
+    /// With the strengths that they have beside each other.
+    pub members: [Considered; 2],
+}
+
 /// A candidate's columns in the regression, for one shape.
 #[derive(Debug, Clone)]
 pub(super) struct ShapedCandidate {
@@ -57,27 +68,41 @@ impl<'a> Screen<'a> {
         let shaped: Vec<Vec<f64>> = (1..=dictionary.by_shape.len())
             .map(|shape| with_shape(dictionary, explanation, accepted, shape))
             .collect();
+        let focus = dictionary.focus(accepted);
+        let machine = &dictionary.machine;
         let mut columns = vec![Columns {
+            machine,
             tape: &dictionary.by_parameter,
+            sensors: Some(&dictionary.sensors),
             parameters: &explanation.values,
         }];
         for ((_, tape), parameters) in dictionary.by_shape.iter().zip(&shaped) {
-            columns.push(Columns { tape, parameters });
+            columns.push(Columns {
+                machine,
+                tape,
+                sensors: None,
+                parameters,
+            });
         }
         let dynamics = ErrorDynamics::new(
-            &dictionary.machine,
-            &dictionary.slopes,
+            &focus.machine,
+            &focus.slopes,
             &columns,
             &explanation.observed.curve,
             explanation.observed.hold,
-            &explanation.values,
+            &focus.values(&explanation.values),
         )?;
+        let accelerations = dynamics.accelerations();
+        let values = &explanation.values;
+        let readings = explanation
+            .observed
+            .readings(&focus, values, &accelerations);
         Ok(Self {
             dictionary,
             explanation,
             base: dictionary.parameters_of(accepted),
             dynamics,
-            readings: explanation.observed.readings(),
+            readings,
             options: options(dictionary, accepted),
         })
     }
@@ -128,10 +153,78 @@ impl<'a> Screen<'a> {
         considered
     }
 
-    /// Negative log likelihood with a candidate's columns and the noise that suits them.
-    pub fn profile(&self, considered: &Considered) -> f64 {
+    /// The pairs of `singles` that are `wanted` and together explain more than either,
+    /// by a linear fit, the best first.
+    pub fn pairs(
+        &self,
+        singles: &[&Considered],
+        wanted: impl Fn(&Considered, &Considered) -> bool,
+    ) -> Vec<Pair> {
+        let mut group: Vec<usize> = singles.iter().flat_map(|c| c.columns.clone()).collect();
+        group.sort_unstable();
+        group.dedup();
+        let whitener = Whitener::new(&self.dynamics, &self.readings, &self.explanation.noise);
+        let Some(gram) = whitener.grams(&self.base, &[&group]).pop() else {
+            return Vec::new();
+        };
+        let base: Vec<usize> = (0..self.base.len()).collect();
+        let base_misfit = gram.fit(&base).misfit;
+        let scale = (base_misfit / gram.rows() as f64).max(1.0);
+        let places = |c: &Considered| -> Vec<usize> {
+            let place = |column: &usize| group.binary_search(column).ok();
+            let places = c.columns.iter().filter_map(place);
+            places.map(|place| base.len() + place).collect()
+        };
+        let mut pairs = Vec::new();
+        for (index, a) in singles.iter().enumerate() {
+            for b in &singles[index + 1..] {
+                if a.candidate == b.candidate || !wanted(a, b) {
+                    continue;
+                }
+                let with = [base.clone(), places(a), places(b)].concat();
+                let fit = gram.fit(&with);
+                let gain = 0.5 * (base_misfit - fit.misfit) / scale;
+                // Not a number is no gain.
+                if gain.is_nan() || gain <= a.gain.max(b.gain) {
+                    continue;
+                }
+                let own = &fit.coefficients.as_slice()[base.len()..];
+                let (of_a, of_b) = own.split_at(a.columns.len());
+                if let (Some(a), Some(b)) = (self.with_steps(a, of_a), self.with_steps(b, of_b)) {
+                    let size = |c: &Considered| self.dictionary.candidates[c.candidate].size();
+                    let price = 0.5 * (size(&a) + size(&b)) as f64 * (gram.rows() as f64).ln();
+                    pairs.push(Pair {
+                        gain,
+                        score: gain - price,
+                        members: [a, b],
+                    });
+                }
+            }
+        }
+        pairs.sort_by(|a, b| b.score.total_cmp(&a.score));
+        pairs
+    }
+
+    /// A candidate with other strengths: its columns' coefficients beside others. `None` if
+    /// one is physically impossible.
+    fn with_steps(&self, single: &Considered, coefficients: &[f64]) -> Option<Considered> {
+        let model = &self.dictionary.machine.compiled.model;
+        let mut changed = single.clone();
+        let first = changed.values.len() - coefficients.len();
+        for ((parameter, value), step) in changed.values[first..].iter_mut().zip(coefficients) {
+            *value = self.explanation.values[*parameter] + step;
+            let bounds = &model.parameters[*parameter];
+            if !(bounds.lower..=bounds.upper).contains(value) {
+                return None;
+            }
+        }
+        Some(changed)
+    }
+
+    /// Negative log likelihood with candidates' columns and the noise that suits them.
+    pub fn profile(&self, considered: &[&Considered]) -> f64 {
         let mut columns = self.base.clone();
-        columns.extend(&considered.columns);
+        columns.extend(considered.iter().flat_map(|c| &c.columns));
         let mut noise = self.explanation.noise.clone();
         let settled = settle(
             &self.dynamics,
@@ -212,12 +305,17 @@ impl<'a> Screen<'a> {
 /// The best of a candidate's shapes, with the next few beside it.
 fn in_best_shape(mut shapes: Vec<Considered>) -> Option<Considered> {
     shapes.sort_by(|a, b| b.score.total_cmp(&a.score));
+    // Shapes that cannot be told apart along this log count once.
+    shapes.dedup_by(|a, b| (a.gain - b.gain).abs() <= SAME_GAIN * b.gain.abs());
     shapes.truncate(1 + OTHER_SHAPES);
     let mut shapes = shapes.into_iter();
     let mut best = shapes.next()?;
     best.other_shapes = shapes.collect();
     Some(best)
 }
+
+/// Relative difference of gains below which two shapes are one.
+const SAME_GAIN: f64 = 1e-9;
 
 /// Shapes of a leader that are looked at besides its best one.
 const OTHER_SHAPES: usize = 3;

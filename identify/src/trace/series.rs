@@ -3,6 +3,7 @@
 
 use super::Dictionary;
 use super::estimate::Observed;
+use super::focus::Focus;
 use super::refine::floor;
 use super::score::Look;
 use super::select::{Selection, linearised};
@@ -105,10 +106,10 @@ const LAGS: usize = 40;
 
 impl Series {
     /// The curves behind two scores on one log; `observed` is that log as the patched
-    /// model sees it.
+    /// model sees it, `models` are the given and the patched one with the dictionary's
+    /// values.
     pub(super) fn new(
-        dictionary: &Dictionary,
-        values: &[f64],
+        models: [(&Focus, &[f64]); 2],
         observed: &Observed,
         before: &Look,
         after: &Look,
@@ -122,8 +123,7 @@ impl Series {
             let value = |k: &Option<usize>| k.map_or(f64::NAN, |k| column[k]);
             shown.iter().map(value).collect()
         };
-        let correlations = [&dictionary.defaults[..], values]
-            .map(|values| autocorrelations(dictionary, observed, values));
+        let correlations = models.map(|(focus, values)| autocorrelations(focus, observed, values));
         let [correlation_before, correlation_after] = correlations;
         let (correlation_before, correlation_after) = (correlation_before?, correlation_after?);
         let coordinate = |(i, name): (usize, &String)| CoordinateSeries {
@@ -179,12 +179,12 @@ fn windows(look: &Look) -> Vec<Option<usize>> {
 /// Autocorrelation `Σ e(k) e(k+l) / Σ e(k)²` of each coordinate's whitened innovations,
 /// l from one on, where sensor noise alone is to blame for what remains.
 fn autocorrelations(
-    dictionary: &Dictionary,
+    focus: &Focus,
     observed: &Observed,
     values: &[f64],
 ) -> Result<Vec<Vec<f64>>, SolveError> {
-    let dynamics = linearised(dictionary, observed, values)?;
-    let readings = observed.readings();
+    let dynamics = linearised(focus, observed, values)?;
+    let readings = observed.readings(focus, values, &dynamics.accelerations());
     let noise = floor(&dynamics);
     let whitener = Whitener::new(&dynamics, &readings, &noise);
     let mut sequences = vec![Vec::new(); observed.record.q.len()];

@@ -71,9 +71,15 @@ impl Unit<'_> {
             w.line(format!("const LENGTH: usize = {length};"));
             w.blank();
             w.line("#[inline(always)]");
-            w.block("fn each(&self, take: &mut impl FnMut(T)) {", "}", |w| {
+            let start =
+                "fn each_of<const R: usize>(results: [&Self; R], take: &mut impl FnMut([&T; R])) {";
+            w.block(start, "}", |w| {
                 for quantity in &function.quantities {
-                    w.line(format!("self.{}.each(take);", quantity.name));
+                    w.line(format!(
+                        "let part = results.map(|result| &result.{});",
+                        quantity.name
+                    ));
+                    w.line("::dynamics::Entries::each_of(part, take);");
                 }
             });
         });

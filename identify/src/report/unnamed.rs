@@ -1,0 +1,57 @@
+//! A force without a name, in words.
+
+use super::{short, stated_unit};
+use crate::trace::{Unnamed, UnnamedForce};
+use dynamics_codegen::Model;
+
+/// What the microscope saw, a sentence or two per coordinate, and what its terms gain.
+pub(super) fn sentences(unnamed: &Unnamed, model: &Model) -> Vec<String> {
+    let forces = unnamed.forces.iter().map(|force| sentence(force, model));
+    forces.chain([gain(unnamed)]).collect()
+}
+
+fn sentence(force: &UnnamedForce, model: &Model) -> String {
+    let unit = |name: &str| {
+        let mut coordinates = model.coordinates.iter();
+        let unit = coordinates.find(|c| c.name == name).map(|c| &c.unit[..]);
+        match stated_unit(unit.unwrap_or_default()) {
+            "rad" => "N*m".to_string(),
+            "m" => "N".to_string(),
+            other => format!("J/{other}"),
+        }
+    };
+    let on: Vec<&str> = force.depends_on.iter().map(|d| &d.variable[..]).collect();
+    let kind = match (force.dissipation, force.odd_in_velocity) {
+        (d, odd) if d > DISTINCT && odd > DISTINCT => "it brakes, and turns with the velocity",
+        (d, _) if d > DISTINCT => "it brakes",
+        (d, _) if d < -DISTINCT => "it drives",
+        (_, odd) if odd < -DISTINCT => "it neither brakes nor drives, as a spring's",
+        _ => "it neither clearly brakes nor drives",
+    };
+    let past = if force.remembers {
+        "; it remembers where the coordinate has come from"
+    } else {
+        ""
+    };
+    format!(
+        "A force on {}, {} {} (root mean square), depends on {}, which explain {} % of it at samples not \
+         fitted; {kind}{past}.",
+        force.coordinate,
+        short(force.size),
+        unit(&force.coordinate),
+        on.join(", "),
+        short(100.0 * force.explained),
+    )
+}
+
+/// From here on a correlation is called distinct.
+const DISTINCT: f64 = 0.3;
+
+fn gain(unnamed: &Unnamed) -> String {
+    format!(
+        "As Gaussian-process terms beside the model as given, these bring the acceleration error to {} \
+         of its scale: {} % of what sensor noise does not explain is gone.",
+        short(unnamed.acceleration_after.total),
+        short(100.0 * unnamed.recovered),
+    )
+}

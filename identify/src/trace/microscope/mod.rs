@@ -1,0 +1,244 @@
+//! The microscope: a force that has no name, looked at through Gaussian processes.
+//!
+//! The smoothed unexplained force `f(t)` of the model as given (the Ornstein–Uhlenbeck
+//! state of [`ErrorDynamics`](crate::regression::ErrorDynamics)) is explained, coordinate by
+//! coordinate, by processes on different sets of variables; their evidence ranks the sets
+//! (length-scales alone would not: TRACE's lesson). The best set tells what the force
+//! depends on, and its posterior mean stays as a term of the model,
+//! `a = a_model + P f(z)` [5.6], measured on the log that nothing was fitted to.
+
+mod features;
+mod law;
+
+use super::dictionary::Dictionary;
+use super::refine::{Explanation, floor, refine_curve};
+use super::score::{Errors, ScoreError, Scoring};
+use super::select::{Selection, linearised};
+use crate::log::Record;
+use crate::machine::SolveError;
+use crate::regression::Whitener;
+use crate::smooth::savgol_states;
+use features::{Feature, Features, Motion, deviation, kinds};
+use law::{Law, LawError};
+use nalgebra::DVector;
+use serde::Serialize;
+
+/// A force that no effect of the library explains.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Unnamed {
+    /// By coordinate, strongest first.
+    pub forces: Vec<UnnamedForce>,
+    /// One-step acceleration error with the forces as Gaussian-process terms, on the log
+    /// that is judged by; as [`Score::acceleration`](super::Score::acceleration).
+    pub acceleration_after: Errors,
+    /// Share of the excess of the error over the noise floor that the terms remove.
+    pub recovered: f64,
+}
+
+/// The unnamed force on one coordinate.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct UnnamedForce {
+    /// The coordinate that it acts on.
+    pub coordinate: String,
+    /// Its root mean square along the training log, in the coordinate's force unit.
+    pub size: f64,
+    /// The variables that it depends on, the most influential first.
+    pub depends_on: Vec<Dependence>,
+    /// Sets of variables that were tried, best first.
+    pub tried: Vec<Tried>,
+    /// Share of its variance that the variables explain at samples that were not fitted.
+    pub explained: f64,
+    /// `−⟨f v⟩/√(⟨f²⟩⟨v²⟩)`: one if it is drag, minus one if it drives.
+    pub dissipation: f64,
+    /// Correlation of `f(z)` with `−f` at the same place at opposite velocity: one if odd in
+    /// velocity, as friction is; minus one if even, as a spring.
+    pub odd_in_velocity: f64,
+    /// Whether it remembers where the coordinate has come from.
+    pub remembers: bool,
+    /// The Gaussian process with its data, as `gp` saves it.
+    #[serde(skip)]
+    pub saved: String,
+}
+
+/// A variable that a force depends on.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Dependence {
+    /// `q_x`, `dq_x`, `u_x`, or `past_x`: where `x` has lately come from.
+    pub variable: String,
+    /// Length-scale in units of the variable's standard deviation: the shorter, the more it
+    /// matters.
+    pub length_scale: f64,
+}
+
+/// A set of variables that a force might depend on.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Tried {
+    /// The variables.
+    pub variables: Vec<String>,
+    /// Log evidence less the price of the parameters, nats.
+    pub evidence: f64,
+}
+
+/// Why nothing could be seen.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum MicroscopeError {
+    #[error(transparent)]
+    Score(#[from] ScoreError),
+    #[error(transparent)]
+    Solve(#[from] SolveError),
+    #[error(transparent)]
+    Law(#[from] LawError),
+}
+
+/// Forces below this share of the strongest one's accelerations are not looked at.
+const WORTH_A_LOOK: f64 = 0.05;
+/// Coordinates at most.
+const MOST_COORDINATES: usize = 3;
+
+/// Looks at what the model as given leaves unexplained. `before` and `floor` are the
+/// acceleration errors of that model and of sensor noise alone.
+pub(super) fn look(
+    dictionary: &Dictionary,
+    selection: &Selection,
+    scoring: &Scoring<'_>,
+    test: &Record,
+    (before, noise_floor): (f64, f64),
+    seed: u64,
+) -> Result<Unnamed, MicroscopeError> {
+    let mut explanation = Explanation {
+        observed: selection.observed.clone(),
+        values: dictionary.defaults.clone(),
+        noise: selection.noise.clone(),
+    };
+    refine_curve(dictionary, &[], &mut explanation)?;
+    let focus = dictionary.focus(&[]);
+    let observed = &explanation.observed;
+    let dynamics = linearised(&focus, observed, &explanation.values)?;
+    let accelerations = dynamics.accelerations();
+    let readings = observed.readings(&focus, &explanation.values, &accelerations);
+    let whitener = Whitener::new(&dynamics, &readings, &explanation.noise);
+    let smoothed = whitener.smooth(&DVector::zeros(0));
+    let n = dynamics.coordinate_count();
+    let force = |i: usize| -> Vec<f64> { smoothed.iter().map(|s| s[2 * n + i]).collect() };
+    let smallest = floor(&dynamics);
+    let mut strengths: Vec<(usize, f64)> = (0..n)
+        .filter(|&i| explanation.noise.force_sd[i] > 2.0 * smallest.force_sd[i])
+        .map(|i| (i, moved(&dynamics, &force(i), i)))
+        .collect();
+    strengths.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let strongest = strengths.first().map_or(0.0, |s| s.1);
+    strengths.retain(|s| s.1 > WORTH_A_LOOK * strongest);
+    strengths.truncate(MOST_COORDINATES);
+    let motion = Motion {
+        t: &observed.curve.t,
+        q: &observed.curve.q,
+        v: &observed.curve.v,
+        u: &observed.curve.u,
+    };
+    let kinds = kinds(&motion);
+    let features = Features::new(&kinds, &motion);
+    let states = savgol_states(test).map_err(ScoreError::from)?;
+    let there = Features::new(
+        &kinds,
+        &Motion {
+            t: &test.t,
+            q: &states.q,
+            v: &states.v,
+            u: &test.u,
+        },
+    );
+    let mut added = vec![vec![0.0; test.len()]; n];
+    let mut forces = Vec::new();
+    for (coordinate, _) in strengths {
+        let (column, v) = (force(coordinate), &observed.curve.v[coordinate]);
+        let law = Law::find(coordinate, &features, &column, seed)?;
+        added[coordinate] = law.along(&there)?;
+        forces.push(describe(
+            dictionary,
+            coordinate,
+            &law,
+            &features,
+            (&column, v),
+        )?);
+    }
+    let (acceleration_after, _) = scoring.one_step_with(test, &states, &added)?;
+    let excess = (before.powi(2) - noise_floor.powi(2)).max(f64::MIN_POSITIVE);
+    let left = acceleration_after.total.powi(2) - noise_floor.powi(2);
+    Ok(Unnamed {
+        forces,
+        recovered: 1.0 - (left.max(0.0) / excess).sqrt(),
+        acceleration_after,
+    })
+}
+
+/// Mean square of the accelerations that a force on coordinate `i` makes.
+fn moved(dynamics: &crate::regression::ErrorDynamics, force: &[f64], i: usize) -> f64 {
+    let n = dynamics.coordinate_count();
+    let squares = dynamics.slope.iter().zip(force).map(|(slope, f)| {
+        let column = slope.column(2 * n + i);
+        let scales = column.iter().zip(&dynamics.acceleration_scale);
+        let shares = scales.map(|(p, a)| (p * f / a.max(f64::MIN_POSITIVE)).powi(2));
+        shares.sum::<f64>()
+    });
+    squares.sum::<f64>() / force.len() as f64
+}
+
+fn describe(
+    dictionary: &Dictionary,
+    coordinate: usize,
+    law: &Law,
+    features: &Features,
+    (force, v): (&[f64], &[f64]),
+) -> Result<UnnamedForce, MicroscopeError> {
+    let model = &dictionary.machine.compiled.model;
+    let name = |feature: &Feature| match *feature {
+        Feature::Position(i) => format!("q_{}", model.coordinates[i].name),
+        Feature::Velocity(i) => format!("dq_{}", model.coordinates[i].name),
+        Feature::Past(i, _) => format!("past_{}", model.coordinates[i].name),
+        Feature::Input(i) => format!("u_{}", model.inputs[i].name),
+    };
+    let mean = |f: &dyn Fn(usize) -> f64| (0..force.len()).map(f).sum::<f64>() / force.len() as f64;
+    let power = mean(&|k| force[k] * v[k]);
+    let (ff, vv) = (mean(&|k| force[k].powi(2)), mean(&|k| v[k].powi(2)));
+    let mut depends_on: Vec<Dependence> = law
+        .variables
+        .iter()
+        .zip(&law.length_scales)
+        .map(|(&variable, &length_scale)| Dependence {
+            variable: name(&features.kinds[variable]),
+            length_scale,
+        })
+        .collect();
+    depends_on.sort_by(|a, b| a.length_scale.total_cmp(&b.length_scale));
+    let remembered = |&variable: &usize| matches!(features.kinds[variable], Feature::Past(..));
+    Ok(UnnamedForce {
+        coordinate: model.coordinates[coordinate].name.clone(),
+        size: ff.sqrt(),
+        depends_on,
+        tried: law
+            .tried
+            .iter()
+            .map(|(variables, evidence)| Tried {
+                variables: variables
+                    .iter()
+                    .map(|&v| name(&features.kinds[v]))
+                    .collect(),
+                evidence: *evidence,
+            })
+            .collect(),
+        explained: law.explained,
+        dissipation: -power / (ff * vv).sqrt().max(f64::MIN_POSITIVE),
+        odd_in_velocity: law.oddness(features)?,
+        remembers: law.variables.iter().any(remembered),
+        saved: law.saved.clone(),
+    })
+}
+
+/// Correlation of two columns.
+fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let count = a.len().max(1) as f64;
+    let mean = |x: &[f64]| x.iter().sum::<f64>() / count;
+    let (of_a, of_b) = (mean(a), mean(b));
+    let product: f64 = a.iter().zip(b).map(|(x, y)| (x - of_a) * (y - of_b)).sum();
+    product / count / (deviation(a) * deviation(b)).max(f64::MIN_POSITIVE)
+}

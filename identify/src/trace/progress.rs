@@ -1,0 +1,54 @@
+//! What a trace is doing at the moment, for whoever waits for it.
+
+use std::fmt;
+
+/// A part of the work; the parts follow one another, those of the search more than once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Stage {
+    /// A curve is drawn through the log, and the sensors' noise is estimated.
+    Smooth,
+    /// Every effect at every place is derived.
+    Derive,
+    /// All candidates are weighed beside the accepted ones.
+    Screen,
+    /// The leading candidates are fitted.
+    Fit,
+    /// Accepted terms are questioned: is each needed, and would another do?
+    Question,
+    /// The accepted terms are fitted to the whole log.
+    Settle,
+    /// Errors before and after on the log that is judged by.
+    Judge,
+    /// A force without a name is looked at.
+    Look,
+}
+
+impl fmt::Display for Stage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Smooth => "smooth",
+            Self::Derive => "derive",
+            Self::Screen => "screen",
+            Self::Fit => "fit",
+            Self::Question => "question",
+            Self::Settle => "settle",
+            Self::Judge => "judge",
+            Self::Look => "look",
+        })
+    }
+}
+
+/// Is told when a stage begins.
+pub trait Progress: fmt::Debug + Sync {
+    /// A stage begins, and the one before has ended; `found` names what has been accepted
+    /// so far.
+    fn enter(&self, stage: Stage, found: &[String]);
+}
+
+/// Does not want to know.
+#[derive(Debug, Clone, Copy)]
+pub struct Silent;
+
+impl Progress for Silent {
+    fn enter(&self, _: Stage, _: &[String]) {}
+}

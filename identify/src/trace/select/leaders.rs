@@ -1,0 +1,71 @@
+//! Which candidates are worth a fit: by a linear fit, and then by one that adapts the noise.
+
+use super::search::MARGIN;
+use crate::trace::dictionary::Dictionary;
+use crate::trace::screen::{Considered, Screen};
+use rayon::prelude::*;
+
+/// Candidates with at least this share of the best one's gain are looked at closely.
+const LEADER_SHARE: f64 = 0.2;
+/// How many of them have their noise adapted, and how many of these are fitted.
+pub(super) const MAX_PROFILED: usize = 16;
+pub(super) const MAX_LEADERS: usize = 5;
+/// Nats behind the best profile beyond which a leader is not fitted.
+const FAR_BEHIND: f64 = 200.0;
+
+/// The leading candidates: by a linear fit, and then by one that adapts the noise.
+pub(super) fn leaders<'a>(
+    screen: &Screen<'_>,
+    considered: &'a [Considered],
+    dictionary: &Dictionary,
+) -> Vec<&'a Considered> {
+    let earns = |c: &&Considered| c.score > MARGIN && c.held_out_gain > MARGIN;
+    let Some(best) = considered
+        .iter()
+        .filter(earns)
+        .map(|c| c.gain)
+        .max_by(f64::total_cmp)
+    else {
+        return Vec::new();
+    };
+    let rows = screen.dynamics.t.len() as f64;
+    let worth_it: Vec<&Considered> = considered
+        .iter()
+        .filter(earns)
+        .filter(|c| c.gain > LEADER_SHARE * best)
+        .take(MAX_PROFILED)
+        .collect();
+    let mut profiled: Vec<(f64, &Considered)> = worth_it
+        .into_par_iter()
+        .map(|c| {
+            let size = dictionary.candidates[c.candidate].parameters.len() as f64;
+            let shapes = std::iter::once(c).chain(&c.other_shapes);
+            let profiles = shapes.map(|shape| (screen.profile(&[shape]), shape));
+            let mut profiles: Vec<(f64, &Considered)> = profiles
+                .map(|(cost, shape)| (cost + 0.5 * size * rows.ln(), shape))
+                .collect();
+            profiles.sort_by(|a, b| a.0.total_cmp(&b.0));
+            // Two shapes where shape has more than one dimension: valleys are narrow.
+            let shapes = dictionary.candidates[c.candidate].shapes[0].len();
+            profiles.truncate(shapes.clamp(1, 2));
+            profiles
+        })
+        .collect::<Vec<_>>()
+        .into_iter()
+        .flatten()
+        .collect();
+    profiled.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let Some(&(lowest, first)) = profiled.first() else {
+        return Vec::new();
+    };
+    // A relative at the same place may only lack the right shape.
+    let on = |c: &Considered| dictionary.candidates[c.candidate].subject.on();
+    profiled
+        .into_iter()
+        .enumerate()
+        .filter(|(rank, p)| {
+            *rank < MAX_LEADERS && p.0 < lowest + FAR_BEHIND || on(p.1) == on(first)
+        })
+        .map(|(_, p)| p.1)
+        .collect()
+}

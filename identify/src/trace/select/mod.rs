@@ -1,0 +1,200 @@
+//! Forward selection with re-judgement: which candidates earn their place?
+//!
+//! Every hypothesis carries forces that nothing explains, as large as the log demands
+//! under it. A term is worth what it adds to the likelihood when that size is chosen
+//! anew: the right name leaves sensor noise alone, a wrong one leaves forces.
+
+mod fitting;
+mod hold;
+mod leaders;
+mod pairs;
+mod search;
+
+pub(super) use fitting::{linearised, smooth};
+pub use hold::likelier_hold;
+
+use super::dictionary::{Dictionary, Subject};
+use super::estimate::Observed;
+use super::progress::{Progress, Stage};
+use super::refine::{Estimate, Explanation};
+use super::rivals::rivals;
+use super::screen::Considered;
+use crate::machine::SolveError;
+use crate::regression::ProcessNoise;
+use fitting::{first_noise, fit};
+use search::{Attempt, Search};
+
+/// A term that was accepted.
+#[derive(Debug, Clone)]
+pub struct Term {
+    /// Which candidate.
+    pub candidate: usize,
+    /// Evidence in nats: how much worse the log would be explained without it,
+    /// less what its parameters cost.
+    pub evidence: f64,
+    /// Subjects that explain what it explains about as well, with the evidence
+    /// each would have had in its stead.
+    pub rivals: Vec<(Subject, f64)>,
+}
+
+/// What the accepted terms leave.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Remaining {
+    /// Root mean square of the accelerations that unexplained forces make, as a share of
+    /// the machine's own, under the model as given.
+    pub share_before: f64,
+    /// The same with all terms.
+    pub share_after: f64,
+    /// Nats by which the log is more likely with unexplained forces beside the terms
+    /// than with sensor noise alone.
+    pub evidence: f64,
+}
+
+/// The outcome.
+#[derive(Debug, Clone)]
+pub struct Selection {
+    /// Accepted terms, strongest first.
+    pub terms: Vec<Term>,
+    /// Values of all parameters of the extended model.
+    pub values: Vec<f64>,
+    /// What is known of the accepted terms' parameters.
+    pub estimate: Estimate,
+    /// Mean squared whitened innovation with the accepted terms; one if sensor noise
+    /// explains what remains.
+    pub reduced_misfit: f64,
+    /// The same with no term at all.
+    pub nominal_misfit: f64,
+    /// The forces that nothing explains.
+    pub noise: ProcessNoise,
+    /// How much that is.
+    pub remaining: Remaining,
+    /// The first round's candidates, best first.
+    pub considered: Vec<Considered>,
+    /// The log with the curve through it.
+    pub observed: Observed,
+}
+
+/// Nats within which two explanations count as equal.
+pub(super) const TIE: f64 = 6.0;
+/// Terms at most.
+const MAX_TERMS: usize = 12;
+
+/// Selects terms for `observed`. What inputs do between samples is asked again with
+/// every term if `free_hold`: while much is unexplained the log cannot tell.
+///
+/// # Errors
+/// If the equation of motion cannot be solved along the curve.
+pub fn select(
+    dictionary: &Dictionary,
+    observed: Observed,
+    free_hold: bool,
+    progress: &dyn Progress,
+) -> Result<Selection, SolveError> {
+    progress.enter(Stage::Fit, &[]);
+    let part = observed.excerpt(search_samples(dictionary));
+    let is_part = part.is_some();
+    let begin = |observed: Observed| -> Result<Search<'_>, SolveError> {
+        let start = Explanation {
+            noise: first_noise(dictionary, &observed)?,
+            values: dictionary.defaults.clone(),
+            observed,
+        };
+        Ok(Search {
+            dictionary,
+            progress,
+            accepted: Vec::new(),
+            first_round: Vec::new(),
+            current: fit(dictionary, &[], start)?,
+        })
+    };
+    let mut search = begin(part.unwrap_or_else(|| observed.clone()))?;
+    let mut given = Given::of(&search)?;
+    loop {
+        let (considered, better) = search.step()?;
+        if search.first_round.is_empty() {
+            search.first_round = considered;
+        }
+        let Some(better) = better else { break };
+        search.accepted.clone_from(&better.candidates);
+        search.current = better;
+        if free_hold {
+            search.ask_about_hold();
+        }
+        if search.accepted.len() >= MAX_TERMS {
+            break;
+        }
+    }
+    search.enter(Stage::Question);
+    let evidence = search.prune();
+    let mut alike = rivals(dictionary, &search.current.explanation, &search.accepted)?;
+    if is_part {
+        search.enter(Stage::Settle);
+        search.look_at(observed.clone())?;
+        given = Given::of(&begin(observed)?)?;
+    }
+    let (reduced_misfit, cost_at_floor) = search.at_floor()?;
+    let remaining = Remaining {
+        share_before: given.unexplained.max(0.0).sqrt(),
+        share_after: search.current.estimate.unexplained.max(0.0).sqrt(),
+        evidence: cost_at_floor - search.current.estimate.cost,
+    };
+    let mut terms: Vec<Term> = search
+        .accepted
+        .iter()
+        .enumerate()
+        .map(|(i, &candidate)| Term {
+            candidate,
+            evidence: evidence[i],
+            rivals: std::mem::take(&mut alike[i]),
+        })
+        .collect();
+    terms.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    let Attempt {
+        explanation,
+        estimate,
+        ..
+    } = search.current;
+    Ok(Selection {
+        terms,
+        values: explanation.values,
+        reduced_misfit,
+        estimate,
+        nominal_misfit: given.misfit,
+        noise: explanation.noise,
+        remaining,
+        considered: search.first_round,
+        observed: explanation.observed,
+    })
+}
+
+impl Selection {
+    /// Which candidates were accepted.
+    pub fn accepted(&self) -> Vec<usize> {
+        self.terms.iter().map(|term| term.candidate).collect()
+    }
+}
+
+/// Samples that are searched in, where there are many more: of a machine with many
+/// coordinates fewer, as each costs more and says more.
+fn search_samples(dictionary: &Dictionary) -> usize {
+    let n = dictionary.machine.coordinate_count();
+    (SEARCHED / (n * n)).max(FEWEST_SEARCHED)
+}
+
+const SEARCHED: usize = 100_000;
+const FEWEST_SEARCHED: usize = 1000;
+
+/// What the model as given leaves.
+struct Given {
+    misfit: f64,
+    unexplained: f64,
+}
+
+impl Given {
+    fn of(search: &Search<'_>) -> Result<Self, SolveError> {
+        Ok(Self {
+            misfit: search.at_floor()?.0,
+            unexplained: search.current.estimate.unexplained,
+        })
+    }
+}
