@@ -207,7 +207,13 @@ fn run_trace(
 
 /// A name as part of a file's name.
 fn file_safe(name: &str) -> String {
-    let safe = |c: char| if c.is_alphanumeric() || c == '-' { c } else { '_' };
+    let safe = |c: char| {
+        if c.is_alphanumeric() || c == '-' {
+            c
+        } else {
+            '_'
+        }
+    };
     name.chars().map(safe).collect()
 }
 
