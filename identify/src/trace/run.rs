@@ -511,7 +511,10 @@ fn judge(
     let observed = Observed::new(test.clone(), hold)?;
     let observed = smooth(dictionary, &accepted, observed, &selection.values)
         .map_err(|error| locate(error, &test.t))?;
-    let floor = floor.noise_floor(&observed, request.seed).map_err(failed)?;
+    let forces_remain = selection.forces_remain();
+    let floor = floor
+        .noise_floor(&observed, forces_remain, request.seed)
+        .map_err(failed)?;
     let models = [
         (&*given, &dictionary.defaults[..]),
         (&*patched, &selection.values[..]),

@@ -2,7 +2,7 @@
 
 use super::estimate::Observed;
 use crate::log::Record;
-use crate::machine::{Machine, Rollout, RolloutOptions, Simulated, SolveError, States};
+use crate::machine::{Machine, Motion, Rollout, RolloutOptions, Simulated, SolveError, States};
 use crate::regression::Hold;
 use crate::smooth::{SgStates, SmoothError, savgol_states};
 use nalgebra::DVector;
@@ -59,15 +59,6 @@ impl Errors {
             per_coordinate: pairs.map(|((k, &a), &b)| (k.clone(), rest(a, b))).collect(),
             total: rest(self.total, other.total),
         }
-    }
-}
-
-impl Score {
-    fn less(mut self, other: &Self) -> Self {
-        self.acceleration = self.acceleration.less(&other.acceleration);
-        self.force = self.force.less(&other.force);
-        self.rollout.errors = self.rollout.errors.less(&other.rollout.errors);
-        self
     }
 }
 
@@ -135,10 +126,15 @@ impl Scoring<'_> {
         })
     }
 
-    /// The score that remains because of sensor noise alone: the curve seen through sensors
-    /// as noisy as these, less what the curve itself is beside the model where forces remain
-    /// that nothing explains.
-    pub fn noise_floor(&self, observed: &Observed, seed: u64) -> Result<Score, ScoreError> {
+    /// The score that remains because of sensor noise, and of what filters make of sharp
+    /// corners: the curve seen through sensors as noisy as these. What the curve itself is
+    /// beside the model, where forces remain that nothing explains, is not part of it.
+    pub fn noise_floor(
+        &self,
+        observed: &Observed,
+        forces_remain: bool,
+        seed: u64,
+    ) -> Result<Score, ScoreError> {
         let curve = &observed.curve;
         let along = self.machine.remember(curve, self.hold, self.values)?;
         let motions = self.machine.motion(&along, self.values)?;
@@ -152,9 +148,21 @@ impl Scoring<'_> {
                 clean.ddq[i] = Some(motions.iter().map(|m| m.acceleration[i]).collect());
             }
         }
-        let own = self.score(&clean)?;
-        let noisy = self.score(&with_noise(clean, observed, seed))?;
-        Ok(noisy.less(&own))
+        if !forces_remain {
+            return self.score(&with_noise(clean, observed, seed));
+        }
+        let own = self.rollout(&clean, &savgol_states(&clean)?).0.errors;
+        let beside = unexplained_forces(&clean, curve, &motions);
+        let noisy = with_noise(clean, observed, seed);
+        let states = savgol_states(&noisy)?;
+        let (acceleration, force) = self.one_step_with(&noisy, &states, &beside)?;
+        let mut rollout = self.rollout(&noisy, &states).0;
+        rollout.errors = rollout.errors.less(&own);
+        Ok(Score {
+            acceleration,
+            force,
+            rollout,
+        })
     }
 
     /// Acceleration and force errors with generalised forces (per coordinate and sample)
@@ -355,6 +363,35 @@ fn inner_samples(record: &Record, states: &SgStates) -> Vec<usize> {
     segments
         .flat_map(|range| range.start + half..range.end.saturating_sub(half))
         .collect()
+}
+
+/// Generalised forces per coordinate and sample that the curve has and the model has not,
+/// `M (dv/dt − a)`; none where accelerations are measured, as those were taken from the model.
+fn unexplained_forces(record: &Record, curve: &States, motions: &[Motion]) -> Vec<Vec<f64>> {
+    let n = record.q.len();
+    let mut forces = vec![vec![0.0; record.len()]; n];
+    for range in record.segments() {
+        for k in range.clone() {
+            let (before, after) = (k.max(range.start + 1) - 1, (k + 1).min(range.end - 1));
+            let span = record.t[after] - record.t[before];
+            let Motion {
+                acceleration,
+                terms,
+                ..
+            } = &motions[k];
+            let beside = DVector::from_fn(n, |j, _| match record.ddq[j] {
+                None if span > 0.0 => {
+                    (curve.v[j][after] - curve.v[j][before]) / span - acceleration[j]
+                }
+                _ => 0.0,
+            });
+            let force = &terms.mass_matrix * beside;
+            for i in 0..n {
+                forces[i][k] = force[i];
+            }
+        }
+    }
+    forces
 }
 
 /// A prediction through the filter that the measurement passed.

@@ -16,7 +16,7 @@ pub use hold::likelier_hold;
 use super::dictionary::{Dictionary, Subject};
 use super::estimate::Observed;
 use super::progress::{Progress, Stage};
-use super::refine::{Estimate, Explanation};
+use super::refine::{Estimate, Explanation, SMALLEST_SHARE};
 use super::rivals::rivals;
 use super::screen::Considered;
 use crate::machine::SolveError;
@@ -168,6 +168,11 @@ pub fn select(
 }
 
 impl Selection {
+    /// Whether forces remain that nothing explains.
+    pub fn forces_remain(&self) -> bool {
+        self.estimate.unexplained > search::NO_EXCESS * SMALLEST_SHARE * SMALLEST_SHARE
+    }
+
     /// Which candidates were accepted.
     pub fn accepted(&self) -> Vec<usize> {
         self.terms.iter().map(|term| term.candidate).collect()
