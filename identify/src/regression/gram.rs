@@ -4,6 +4,9 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// The log is cut into this many runs for hold-out.
 pub const BLOCKS: usize = 10;
+/// Share of a column's squares that must lie outside a block and its neighbours for the
+/// rest to say anything about the block.
+const SHOWN_ELSEWHERE: f64 = 0.2;
 
 /// `EᵀE` of the whitened rows `E = [data | columns]`, per block of the log.
 #[derive(Debug, Clone)]
@@ -130,19 +133,33 @@ impl Gram {
         fit(&self.total, columns, damping.max(RIDGE))
     }
 
-    /// Held-out sums of squares per block: each block predicted by a fit to the
-    /// others but its neighbours.
-    pub fn held_out(&self, columns: &[usize]) -> Vec<f64> {
-        (0..self.blocks.len())
-            .map(|held| {
-                let mut rest = self.total.clone();
-                for near in held.saturating_sub(1)..=(held + 1).min(self.blocks.len() - 1) {
-                    rest -= &self.blocks[near];
-                }
-                let coefficients = fit(&rest, columns, RIDGE).coefficients;
-                misfit(&self.blocks[held], columns, &coefficients)
-            })
-            .collect()
+    /// By how much the columns `more`, beside `base`, lower the squares of blocks that they
+    /// were not fitted to. `None` where most of what they explain is in one place of the
+    /// log (an input that reached its limit once): nothing can then be held out.
+    pub fn held_out_gain(&self, base: &[usize], more: &[usize]) -> Option<f64> {
+        let with = [base, more].concat();
+        let whole = [base, &with].map(|columns| self.fit(columns).coefficients);
+        let (mut gain, mut seen, mut all) = (0.0, 0.0, 0.0);
+        for (held, block) in self.blocks.iter().enumerate() {
+            let rest = self.without_neighbourhood(held);
+            let [before, after] = [base, &with]
+                .map(|columns| misfit(block, columns, &fit(&rest, columns, RIDGE).coefficients));
+            gain += before - after;
+            let own = misfit(block, base, &whole[0]) - misfit(block, &with, &whole[1]);
+            let elsewhere = more.iter().map(|&j| rest[(j + 1, j + 1)] / self.size(j));
+            let elsewhere = elsewhere.sum::<f64>() / more.len() as f64;
+            all += own;
+            if elsewhere > SHOWN_ELSEWHERE {
+                seen += own;
+            }
+        }
+        (seen >= 0.5 * all).then_some(gain)
+    }
+
+    /// What is left of the log when a block and its neighbours are held out.
+    fn without_neighbourhood(&self, held: usize) -> DMatrix<f64> {
+        let near = held.saturating_sub(1)..=(held + 1).min(self.blocks.len() - 1);
+        near.fold(self.total.clone(), |rest, block| rest - &self.blocks[block])
     }
 
     /// Squared multiple correlation of column `j` with `others`.

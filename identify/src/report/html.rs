@@ -243,7 +243,9 @@ fn considered(outcome: &Outcome) -> Vec<([String; 5], bool)> {
             candidate.on.join(", "),
             nats(candidate.evidence),
             nats(candidate.gain),
-            nats(candidate.held_out_gain),
+            candidate
+                .held_out_gain
+                .map_or_else(|| "one place".into(), nats),
         ];
         (texts, accepted)
     })

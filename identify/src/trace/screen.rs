@@ -17,8 +17,9 @@ pub struct Considered {
     pub gain: f64,
     /// Its gain less the price of its parameters and of the search.
     pub score: f64,
-    /// Nats gained on blocks that the fit did not see.
-    pub held_out_gain: f64,
+    /// Nats gained on blocks that the fit did not see; nothing where one place of the log
+    /// alone shows the candidate.
+    pub held_out_gain: Option<f64>,
     /// Shape and strengths.
     pub(super) values: Assignment,
     /// Its columns in the regression.
@@ -136,13 +137,15 @@ impl<'a> Screen<'a> {
             }
             let free = kept.len() + candidates[option.candidate].shapes[0].len();
             let score = gain - 0.5 * free as f64 * (gram.rows() as f64).ln() - search_price;
-            let held_out: f64 = gram.held_out(&with).iter().sum();
-            let base_held_out: f64 = gram.held_out(&base).iter().sum();
+            let more = &with[base.len()..];
+            let held_out_gain = gram
+                .held_out_gain(&base, more)
+                .map(|gain| 0.5 * gain / scale);
             best[option.candidate].push(Considered {
                 candidate: option.candidate,
                 gain,
                 score,
-                held_out_gain: 0.5 * (base_held_out - held_out) / scale,
+                held_out_gain,
                 values,
                 columns: kept.iter().map(|&i| option.columns[i]).collect(),
                 other_shapes: Vec::new(),

@@ -31,8 +31,9 @@ pub struct Weighed {
     pub gain: f64,
     /// The same less the price of its parameters and of the search.
     pub evidence: f64,
-    /// Nats gained on blocks of the log that the fit did not see.
-    pub held_out_gain: f64,
+    /// Nats gained on blocks of the log that the fit did not see; nothing where one place
+    /// of the log alone shows the candidate.
+    pub held_out_gain: Option<f64>,
 }
 
 /// Curves along the log that is judged by; `null` in JSON where there is no value.

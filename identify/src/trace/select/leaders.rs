@@ -19,7 +19,8 @@ pub(super) fn leaders<'a>(
     considered: &'a [Considered],
     dictionary: &Dictionary,
 ) -> Vec<&'a Considered> {
-    let earns = |c: &&Considered| c.score > MARGIN && c.held_out_gain > MARGIN;
+    let earns =
+        |c: &&Considered| c.score > MARGIN && c.held_out_gain.is_none_or(|gain| gain > MARGIN);
     let Some(best) = considered
         .iter()
         .filter(earns)
