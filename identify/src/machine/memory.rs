@@ -52,6 +52,28 @@ pub struct Trail {
     pub nodes: [Memory; 3],
 }
 
+impl Trail {
+    /// Memory some share of the way into the intervals, straight from node to node.
+    pub fn within(&self, intervals: &[usize], share: f64) -> Memory {
+        let half = usize::from(share >= 0.5);
+        let (from, to) = (&self.nodes[half], &self.nodes[half + 1]);
+        let along = 2.0 * share - half as f64;
+        let mix = |a: &[Vec<f64>], b: &[Vec<f64>]| {
+            let column = |(a, b): (&Vec<f64>, &Vec<f64>)| {
+                let at = |&k: &usize| a[k] + along * (b[k] - a[k]);
+                intervals.iter().map(at).collect()
+            };
+            a.iter().zip(b).map(column).collect()
+        };
+        Memory {
+            delayed: mix(&from.delayed, &to.delayed),
+            delay_rate: mix(&from.delay_rate, &to.delay_rate),
+            z: mix(&from.z, &to.z),
+            slopes: mix(&from.slopes, &to.slopes),
+        }
+    }
+}
+
 /// The equations of a machine's memory.
 #[derive(Debug, Clone)]
 pub(super) struct Tapes {

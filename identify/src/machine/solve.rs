@@ -46,13 +46,19 @@ pub enum SolveError {
 impl SolveError {
     /// The same, counted from further back.
     #[must_use]
-    pub(crate) fn offset(mut self, by: usize) -> Self {
+    pub(crate) fn offset(self, by: usize) -> Self {
+        self.renumbered(|sample| sample + by)
+    }
+
+    /// The same, with the sample counted in another way.
+    #[must_use]
+    pub(crate) fn renumbered(mut self, number: impl Fn(usize) -> usize) -> Self {
         match &mut self {
             Self::Singular { sample }
             | Self::Inconsistent { sample, .. }
             | Self::Unsettled { sample }
             | Self::NotFinite { sample } => {
-                *sample += by;
+                *sample = number(*sample);
             }
         }
         self

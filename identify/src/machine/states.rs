@@ -67,6 +67,19 @@ impl States {
         }
     }
 
+    /// Some samples, without memory.
+    pub fn pick(&self, samples: &[usize]) -> Self {
+        let column = |c: &Vec<f64>| samples.iter().map(|&k| c[k]).collect();
+        let columns = |columns: &[Vec<f64>]| columns.iter().map(column).collect();
+        Self {
+            t: column(&self.t),
+            q: columns(&self.q),
+            v: columns(&self.v),
+            u: columns(&self.u),
+            ..Self::default()
+        }
+    }
+
     /// The curve a share (none, half, all) of the way from each sample in `range` to the next: cubic in
     /// `q` (Hermite), so that its rate is the velocity at both ends. Without memory. Where
     /// the next sample is more than `longest` seconds away, nobody knows the way there: the

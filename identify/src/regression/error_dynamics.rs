@@ -1,6 +1,7 @@
 //! The linear equation of the departure from the logged curve.
 
 use super::sensed::Sensed;
+use super::shooting::{self, Shot, shoot};
 use crate::log::longest_step;
 use crate::machine::{
     Machine, Memory, Motion, SensitivityTape, Sensors, SolveError, States, Trail,
@@ -57,11 +58,13 @@ pub struct ErrorDynamics {
 }
 
 /// One place along the curve.
-struct Local {
+pub(super) struct Local {
     /// `a | G`
-    acceleration: DMatrix<f64>,
-    slope: DMatrix<f64>,
-    mobility: DMatrix<f64>,
+    pub acceleration: DMatrix<f64>,
+    /// `[∂a/∂q, ∂a/∂v]`
+    pub slope: DMatrix<f64>,
+    /// `P`
+    pub mobility: DMatrix<f64>,
     /// `I − P M`, where there are constraints.
     forbidden: Option<DMatrix<f64>>,
     /// Sum of squares of the forces that balance here.
@@ -107,7 +110,21 @@ impl ErrorDynamics {
                     local(&mut states, node, range.clone()).map_err(place)
                 };
                 let (starts, middles, ends) = (at(0, 0.0)?, at(1, 0.5)?, at(2, 1.0)?);
-                Ok(piece(curve, range, longest, [&starts, &middles, &ends]))
+                let nodes = [&starts[..], &middles, &ends];
+                let mut piece = piece(curve, range.clone(), longest, nodes);
+                let stiff = stiff_intervals(curve, range.clone(), longest, nodes);
+                if let Some((intervals, steps)) = stiff {
+                    let on_the_way = |states: &States, share: f64| {
+                        let mut states = states.clone();
+                        let memories = trails.within(&mut states, &intervals, share);
+                        let found =
+                            locals(machine, slopes, columns, &states, &memories, parameters);
+                        found.map_err(|error| error.renumbered(|place| intervals[place]))
+                    };
+                    let shots = shots(curve, &intervals, steps, hold, on_the_way)?;
+                    piece.shoot(range.start, &intervals, shots, curve);
+                }
+                Ok(piece)
             })
             .collect::<Result<_, SolveError>>()?;
         let mut all = Self::join(curve, pieces);
@@ -228,6 +245,17 @@ impl Trails {
         };
         self.blocks.iter().map(slice).collect()
     }
+
+    /// The same some share of the way into some intervals.
+    fn within(&self, states: &mut States, intervals: &[usize], share: f64) -> Vec<Memory> {
+        states.memory = self.own.within(intervals, share);
+        let at = |block: &BlockTrail| match block {
+            BlockTrail::Own => states.memory.clone(),
+            BlockTrail::Other => self.other.within(intervals, share),
+            BlockTrail::Particular(trail) => trail.within(intervals, share),
+        };
+        self.blocks.iter().map(at).collect()
+    }
 }
 
 /// A run of intervals.
@@ -238,6 +266,71 @@ struct Piece {
     acceleration: Vec<DMatrix<f64>>,
     forbidden: Vec<DMatrix<f64>>,
     force: DVector<f64>,
+}
+
+impl Piece {
+    /// Puts shots in the place of what was seen from the curve.
+    fn shoot(&mut self, first: usize, intervals: &[usize], shots: Vec<Shot>, curve: &States) {
+        let n = curve.q.len();
+        for (&k, shot) in intervals.iter().zip(shots) {
+            let decay = (-(curve.t[k + 1] - curve.t[k]) / CORRELATION).exp();
+            let whole = &mut self.transition[k - first];
+            whole
+                .view_mut((0, 0), (2 * n, 2 * n))
+                .copy_from(&shot.motion);
+            whole
+                .view_mut((0, 2 * n), (2 * n, n))
+                .copy_from(&shot.pushed);
+            whole.view_mut((2 * n, 2 * n), (n, n)).fill_diagonal(decay);
+            self.forcing[k - first] = shot.forcing;
+        }
+    }
+}
+
+/// The intervals in `range` that are stiff, and in how many steps to go through them.
+fn stiff_intervals(
+    curve: &States,
+    range: Range<usize>,
+    longest: f64,
+    [starts, middles, ends]: [&[Local]; 3],
+) -> Option<(Vec<usize>, usize)> {
+    let (mut intervals, mut most) = (Vec::new(), 0);
+    for (i, k) in range.enumerate() {
+        let h = curve.t[k + 1] - curve.t[k];
+        let steps = shooting::steps([&starts[i], &middles[i], &ends[i]], h);
+        if let Some(steps) = steps.filter(|_| h <= longest) {
+            intervals.push(k);
+            most = most.max(steps);
+        }
+    }
+    (!intervals.is_empty()).then_some((intervals, most))
+}
+
+/// Shots over some intervals of the curve.
+fn shots(
+    curve: &States,
+    intervals: &[usize],
+    steps: usize,
+    hold: Hold,
+    local: impl Fn(&States, f64) -> Result<Vec<Local>, SolveError>,
+) -> Result<Vec<Shot>, SolveError> {
+    let from = curve.pick(intervals);
+    let next: Vec<usize> = intervals.iter().map(|k| k + 1).collect();
+    let to = curve.pick(&next);
+    shoot(&from, &to, steps, |states, share| {
+        let mut states = states.clone();
+        for (i, t) in states.t.iter_mut().enumerate() {
+            *t = from.t[i] + share * (to.t[i] - from.t[i]);
+        }
+        if hold == Hold::Linear {
+            for (u, (a, b)) in states.u.iter_mut().zip(from.u.iter().zip(&to.u)) {
+                for (i, u) in u.iter_mut().enumerate() {
+                    *u = a[i] + share * (b[i] - a[i]);
+                }
+            }
+        }
+        local(&states, share)
+    })
 }
 
 fn locals(

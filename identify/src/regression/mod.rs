@@ -16,6 +16,7 @@ mod error_dynamics;
 mod gram;
 mod innovations;
 mod sensed;
+mod shooting;
 mod whitener;
 
 pub use adjoint::NoiseEvidence;
