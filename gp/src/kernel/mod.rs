@@ -329,7 +329,8 @@ impl Kernel {
         Ok(self.gram(&a, &b)?[(0, 0)])
     }
 
-    /// Gram matrix `K[i, j] = k(x_i, z_j)`, `x.len() × z.len()`.
+    /// Gram matrix `K[i, j] = k(x_i, z_j)`, `x.len() × z.len()`. Errors: shapes, parameters
+    /// that are not usable, entries that overflow.
     pub fn gram(&self, x: &Inputs, z: &Inputs) -> Result<Mat<f64>> {
         self.check_pair(x, z)?;
         let bound = Bound::new(self, x, z);
@@ -342,6 +343,7 @@ impl Kernel {
                 for (i, v) in tile[..len].iter().enumerate() {
                     out[(start + i, j)] = *v;
                 }
+                finite("column of the Gram matrix", &tile[..len])?;
             }
         }
         Ok(out)
@@ -369,6 +371,7 @@ impl Kernel {
                 bound.accumulate(j, start, &tile[..len], &mut grad);
             }
         }
+        finite("kernel gradient", &grad)?;
         Ok(grad)
     }
 
