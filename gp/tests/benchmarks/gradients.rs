@@ -238,7 +238,13 @@ fn every_physical_parameter_quantity_and_layout() {
                 Quantity::Multiplier,
                 Quantity::ConstraintForce,
                 Quantity::TotalForce,
+                Quantity::Force,
+                Quantity::NonIdealForce,
             ] {
+                let parts = matches!(quantity, Quantity::Force | Quantity::NonIdealForce);
+                if parts && layout != Layout::SplitForce {
+                    continue;
+                }
                 let structure = Physical {
                     system,
                     layout,
