@@ -349,3 +349,22 @@ pub fn folder() -> Result<PathBuf, Failure> {
     std::fs::create_dir_all(&folder)?;
     Ok(folder)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::clipped;
+
+    #[test]
+    fn curves_end_at_the_axes() {
+        let peak = [(0.0, 0.0), (1.0, 2.0), (2.0, 0.0), (3.0, 0.5)];
+        let parts = clipped(&peak, 0.0, 1.0);
+        let want = [
+            vec![(0.0, 0.0), (0.5, 1.0)],
+            vec![(1.5, 1.0), (2.0, 0.0), (3.0, 0.5)],
+        ];
+        assert_eq!(parts, want);
+        assert!(clipped(&[(0.0, 3.0), (1.0, 3.0)], 0.0, 1.0).is_empty());
+        assert!(clipped(&[(0.0, f64::NAN), (1.0, 0.0)], 0.0, 1.0).is_empty());
+        assert_eq!(clipped(&[(0.0, -1.0), (1.0, 2.0)], 0.0, 1.0).len(), 1);
+    }
+}
