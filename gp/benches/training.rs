@@ -146,7 +146,7 @@ fn many() -> gp::Result<()> {
     let start = Instant::now();
     let z: Inputs = f
         .inputs()
-        .subset(&farthest_points(&f.inputs(), inducing, 0)?);
+        .subset(&farthest_points(&f.inputs(), inducing, 0)?)?;
     println!(
         "{points} points, {outputs} outputs: {inducing} farthest points in {:.2} s",
         start.elapsed().as_secs_f64()

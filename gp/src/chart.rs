@@ -1,6 +1,6 @@
 //! Parametrisations of physical parameters that cannot leave what is possible.
 
-use crate::error::{GpError, Result, shape};
+use crate::error::{GpError, Result, finite, shape};
 use serde::{Deserialize, Serialize};
 
 /// Map from unconstrained numbers `φ` to some consecutive model parameters `θ`.
@@ -40,8 +40,8 @@ impl Chart {
         false
     }
 
-    /// `θ(φ)`.
-    pub fn forward(self, phi: &[f64], theta: &mut Vec<f64>) {
+    /// `θ(φ)`; the caller hands over [`Chart::len`] numbers.
+    fn forward(self, phi: &[f64], theta: &mut Vec<f64>) {
         match self {
             Self::Free => theta.push(phi[0]),
             Self::Positive => theta.push(phi[0].exp()),
@@ -52,8 +52,8 @@ impl Chart {
         }
     }
 
-    /// `φ(θ)`. Errors: a value outside what the chart can express.
-    pub fn inverse(self, theta: &[f64], phi: &mut Vec<f64>) -> Result<()> {
+    /// `φ(θ)` of [`Chart::len`] numbers. Errors: a value outside what the chart can express.
+    fn inverse(self, theta: &[f64], phi: &mut Vec<f64>) -> Result<()> {
         let outside = |value: f64, expected: &str| GpError::Parameter {
             name: "theta".into(),
             value,
@@ -64,11 +64,14 @@ impl Chart {
             Self::Free => phi.push(v),
             Self::Positive if v > 0.0 => phi.push(v.ln()),
             Self::Positive => return Err(outside(v, "a positive number")),
-            Self::Interval { lower, upper } if lower < v && v < upper => {
+            Self::Interval { lower, upper }
+                if lower < v && v < upper && (upper - lower).is_finite() =>
+            {
                 phi.push(((v - lower) / (upper - v)).ln());
             }
             Self::Interval { lower, upper } => {
-                return Err(outside(v, &format!("a number inside ({lower}, {upper})")));
+                let inside = format!("a number inside the finite interval ({lower}, {upper})");
+                return Err(outside(v, &inside));
             }
             Self::Inertia => phi.extend(log_cholesky(&pseudo(theta)).ok_or_else(|| {
                 outside(
@@ -81,7 +84,7 @@ impl Chart {
     }
 
     /// `out = (∂θ/∂φ)^T g`.
-    pub fn pull_back(self, phi: &[f64], g: &[f64], out: &mut Vec<f64>) {
+    fn pull_back(self, phi: &[f64], g: &[f64], out: &mut Vec<f64>) {
         match self {
             Self::Free => out.push(g[0]),
             Self::Positive => out.push(g[0] * phi[0].exp()),
@@ -209,23 +212,35 @@ impl Atlas {
         }
     }
 
-    /// `θ(φ)`.
-    pub fn forward(&self, phi: &[f64]) -> Vec<f64> {
+    /// Number of model parameters.
+    pub fn n_theta(&self) -> usize {
+        self.charts.iter().map(|c| c.len()).sum()
+    }
+
+    fn sized(&self, what: &str, values: &[f64]) -> Result<()> {
+        if values.len() == self.n_theta() {
+            return Ok(());
+        }
+        Err(shape(what, self.n_theta(), values.len()))
+    }
+
+    /// `θ(φ)`. Errors: shape, a `φ` so large that `θ` is not finite.
+    pub fn forward(&self, phi: &[f64]) -> Result<Vec<f64>> {
+        self.sized("coordinates φ of the model parameters", phi)?;
         let (mut theta, mut at) = (Vec::with_capacity(phi.len()), 0);
         for c in &self.charts {
             c.forward(&phi[at..at + c.len()], &mut theta);
             at += c.len();
         }
-        theta
+        finite("model parameters θ", &theta)?;
+        Ok(theta)
     }
 
     /// `φ(θ)`. Errors: shape, a value the chart cannot express.
     pub fn inverse(&self, theta: &[f64]) -> Result<Vec<f64>> {
-        let total: usize = self.charts.iter().map(|c| c.len()).sum();
-        if theta.len() != total {
-            return Err(shape("model parameters θ", total, theta.len()));
-        }
-        let (mut phi, mut at) = (Vec::with_capacity(total), 0);
+        self.sized("model parameters θ", theta)?;
+        finite("model parameters θ", theta)?;
+        let (mut phi, mut at) = (Vec::with_capacity(theta.len()), 0);
         for c in &self.charts {
             c.inverse(&theta[at..at + c.len()], &mut phi)?;
             at += c.len();
@@ -233,15 +248,17 @@ impl Atlas {
         Ok(phi)
     }
 
-    /// `(∂θ/∂φ)^T g`.
-    pub fn pull_back(&self, phi: &[f64], g: &[f64]) -> Vec<f64> {
+    /// `(∂θ/∂φ)^T g`. Errors: shape.
+    pub fn pull_back(&self, phi: &[f64], g: &[f64]) -> Result<Vec<f64>> {
+        self.sized("coordinates φ of the model parameters", phi)?;
+        self.sized("gradient in the model parameters θ", g)?;
         let (mut out, mut at) = (Vec::with_capacity(phi.len()), 0);
         for c in &self.charts {
             let r = at..at + c.len();
             c.pull_back(&phi[r.clone()], &g[r], &mut out);
             at += c.len();
         }
-        out
+        Ok(out)
     }
 }
 
@@ -280,17 +297,18 @@ mod tests {
         .unwrap();
         let all = [&theta[..], &[0.3, 1.5]].concat();
         let phi = atlas.inverse(&all).unwrap();
-        for (a, b) in atlas.forward(&phi).iter().zip(&all) {
+        for (a, b) in atlas.forward(&phi).unwrap().iter().zip(&all) {
             assert!((a - b).abs() < 1e-14, "{a} {b}");
         }
         let g: Vec<f64> = (0..12).map(|i| (i as f64 * 1.3).cos()).collect();
-        let pulled = atlas.pull_back(&phi, &g);
+        let pulled = atlas.pull_back(&phi, &g).unwrap();
         for k in 0..12 {
             let at = |h: f64| {
                 let mut p = phi.clone();
                 p[k] += h;
                 atlas
                     .forward(&p)
+                    .unwrap()
                     .iter()
                     .zip(&g)
                     .map(|(t, g)| t * g)

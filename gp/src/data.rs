@@ -69,19 +69,15 @@ pub struct Scaling {
     pub scale: Vec<f64>,
 }
 
+/// More channels than any machine has; a larger number is a mistake of the caller.
+const MOST_CHANNELS: usize = 1 << 16;
+
 fn moments(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
     let n = values.clone().count().max(1) as f64;
     let mean = values.clone().sum::<f64>() / n;
     let sd = (values.map(|v| (v - mean) * (v - mean)).sum::<f64>() / n).sqrt();
     // A constant column carries no scale of its own.
-    (
-        mean,
-        if sd > 1e-12 * (1.0 + mean.abs()) {
-            sd
-        } else {
-            1.0
-        },
-    )
+    (mean, if sd > 1e-12 * mean.abs() { sd } else { 1.0 })
 }
 
 impl Scaling {
@@ -94,7 +90,7 @@ impl Scaling {
         let (shift, scale) = (0..x.dims())
             .map(|d| moments(x.dim(d).iter().copied()))
             .unzip();
-        Ok(Self { shift, scale })
+        Self { shift, scale }.computed()
     }
 
     /// Mean and standard deviation of every channel of the measurements `y`,
@@ -108,7 +104,11 @@ impl Scaling {
             ));
         }
         finite("measurements y", y)?;
-        let count = channels.iter().max().map_or(0, |c| c + 1);
+        let count = channels.iter().max().map_or(0, |c| c.saturating_add(1));
+        if count > MOST_CHANNELS {
+            let expected = format!("at most {MOST_CHANNELS}, numbered from 0");
+            return Err(shape("channels", expected, count));
+        }
         let (shift, scale) = (0..count)
             .map(|c| {
                 moments(
@@ -119,7 +119,14 @@ impl Scaling {
                 )
             })
             .unzip();
-        Ok(Self { shift, scale })
+        Self { shift, scale }.computed()
+    }
+
+    /// Fails when the data were so large that their moments overflowed.
+    fn computed(self) -> Result<Self> {
+        finite("mean of the data", &self.shift)?;
+        finite("standard deviation of the data", &self.scale)?;
+        Ok(self)
     }
 
     fn check(&self, channels: &[usize], rows: usize) -> Result<()> {
@@ -127,34 +134,53 @@ impl Scaling {
             return Err(shape("channels of the rows", rows, channels.len()));
         }
         let known = self.scale.len().min(self.shift.len());
-        match channels.iter().find(|&&c| c >= known) {
+        if let Some(c) = channels.iter().find(|&&c| c >= known) {
+            return Err(shape("channel of a row", format!("below {known}"), c));
+        }
+        self.usable()
+    }
+
+    /// The fields are public: what was put there is checked before it is used.
+    fn usable(&self) -> Result<()> {
+        finite("shift", &self.shift)?;
+        match self.scale.iter().position(|s| !(s.is_finite() && *s > 0.0)) {
             None => Ok(()),
-            Some(c) => Err(shape("channel of a row", format!("below {known}"), c)),
+            Some(c) => Err(GpError::Parameter {
+                name: format!("scale[{c}]"),
+                value: self.scale[c],
+                expected: "a positive, finite number".into(),
+            }),
         }
     }
 
     /// `(x - shift)/scale` for inputs.
     pub fn inputs(&self, x: &Inputs) -> Result<Inputs> {
+        self.usable()?;
         x.standardised(&self.shift, &self.scale)
     }
 
     /// `(y - shift)/scale` for measurements.
     pub fn outputs(&self, y: &[f64], channels: &[usize]) -> Result<Vec<f64>> {
         self.check(channels, y.len())?;
-        Ok(y.iter()
+        let out: Vec<f64> = y
+            .iter()
             .zip(channels)
             .map(|(v, &c)| (v - self.shift[c]) / self.scale[c])
-            .collect())
+            .collect();
+        finite("normalised measurements", &out)?;
+        Ok(out)
     }
 
     /// Undo [`Scaling::outputs`] on means or samples.
     pub fn restore(&self, values: &[f64], channels: &[usize]) -> Result<Vec<f64>> {
         self.check(channels, values.len())?;
-        Ok(values
+        let out: Vec<f64> = values
             .iter()
             .zip(channels)
             .map(|(v, &c)| v * self.scale[c] + self.shift[c])
-            .collect())
+            .collect();
+        finite("restored values", &out)?;
+        Ok(out)
     }
 
     /// Undo [`Scaling::outputs`] on means and variances.
@@ -186,14 +212,9 @@ impl Scaling {
     }
 
     pub(crate) fn validate(&self) -> Result<()> {
-        if self.shift.len() != self.scale.len()
-            || self.scale.iter().any(|s| s.is_nan() || *s <= 0.0)
-        {
-            return Err(GpError::Saved(
-                "a scaling has unequal lengths or a scale that is not positive".into(),
-            ));
+        if self.shift.len() != self.scale.len() {
+            return Err(GpError::Saved("a scaling has unequal lengths".into()));
         }
-        finite("shift", &self.shift)?;
-        finite("scale", &self.scale)
+        self.usable()
     }
 }

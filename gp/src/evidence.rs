@@ -30,6 +30,9 @@ pub struct Evidence {
     pub theta: Vec<f64>,
     /// What had to be added to the diagonal for the factorisation to succeed; 0 as a rule.
     pub jitter: f64,
+    /// Pairs of points with the same input, when the exact covariance needed jitter; empty
+    /// otherwise.
+    pub coincident: Vec<(usize, usize)>,
 }
 
 /// The factorised covariance of a data set.
@@ -37,6 +40,7 @@ pub(crate) struct Fit {
     pub(crate) alpha: Vec<f64>,
     pub(crate) nll: f64,
     pub(crate) jitter: f64,
+    pub(crate) coincident: Vec<(usize, usize)>,
 }
 
 /// Negative log evidence of measurements `y` of the functionals `f` (length `R`).
@@ -92,6 +96,7 @@ pub fn evidence(
         gradient,
         theta,
         jitter: fit.jitter,
+        coincident: fit.coincident,
     })
 }
 
@@ -198,6 +203,10 @@ pub(crate) fn factorise(
         let stride = a.stride();
         assemble(&model.prior, stack, stack, true, a.data_mut(), stride);
         a.add_diagonal(&noise);
+        finite(
+            "variance of a measured row",
+            &a.diagonal().collect::<Vec<_>>(),
+        )?;
         jitter = relative * a.diagonal().sum::<f64>() / stack.rows as f64;
         a.add_diagonal(&vec![jitter; stack.rows]);
         match cholesky(a) {
@@ -210,7 +219,17 @@ pub(crate) fn factorise(
                 let constant = 0.5 * stack.rows as f64 * (2.0 * std::f64::consts::PI).ln();
                 let nll = 0.5 * quadratic + log_det + constant;
                 finite("negative log evidence", &[nll])?;
-                return Ok(Fit { alpha, nll, jitter });
+                let coincident = if jitter > 0.0 {
+                    stack.inputs.coincident()
+                } else {
+                    Vec::new()
+                };
+                return Ok(Fit {
+                    alpha,
+                    nll,
+                    jitter,
+                    coincident,
+                });
             }
             Err(at) => row = at,
         }

@@ -33,6 +33,9 @@ pub struct Fitted {
     pub objective: f64,
     /// Jitter in the final evaluation; 0 as a rule.
     pub jitter: f64,
+    /// Pairs of data points with the same input, when the exact covariance needed jitter;
+    /// empty otherwise.
+    pub coincident: Vec<(usize, usize)>,
     /// Names of parameters that ended on a bound.
     pub at_bounds: Vec<String>,
     /// Number of the best run.

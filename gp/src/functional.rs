@@ -6,7 +6,7 @@
 //! told about a robot.
 
 use crate::error::{GpError, Result, finite, shape};
-use crate::inputs::Inputs;
+use crate::inputs::{Inputs, indices_below};
 use serde::{Deserialize, Serialize};
 
 /// Rows `H(x_i)` and means `m(x_i)` stacked over `N` points, point-major.
@@ -121,7 +121,7 @@ impl Functionals {
                 x.len(),
             ));
         }
-        if h.len() != mean.len() * self.n_latent {
+        if h.len() != mean.len().saturating_mul(self.n_latent) {
             return Err(shape(
                 format!("H of point {at}"),
                 format!("{} rows × {} latent functions", mean.len(), self.n_latent),
@@ -174,8 +174,14 @@ impl Functionals {
         Ok(())
     }
 
-    /// The points with the given indices, in that order (panics out of range, like slices).
-    pub fn subset(&self, indices: &[usize]) -> Self {
+    /// The points with the given indices, in that order. Errors: an index that is not below `N`.
+    pub fn subset(&self, indices: &[usize]) -> Result<Self> {
+        indices_below(self.n_points(), indices)?;
+        Ok(self.pick(indices))
+    }
+
+    /// [`Functionals::subset`] of indices known to exist.
+    pub(crate) fn pick(&self, indices: &[usize]) -> Self {
         let mut out = Self::new(self.dims, self.n_latent);
         indices.iter().for_each(|&i| out.append_from(self, i));
         out
@@ -201,12 +207,12 @@ impl Functionals {
         self.dims
     }
 
-    /// Rows that belong to point `i`.
+    /// Rows that belong to point `i`. Panics unless `i < N`, like indexing a slice.
     pub fn rows_of(&self, i: usize) -> std::ops::Range<usize> {
         self.starts[i]..self.starts[i + 1]
     }
 
-    /// Row `r` of `H` (length `n_latent`).
+    /// Row `r` of `H` (length `n_latent`). Panics unless `r < R`, like indexing a slice.
     pub fn row(&self, r: usize) -> &[f64] {
         &self.rows[r * self.n_latent..(r + 1) * self.n_latent]
     }
@@ -295,7 +301,7 @@ impl Functionals {
             && self.starts[0] == 0
             && self.starts[n] == r
             && self.starts.windows(2).all(|w| w[0] <= w[1])
-            && self.rows.len() == r * self.n_latent
+            && Some(self.rows.len()) == r.checked_mul(self.n_latent)
             && self.channels.len() == r
             && self.points.iter().all(|p| p.len() == self.dims);
         if !ok {

@@ -1,6 +1,6 @@
 //! Inducing inputs by greedy variance.
 
-use crate::error::{Result, shape};
+use crate::error::{Result, finite, shape};
 use crate::functional::Functionals;
 use crate::gram::{Stack, assemble, variances};
 use crate::inputs::Inputs;
@@ -50,6 +50,7 @@ pub fn greedy_points(model: &Model, data: &Functionals, count: usize) -> Result<
         rows.map(|r| rest[r] / noise[r]).sum()
     };
     let all: f64 = (0..data.n_points()).map(|i| lost(&partial.rest, i)).sum();
+    finite("prior variance over noise", &[all])?;
     let mean = all / data.n_points() as f64;
     while partial.chosen.len() < count.min(data.n_points()) {
         let open = (0..data.n_points()).filter(|i| !partial.chosen.contains(i));
@@ -97,7 +98,7 @@ impl<'a> Partial<'a> {
     }
 
     fn latents(&self, points: &[usize]) -> Stack {
-        let at = self.inputs.subset(points);
+        let at = self.inputs.pick(points);
         Stack::new(
             &Functionals::identity(&at, self.prior.n_latent()),
             self.prior,

@@ -109,20 +109,24 @@ impl Inputs {
         self.dims
     }
 
-    /// Coordinate `d` of all points (length `N`).
+    /// Coordinate `d` of all points (length `N`). Panics unless `d < D`, like indexing a slice.
     pub fn dim(&self, d: usize) -> &[f64] {
         &self.columns[d * self.points..(d + 1) * self.points]
     }
 
-    /// All coordinates of point `i` (length `D`).
+    /// All coordinates of point `i` (length `D`). Panics unless `i < N`, like indexing a slice.
     pub fn point(&self, i: usize) -> Vec<f64> {
         (0..self.dims).map(|d| self.dim(d)[i]).collect()
     }
 
-    /// The points with the given indices, in that order.
-    ///
-    /// Panics when an index is out of range, like slice indexing.
-    pub fn subset(&self, indices: &[usize]) -> Self {
+    /// The points with the given indices, in that order. Errors: an index that is not below `N`.
+    pub fn subset(&self, indices: &[usize]) -> Result<Self> {
+        indices_below(self.points, indices)?;
+        Ok(self.pick(indices))
+    }
+
+    /// [`Inputs::subset`] of indices known to exist.
+    pub(crate) fn pick(&self, indices: &[usize]) -> Self {
         let columns = (0..self.dims)
             .flat_map(|d| indices.iter().map(move |&i| self.dim(d)[i]))
             .collect();
@@ -155,7 +159,8 @@ impl Inputs {
     /// Pairs of points with bitwise equal coordinates (each with its first twin).
     pub(crate) fn coincident(&self) -> Vec<(usize, usize)> {
         let mut order: Vec<usize> = (0..self.points).collect();
-        let key = |i: usize| self.point(i);
+        // Adding zero makes -0 and 0 one.
+        let key = |i: usize| -> Vec<f64> { self.point(i).iter().map(|v| v + 0.0).collect() };
         let cmp = |a: &Vec<f64>, b: &Vec<f64>| {
             a.iter()
                 .zip(b)
@@ -169,5 +174,13 @@ impl Inputs {
             .filter(|w| key(w[0]) == key(w[1]))
             .map(|w| (w[0].min(w[1]), w[0].max(w[1])))
             .collect()
+    }
+}
+
+/// Fails with the first index that is not below `n`.
+pub(crate) fn indices_below(n: usize, indices: &[usize]) -> Result<()> {
+    match indices.iter().find(|&&i| i >= n) {
+        None => Ok(()),
+        Some(i) => Err(shape("index of a point", format!("below {n}"), i)),
     }
 }

@@ -115,7 +115,8 @@ pub use evidence::{Evidence, Workspace, evidence, nll};
 pub use fitted::{Fitted, Run};
 pub use functional::Functionals;
 pub use gauss::{
-    CONSISTENCY_TOLERANCE, GaussPoint, Layout, PointTangent, Quantity, RANK_TOLERANCE, Rows,
+    CONSISTENCY_TOLERANCE, GaussPoint, Layout, PIVOT_TOLERANCE, PointTangent, Quantity,
+    RANK_TOLERANCE, Rows, SYMMETRY_TOLERANCE,
 };
 pub use inducing::greedy_points;
 pub use inputs::Inputs;

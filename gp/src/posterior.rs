@@ -1,7 +1,7 @@
 //! Prediction of any quantity from measurements of any other (thesis 2.79, 5.11, 5.25).
 
 use crate::contract::Sources;
-use crate::error::{Result, shape};
+use crate::error::{Result, finite, shape};
 use crate::evidence::{checked, factorise};
 use crate::functional::Functionals;
 use crate::gram::{Stack, assemble, bind, variances};
@@ -23,6 +23,14 @@ pub struct Prediction {
 }
 
 impl Prediction {
+    /// Errors: a mean or variance that is not finite. Round-off below 0 becomes 0.
+    pub(crate) fn checked(mean: Vec<f64>, mut variance: Vec<f64>) -> Result<Self> {
+        finite("predicted mean", &mean)?;
+        finite("predicted variance", &variance)?;
+        variance.iter_mut().for_each(|v| *v = v.max(0.0));
+        Ok(Self { mean, variance })
+    }
+
     /// Lower and upper end of the central 95 % interval of every row.
     pub fn band95(&self) -> (Vec<f64>, Vec<f64>) {
         let half = self
@@ -56,6 +64,7 @@ pub struct Posterior {
     beta: Vec<Vec<f64>>,
     nll: f64,
     jitter: f64,
+    coincident: Vec<(usize, usize)>,
 }
 
 impl Posterior {
@@ -86,6 +95,7 @@ impl Posterior {
             beta,
             nll: fit.nll,
             jitter: fit.jitter,
+            coincident: fit.coincident,
         })
     }
 
@@ -119,6 +129,11 @@ impl Posterior {
         self.jitter
     }
 
+    /// Pairs of data points with the same input, when jitter was needed; empty otherwise.
+    pub fn coincident(&self) -> &[(usize, usize)] {
+        &self.coincident
+    }
+
     fn stack_of(&self, at: &Functionals) -> Result<Stack> {
         stack_for(&self.model, at, self.data.dims())
     }
@@ -131,7 +146,7 @@ impl Posterior {
     /// Posterior mean of the rows of `at`; cheap, `O(N)` per point.
     pub fn mean(&self, at: &Functionals) -> Result<Vec<f64>> {
         self.stack_of(at)?;
-        Ok(apply(at, &self.latent_mean(&at.inputs())?))
+        apply(at, &self.latent_mean(&at.inputs())?)
     }
 
     /// Posterior mean at one kernel input of rows `H` (row-major) and means `m`:
@@ -152,20 +167,17 @@ impl Posterior {
         let chunks: Vec<Vec<f64>> = indices
             .par_chunks(CHUNK)
             .map(|chunk| {
-                let stack = Stack::new(&at.subset(chunk), &self.model.prior);
+                let stack = Stack::new(&at.pick(chunk), &self.model.prior);
                 let explained = self.explained(&stack);
                 let mut v = variances(&self.model.prior, &stack);
                 for (j, v) in v.iter_mut().enumerate() {
                     let column = &explained[j * self.stack.rows..(j + 1) * self.stack.rows];
-                    *v = (*v - dispatch(|| dot(column, column))).max(0.0);
+                    *v -= dispatch(|| dot(column, column));
                 }
                 v
             })
             .collect();
-        Ok(Prediction {
-            mean,
-            variance: chunks.concat(),
-        })
+        Prediction::checked(mean, chunks.concat())
     }
 
     /// As [`Posterior::predict`], with the noise of each row's channel added to
@@ -202,7 +214,7 @@ impl Posterior {
         let stack = self.stack_of(at)?;
         let v = self.explained(&stack);
         let v = faer::MatRef::from_column_major_slice(&v, self.stack.rows, stack.rows);
-        Ok(prior_matrix(&self.model, &stack) - v.transpose() * v)
+        checked_matrix(prior_matrix(&self.model, &stack) - v.transpose() * v)
     }
 
     /// Draws from the joint posterior of the latent functions at `at`.
@@ -254,6 +266,7 @@ pub(crate) fn latent_mean(
             }
         }
     });
+    finite("posterior mean of the latent functions", &out)?;
     Ok(out)
 }
 
@@ -270,7 +283,7 @@ pub(crate) fn stack_for(model: &Model, at: &Functionals, dims: usize) -> Result<
 }
 
 /// `m + H f` for latent values `f`, `n_latent` per point.
-pub(crate) fn apply(at: &Functionals, latent: &[f64]) -> Vec<f64> {
+pub(crate) fn apply(at: &Functionals, latent: &[f64]) -> Result<Vec<f64>> {
     let n = at.n_latent();
     let mut out = Vec::with_capacity(at.n_rows());
     for i in 0..at.n_points() {
@@ -280,7 +293,21 @@ pub(crate) fn apply(at: &Functionals, latent: &[f64]) -> Vec<f64> {
             out.push(at.mean()[r] + h);
         }
     }
-    out
+    finite("m + H f of a row", &out)?;
+    Ok(out)
+}
+
+/// A covariance without NaN and infinity.
+pub(crate) fn checked_matrix(covariance: Mat<f64>) -> Result<Mat<f64>> {
+    for j in 0..covariance.ncols() {
+        for i in 0..covariance.nrows() {
+            finite(
+                &format!("covariance of rows {i} and {j}"),
+                &[covariance[(i, j)]],
+            )?;
+        }
+    }
+    Ok(covariance)
 }
 
 pub(crate) fn prior_matrix(model: &Model, stack: &Stack) -> Mat<f64> {
@@ -292,7 +319,7 @@ pub(crate) fn prior_matrix(model: &Model, stack: &Stack) -> Mat<f64> {
 /// Prior covariance of all rows of `at`, noise-free.
 pub fn prior_covariance(model: &Model, at: &Functionals) -> Result<Mat<f64>> {
     let stack = stack_for(model, at, at.dims())?;
-    Ok(prior_matrix(model, &stack))
+    checked_matrix(prior_matrix(model, &stack))
 }
 
 /// Draws from the joint prior of the latent functions at `at`.
@@ -314,14 +341,18 @@ impl LatentSamples {
     /// Samples of the rows of `at`, whose points must be the sampled ones.
     pub fn quantity(&self, at: &Functionals) -> Result<Vec<Vec<f64>>> {
         let len = self.draws.first().map_or(0, Vec::len);
-        if at.n_points() != self.points || (len != 0 && at.n_points() * at.n_latent() != len) {
+        let fits = |f: &Vec<f64>| f.len() == at.n_points() * at.n_latent();
+        if at.n_points() != self.points || !self.draws.iter().all(fits) {
             return Err(shape(
                 "points of the quantity",
-                format!("the {} sampled ones", self.points),
-                at.n_points(),
+                format!(
+                    "the {} sampled ones, {len} latent values a draw",
+                    self.points
+                ),
+                format!("{} with {} latent functions", at.n_points(), at.n_latent()),
             ));
         }
-        Ok(self.draws.iter().map(|f| apply(at, f)).collect())
+        self.draws.iter().map(|f| apply(at, f)).collect()
     }
 }
 

@@ -58,7 +58,24 @@ impl<'a> Problem<'a> {
         out
     }
 
+    /// The structure, the charts and the starting values agree on the number of `θ`.
+    fn check_theta(&self) -> Result<()> {
+        let n = self.structure.n_theta();
+        if self.theta.len() != n {
+            return Err(shape(
+                "starting values θ of the problem",
+                format!("{n} (model parameters of the structure)"),
+                self.theta.len(),
+            ));
+        }
+        if self.atlas.n_theta() != n {
+            return Err(shape("parameters of the charts", n, self.atlas.n_theta()));
+        }
+        Ok(())
+    }
+
     pub(crate) fn point(&self) -> Result<Vec<f64>> {
+        self.check_theta()?;
         let mut z = self.model.params();
         z.extend(self.atlas.inverse(&self.theta)?);
         Ok(z)
@@ -68,7 +85,7 @@ impl<'a> Problem<'a> {
         let (params, phi) = z.split_at(self.model.n_params());
         let mut model = self.model.clone();
         model.set_params(params)?;
-        Ok((model, self.atlas.forward(phi)))
+        Ok((model, self.atlas.forward(phi)?))
     }
 
     /// Negative log evidence and its gradient in everything of [`Problem::names`].
@@ -76,6 +93,7 @@ impl<'a> Problem<'a> {
         if z.len() != self.model.n_params() + self.theta.len() {
             return Err(shape("point to evaluate", self.names().len(), z.len()));
         }
+        self.check_theta()?;
         self.objective_at(z, None, work)
     }
 
@@ -115,7 +133,10 @@ impl<'a> Problem<'a> {
             Some(z) => sparse_evidence(&model, f, self.y, z, &tangents)?,
         };
         let mut gradient = e.gradient;
-        gradient.extend(self.atlas.pull_back(&z[self.model.n_params()..], &e.theta));
+        gradient.extend(
+            self.atlas
+                .pull_back(&z[self.model.n_params()..], &e.theta)?,
+        );
         Ok((e.nll, gradient))
     }
 }

@@ -16,7 +16,7 @@ use crate::gram::{Stack, assemble, variances};
 use crate::inputs::Inputs;
 use crate::linalg::{Square, cholesky, solve_lower, solve_upper};
 use crate::model::Model;
-use crate::posterior::{Prediction, apply, latent_mean, stack_for};
+use crate::posterior::{Prediction, apply, checked_matrix, latent_mean, stack_for};
 use crate::simd::{axpy, dispatch, dot};
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
@@ -172,7 +172,7 @@ impl SparsePosterior {
     /// Posterior mean of the rows of `at`.
     pub fn mean(&self, at: &Functionals) -> Result<Vec<f64>> {
         stack_for(&self.model, at, self.inducing.inputs.dims())?;
-        Ok(apply(at, &self.latent_mean(&at.inputs())?))
+        apply(at, &self.latent_mean(&at.inputs())?)
     }
 
     /// Posterior mean and variance of the rows of `at`.
@@ -183,19 +183,16 @@ impl SparsePosterior {
         let chunks: Vec<Vec<f64>> = indices
             .par_chunks(CHUNK)
             .map(|chunk| {
-                let stack = Stack::new(&at.subset(chunk), &self.model.prior);
+                let stack = Stack::new(&at.pick(chunk), &self.model.prior);
                 let mut v = variances(&self.model.prior, &stack);
                 let mut cross = self.cross(&stack);
                 norms(&cross, q, &mut v, -1.0);
                 solve_columns(&self.factor_b, &mut cross);
                 norms(&cross, q, &mut v, 1.0);
-                v.into_iter().map(|v| v.max(0.0)).collect()
+                v
             })
             .collect();
-        Ok(Prediction {
-            mean,
-            variance: chunks.concat(),
-        })
+        Prediction::checked(mean, chunks.concat())
     }
 
     /// `L_u⁻¹ K_u*`, column-major `q × rows`.
@@ -225,7 +222,7 @@ impl SparsePosterior {
         let w = MatRef::from_column_major_slice(&cross, q, stack.rows);
         out -= v.transpose() * &v;
         out += w.transpose() * w;
-        Ok(out)
+        checked_matrix(out)
     }
 }
 
@@ -267,6 +264,10 @@ fn factor_inducing(model: &Model, inducing: &Stack) -> Result<(Square, f64, f64)
             factor.data_mut(),
             stride,
         );
+        finite(
+            "prior variance of the inducing inputs",
+            &factor.diagonal().collect::<Vec<_>>(),
+        )?;
         jitter = relative * factor.diagonal().sum::<f64>() / inducing.rows as f64;
         factor.add_diagonal(&vec![jitter; inducing.rows]);
         match cholesky(&mut factor) {
@@ -321,7 +322,7 @@ fn accumulate(
             sums.gram.resize(q);
             for chunk in blocks.iter().skip(group).step_by(GROUPS) {
                 let rows = data.rows_of(chunk[0]).start..data.rows_of(chunk[chunk.len() - 1]).end;
-                let stack = Stack::new(&data.subset(chunk), &model.prior);
+                let stack = Stack::new(&data.pick(chunk), &model.prior);
                 let noise = &noise[rows.clone()];
                 let a = block(model, &stack, inducing, factor_u, noise);
                 let prior = variances(&model.prior, &stack);

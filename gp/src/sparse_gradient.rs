@@ -82,6 +82,7 @@ pub fn sparse_evidence(
         gradient,
         theta,
         jitter: posterior.jitter(),
+        coincident: Vec::new(),
     })
 }
 
@@ -149,7 +150,7 @@ impl Pass<'_> {
         let inducing = &self.posterior.inducing;
         let (q, w) = (inducing.rows, &self.posterior.weights);
         let first = self.f.rows_of(chunk[0]).start;
-        let stack = Stack::new(&self.f.subset(chunk), &self.model.prior);
+        let stack = Stack::new(&self.f.pick(chunk), &self.model.prior);
         let mut cross = vec![0.0; q * stack.rows];
         assemble(&self.model.prior, inducing, &stack, false, &mut cross, q);
         let view = MatRef::from_column_major_slice(&cross, q, stack.rows);

@@ -20,6 +20,8 @@ struct Rule {
     upper: f64,
     start: Option<(f64, f64)>,
     fixed: bool,
+    /// A positive parameter, held as its logarithm.
+    logarithm: bool,
     penalty: Option<Penalty>,
 }
 
@@ -54,6 +56,21 @@ pub struct Training {
     from_given: bool,
 }
 
+impl Rule {
+    /// Where restarts begin: what was said, or around the given value when nothing was said
+    /// of any parameter.
+    fn interval(&self, value: f64, nothing_said: bool) -> Option<(f64, f64)> {
+        if self.fixed {
+            return None;
+        }
+        let around = (nothing_said && self.logarithm).then_some((value - AROUND, value + AROUND));
+        self.start.or(around)
+    }
+}
+
+/// Half width of the interval restarts begin in when none was given, in logarithms.
+const AROUND: f64 = 2.0;
+
 fn matches(pattern: &str, name: &str) -> bool {
     let mut parts = pattern.split('*');
     let Some(mut rest) = parts.next().and_then(|first| name.strip_prefix(first)) else {
@@ -80,16 +97,14 @@ impl Training {
         let rules = names
             .iter()
             .map(|n| {
-                let wide = if n.starts_with("theta") || n.contains("weight") {
-                    f64::INFINITY
-                } else {
-                    20.0
-                };
+                let logarithm = !(n.starts_with("theta") || n.contains("weight"));
+                let wide = if logarithm { 20.0 } else { f64::INFINITY };
                 Rule {
                     lower: -wide,
                     upper: wide,
                     start: None,
                     fixed: false,
+                    logarithm,
                     penalty: None,
                 }
             })
@@ -170,7 +185,8 @@ impl Training {
     }
 
     /// Number of runs, at least 1. All but the first start from a scrambled
-    /// Sobol sequence over the intervals of [`Training::start_in`].
+    /// Sobol sequence over the intervals of [`Training::start_in`]; without any of
+    /// these, over a factor of `e²` to both sides of every given positive parameter.
     pub fn restarts(mut self, runs: usize) -> Self {
         self.restarts = runs.max(1);
         self
@@ -199,6 +215,7 @@ impl Training {
         problem: &Problem<'_>,
         watch: &(dyn Fn(Progress) -> bool + Sync),
     ) -> Result<Fitted> {
+        self.algorithm.check()?;
         let given = problem.point()?;
         if given.len() != self.names.len() {
             return Err(shape(
@@ -220,26 +237,32 @@ impl Training {
     }
 
     fn start(&self, run: usize, given: &[f64]) -> Vec<f64> {
+        let inside = |(rule, value): (&Rule, f64)| match rule.fixed {
+            true => value,
+            false => value.clamp(rule.lower, rule.upper),
+        };
         if run == 0 && self.from_given {
-            return given.to_vec();
+            let given = given.iter().copied();
+            return self.rules.iter().zip(given).map(inside).collect();
         }
+        let nothing_said = self.rules.iter().all(|r| r.start.is_none());
         let index = u32::try_from(run).unwrap_or(u32::MAX) & 0xffff;
         let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(self.seed.wrapping_add(run as u64));
         let mut dimension = 0;
         self.rules
             .iter()
             .zip(given)
-            .map(|(rule, &value)| match rule.start {
-                Some((lower, upper)) if !rule.fixed => {
+            .map(|(rule, &value)| match rule.interval(value, nothing_said) {
+                Some((lower, upper)) => {
                     let unit = if dimension < sobol_burley::NUM_DIMENSIONS {
                         f64::from(sobol_burley::sample(index, dimension, self.seed as u32))
                     } else {
                         random.random_range(0.0..1.0)
                     };
                     dimension += 1;
-                    lower + (upper - lower) * unit
+                    inside((rule, lower + (upper - lower) * unit))
                 }
-                _ => value,
+                None => inside((rule, value)),
             })
             .collect()
     }
@@ -344,14 +367,14 @@ impl Training {
         };
         let (model, theta) = problem.split(&z)?;
         let f = problem.structure.functionals(&theta)?;
-        let (nll, jitter) = match &problem.inducing {
+        let (nll, jitter, coincident) = match &problem.inducing {
             None => {
                 let p = Posterior::new(&model, &f, problem.y)?;
-                (p.nll(), p.jitter())
+                (p.nll(), p.jitter(), p.coincident().to_vec())
             }
             Some(z) => {
                 let p = SparsePosterior::new(&model, &f, problem.y, z)?;
-                (-p.bound(), p.jitter())
+                (-p.bound(), p.jitter(), Vec::new())
             }
         };
         let at_bounds = (0..z.len())
@@ -366,6 +389,7 @@ impl Training {
             nll,
             objective,
             jitter,
+            coincident,
             at_bounds,
             best_run,
             runs,

@@ -281,7 +281,7 @@ fn results_do_not_depend_on_the_number_of_threads() {
         rows: vec![0.3; 280],
         mean: vec![0.1; 140],
     }];
-    let inducing = f.inputs().subset(&[0, 9, 33, 51]);
+    let inducing = f.inputs().subset(&[0, 9, 33, 51]).unwrap();
     for prior in [
         LatentPrior::shared(2, kernel()),
         LatentPrior::intrinsic(kernel(), vec![vec![0.4], vec![-0.8]], &[0.2, 0.3]),

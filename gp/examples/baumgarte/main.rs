@@ -123,9 +123,8 @@ pub fn dormand_prince(
 
 /// A GP² trained on sixty noisy accelerations.
 pub fn trained() -> Result<Posterior> {
-    particle::learn(&particle::log(
-        &mut rand_chacha::ChaCha8Rng::seed_from_u64(1),
-    )?)
+    let (states, y) = particle::log(&mut rand_chacha::ChaCha8Rng::seed_from_u64(1))?;
+    particle::learn(&states, &y)
 }
 
 fn main() -> Result<()> {

@@ -1,8 +1,6 @@
 //! The panels of the three figures, each with the numbers behind it.
 
-use crate::chart::{
-    Axis, BLACK_INK, BLUE_INK, Corner, GREEN_INK, GREY, Layer, Mark, ORANGE, Panel, layer,
-};
+use crate::chart::{Axis, BLACK_INK, BLUE_INK, GREEN_INK, GREY, Layer, Mark, ORANGE, Panel, layer};
 use crate::fits::{
     OTHER, OTHER_PARTICLE, PARTICLE, SURFACE, System, UNICYCLE, fit, on_surface, plain, prior,
 };
@@ -88,7 +86,6 @@ pub fn samples(observations: usize) -> Result<(Vec<Panel>, f64)> {
                 title: format!("{name}, {when}: 2-D unicycle at 0.5 m/s"),
                 x: Axis::new("heading q3 / °").within(-180.0, 180.0),
                 y: Axis::new("acceleration of q1 / (m/s²)").within(-limit, limit),
-                legend: Corner::UpperRight,
                 layers,
             });
         }
@@ -157,8 +154,7 @@ pub fn reach(models: &Particle) -> Result<Reach> {
     let panel = |title: &str, p: &Prediction, t: &[f64], color| Panel {
         title: title.into(),
         x: Axis::new("q1 / m (data within ±2)").within(-6.0, 6.0),
-        y: Axis::new("acceleration of q1 / (m/s²)").within(-11.0, 14.0),
-        legend: Corner::UpperRight,
+        y: Axis::new("acceleration of q1 / (m/s²)").within(-7.0, 7.0),
         layers: vec![
             layer("95 % band", color, Mark::Band(band(&q1, p, 0))),
             layer(
@@ -275,21 +271,18 @@ pub fn path_panels(paths: &[Path; 3]) -> Vec<Panel> {
             title: "Path by Dormand–Prince".into(),
             x: Axis::new("time / s"),
             y: Axis::new("q1 / m").within(-2.5, 4.0),
-            legend: Corner::UpperRight,
             layers: coordinate(0),
         },
         Panel {
             title: "The same, vertical".into(),
             x: Axis::new("time / s"),
             y: Axis::new("q3 / m").within(-2.0, 1.0),
-            legend: Corner::LowerRight,
             layers: coordinate(2),
         },
         Panel {
             title: "Distance to the surface".into(),
             x: Axis::new("time / s"),
             y: Axis::new("|c(q)| / m").logarithmic().within(1e-12, 100.0),
-            legend: Corner::Right,
             layers: layers(&|p| {
                 let gap = p.gap.iter().map(|g| g.max(1e-12));
                 p.t.iter().copied().zip(gap).collect()
@@ -319,14 +312,14 @@ pub fn unconstrained(models: &Particle, observations: usize) -> Result<(Vec<Pane
         (&PARTICLE, &models.structured),
         (&q1, &rest),
         Axis::new("q1 / m"),
-        Axis::new("ā / (m/s²)").within(-12.0, 8.0),
+        Axis::new("ā / (m/s²)").within(-12.0, 2.0),
     )?;
     let (second, rolling_error) = inferred(
         "Unicycle, heading 53°",
         (&UNICYCLE, &unicycle),
         (&speed, &rolling),
         Axis::new("speed / (m/s)"),
-        Axis::new("ā / (m/s²; q3: rad/s²)").within(-0.7, 0.5),
+        Axis::new("ā / (m/s²; q3: rad/s²)").within(-0.5, 0.1),
     )?;
     Ok((vec![first, second], [rest_error, rolling_error]))
 }
@@ -356,7 +349,6 @@ fn inferred(
         title: format!("{title}: unconstrained acceleration"),
         x,
         y,
-        legend: Corner::UpperRight,
         layers,
     };
     Ok((panel, rmse(&p.mean, &t)))

@@ -7,18 +7,18 @@ mod particle;
 mod tests;
 
 use gp::{Quantity, Result};
-use particle::{ask, learn, log, state, truth};
+use particle::{learn, log, rows, state, truth};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 fn main() -> Result<()> {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
-    let log = log(&mut rng)?;
+    let (states, y) = log(&mut rng)?;
     let x = state(&mut rng);
     // use
-    let model = learn(&log)?;
-    let a = ask(&model, &x, Quantity::Acceleration)?; // m/s²
-    let lambda = ask(&model, &x, Quantity::Multiplier)?; // Q_I = A^T λ, N
+    let model = learn(&states, &y)?;
+    let a = model.predict(&rows(&[x], Quantity::Acceleration)?)?; // m/s²
+    let lambda = model.predict(&rows(&[x], Quantity::Multiplier)?)?; // Q_I = A^T λ, N
     let (low, high) = lambda.band95();
     // end
     let (a_true, lambda_true) = truth(&x)?;

@@ -7,41 +7,30 @@ use dynamics::Point;
 use generated::surface_particle::{Parameters, equation_of_motion};
 use gp::*;
 
-/// `M`, `A`, `b` and the known force of the model file, at a state.
-pub fn known(x: &Point<f64, 3, 3, 0>) -> Result<GaussPoint> {
-    let e = equation_of_motion(&Parameters::nominal(), x);
-    let (mass, a) = (
-        e.mass_matrix.as_flattened(),
-        e.constraint_jacobian.as_flattened(),
-    );
-    GaussPoint::new(mass, a, &e.constraint_bias, &e.force)
+/// A quantity at states: what the model file knows, and a force that it does not, of the velocity.
+pub fn rows(states: &[Point<f64, 3, 3, 0>], quantity: Quantity) -> Result<Functionals> {
+    let mut out = Functionals::new(3, 3);
+    for x in states {
+        let e = equation_of_motion(&Parameters::nominal(), x);
+        let (mass, a) = (e.mass_matrix.concat(), e.constraint_jacobian.concat());
+        let point = GaussPoint::new(&mass, &a, &e.constraint_bias, &e.force)?;
+        let r = point.rows(quantity, Layout::Force)?;
+        out.push(&x.v, &r.h, &r.mean)?;
+    }
+    Ok(out)
 }
 
-/// The posterior of the unknown force, given states and accelerations of a log.
-pub fn learn(log: &[(Point<f64, 3, 3, 0>, [f64; 3])]) -> Result<Posterior> {
-    let mut data = Functionals::new(3, 3); // the unknown force depends on the velocity
-    for (x, _) in log {
-        let rows = known(x)?.rows(Quantity::Acceleration, Layout::Force)?;
-        data.push(&x.v, &rows.h, &rows.mean)?;
-    }
-    let y: Vec<f64> = log.iter().flat_map(|(_, a)| *a).collect();
+/// The posterior of the unknown force, given states and their measured accelerations.
+pub fn learn(states: &[Point<f64, 3, 3, 0>], y: &[f64]) -> Result<Posterior> {
+    let data = rows(states, Quantity::Acceleration)?;
     // One kernel, shared by three unknown forces; the noise has a standard deviation of 0.01.
     let prior = LatentPrior::shared(3, Kernel::squared_exponential(&[1.0; 3], 1.0));
-    let problem = Problem::new(Model::new(prior, &[1e-4; 3])?, &data, &y);
+    let problem = Problem::new(Model::new(prior, &[1e-4; 3])?, &data, y);
     let training = Training::new(&problem)
         .bounds("*log_length*", 0.3f64.ln(), 20f64.ln())?
         .start_in("*log_length*", 0.5f64.ln(), 5f64.ln())?
         .fix("log_noise*")?;
-    let fitted = training.restarts(3).run(&problem)?;
-    Posterior::new(&fitted.model, &data, &y)
-}
-
-/// Any quantity at any state, with its uncertainty.
-pub fn ask(model: &Posterior, x: &Point<f64, 3, 3, 0>, quantity: Quantity) -> Result<Prediction> {
-    let rows = known(x)?.rows(quantity, Layout::Force)?;
-    let mut at = Functionals::new(3, 3);
-    at.push(&x.v, &rows.h, &rows.mean)?;
-    model.predict(&at)
+    Posterior::new(&training.restarts(3).run(&problem)?.model, &data, y)
 }
 // end
 use dynamics::System;
@@ -91,14 +80,15 @@ pub fn state(rng: &mut impl Rng) -> Point<f64, 3, 3, 0> {
     x
 }
 
-/// Sixty states with accelerations measured with noise of standard deviation 0.01 m/s².
-pub fn log(rng: &mut impl Rng) -> Result<Vec<(Point<f64, 3, 3, 0>, [f64; 3])>> {
+/// Sixty states and, behind one another, their accelerations measured with noise of
+/// standard deviation 0.01 m/s².
+pub fn log(rng: &mut impl Rng) -> Result<(Vec<Point<f64, 3, 3, 0>>, Vec<f64>)> {
     let noise = |rng: &mut _| -> f64 { StandardNormal.sample(rng) };
-    (0..60)
-        .map(|_| {
-            let x = state(rng);
-            let a = truth(&x)?.0.map(|a| a + 0.01 * noise(rng));
-            Ok((x, a))
-        })
-        .collect()
+    let (mut states, mut y) = (Vec::new(), Vec::new());
+    for _ in 0..60 {
+        let x = state(rng);
+        y.extend(truth(&x)?.0.map(|a| a + 0.01 * noise(rng)));
+        states.push(x);
+    }
+    Ok((states, y))
 }

@@ -26,17 +26,33 @@ fn the_page_shows_the_code() {
         .map(|rest| words(rest.split_once("```").unwrap().0))
         .collect();
     assert_eq!(blocks, [marked(CODE[0], "page"), marked(CODE[1], "use")]);
+    let code = |line: &&str| !(line.trim().is_empty() || line.trim().starts_with("//"));
+    let lines = PAGE.split("```rust\n").skip(1);
+    let lines: usize = lines
+        .map(|rest| {
+            rest.split_once("```")
+                .unwrap()
+                .0
+                .lines()
+                .filter(code)
+                .count()
+        })
+        .sum();
+    assert!(lines <= 30, "the page promises thirty lines: {lines}");
 }
 
 #[test]
 fn acceleration_and_constraint_force_are_predicted() {
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
-    let model = particle::learn(&particle::log(&mut rng).unwrap()).unwrap();
+    let (states, y) = particle::log(&mut rng).unwrap();
+    let model = particle::learn(&states, &y).unwrap();
     let (mut learnt, mut known, mut inside) = (0.0, 0.0, 0);
     for _ in 0..100 {
         let x = particle::state(&mut rng);
         let (a_true, lambda_true) = particle::truth(&x).unwrap();
-        let a = particle::ask(&model, &x, Quantity::Acceleration).unwrap();
+        let a = model
+            .predict(&particle::rows(&[x], Quantity::Acceleration).unwrap())
+            .unwrap();
         let e = generated::surface_particle::equation_of_motion(
             &generated::surface_particle::Parameters::nominal(),
             &x,
@@ -45,15 +61,14 @@ fn acceleration_and_constraint_force_are_predicted() {
             .map(|i| e.constraint_jacobian[0][i] * a.mean[i])
             .sum();
         assert!((product - e.constraint_bias[0]).abs() < 1e-11, "A a = b");
-        let without = particle::known(&x)
-            .unwrap()
-            .rows(Quantity::Acceleration, gp::Layout::Force)
-            .unwrap();
+        let without = particle::rows(&[x], Quantity::Acceleration).unwrap();
         let square =
             |p: &[f64]| -> f64 { p.iter().zip(a_true).map(|(p, t)| (p - t).powi(2)).sum() };
         learnt += square(&a.mean);
-        known += square(&without.mean);
-        let lambda = particle::ask(&model, &x, Quantity::Multiplier).unwrap();
+        known += square(without.mean());
+        let lambda = model
+            .predict(&particle::rows(&[x], Quantity::Multiplier).unwrap())
+            .unwrap();
         let (low, high) = lambda.band95();
         inside += usize::from(low[0] < lambda_true && lambda_true < high[0]);
     }

@@ -3,8 +3,8 @@
 use crate::Failure;
 use crate::arm::{N, TRUE_END};
 use crate::chart::{
-    Axis, BLACK_INK, BLUE_INK, BROWN, Corner, GREEN_INK, GREY, Layer, Mark, ORANGE, PURPLE, Panel,
-    RED_INK, TEAL, draw, layer,
+    Axis, BLACK_INK, BLUE_INK, BROWN, GREEN_INK, GREY, Layer, Mark, ORANGE, PURPLE, Panel, RED_INK,
+    TEAL, draw, layer,
 };
 use crate::inertia::Estimate;
 use crate::models::{Fit, Kind};
@@ -79,15 +79,13 @@ pub fn task_space(folder: &Path, data: &Data) -> Result<(), Failure> {
         Panel {
             title: "Tip on the plane".into(),
             x: Axis::new("time / s"),
-            y: Axis::new("position / m").within(-0.6, 1.0),
-            legend: Corner::UpperRight,
+            y: Axis::new("position / m"),
             layers: both(&place),
         },
         Panel {
             title: "Its velocity: trapezoids".into(),
             x: Axis::new("time / s"),
-            y: Axis::new("velocity / (m/s)").within(-1.2, 1.6),
-            legend: Corner::UpperRight,
+            y: Axis::new("velocity / (m/s)"),
             layers: both(&rate),
         },
     ];
@@ -134,8 +132,7 @@ pub fn data_efficiency(
             x: axis(),
             y: Axis::new("error / (rad/s²)")
                 .logarithmic()
-                .within(0.005, 50.0),
-            legend: Corner::UpperRight,
+                .within(0.005, 1.0),
             layers: errors,
         },
         Panel {
@@ -144,7 +141,6 @@ pub fn data_efficiency(
             y: Axis::new("|A a − b| / (m/s²)")
                 .logarithmic()
                 .within(1e-17, 1e2),
-            legend: Corner::Right,
             layers: constraints,
         },
     ];
@@ -161,8 +157,7 @@ pub fn accelerations(folder: &Path, data: &Data, fits: &[&Fit]) -> Result<(), Fa
     let beside = |title: &str, name: &str, curve: &[f64]| Panel {
         title: title.into(),
         x: Axis::new("time / s"),
-        y: Axis::new("acceleration of joint 6 / (rad/s²)").within(-5.0, 7.0),
-        legend: Corner::UpperRight,
+        y: Axis::new("acceleration of joint 6 / (rad/s²)").within(-5.0, 5.0),
         layers: vec![
             layer("measured", GREY, Mark::Thin(noisy())),
             layer(
@@ -178,7 +173,6 @@ pub fn accelerations(folder: &Path, data: &Data, fits: &[&Fit]) -> Result<(), Fa
         title: "Its error".into(),
         x: Axis::new("time / s"),
         y: Axis::new("error / (rad/s²)"),
-        legend: Corner::UpperRight,
         layers: vec![layer(
             "",
             BLUE_INK,
@@ -198,7 +192,6 @@ pub fn accelerations(folder: &Path, data: &Data, fits: &[&Fit]) -> Result<(), Fa
             title: "Its error, 95 % band".into(),
             x: Axis::new("time / s"),
             y: Axis::new("error / (rad/s²)").within(-0.15, 0.15),
-            legend: Corner::UpperRight,
             layers: vec![
                 layer("", BLUE_INK, Mark::Band(strip(samples, &zero, N, joint))),
                 layer(
@@ -247,7 +240,6 @@ pub fn end_link(
                 },
                 x: Axis::new("evaluations of the objective"),
                 y: Axis::new(names[i]).within(low, high),
-                legend: Corner::UpperRight,
                 layers: vec![
                     layer("without friction", GREY, Mark::Line(curve(analytical))),
                     layer("GP²", BLUE_INK, Mark::Line(curve(structured))),
@@ -273,8 +265,7 @@ pub fn multipliers(folder: &Path, data: &Data, fit: &Fit) -> Result<(), Failure>
         Panel {
             title: "Force of the plane on the tip".into(),
             x: Axis::new("time / s"),
-            y: Axis::new("λ / N").within(20.0, 80.0),
-            legend: Corner::UpperRight,
+            y: Axis::new("λ / N"),
             layers: vec![
                 layer("95 % band", BLUE_INK, Mark::Band(strip(samples, &p, 1, 0))),
                 layer(
@@ -293,7 +284,6 @@ pub fn multipliers(folder: &Path, data: &Data, fit: &Fit) -> Result<(), Failure>
             title: "Error of the mean, 95 % band".into(),
             x: Axis::new("time / s"),
             y: Axis::new("error of λ / N"),
-            legend: Corner::UpperRight,
             layers: vec![
                 layer("", BLUE_INK, Mark::Band(strip(samples, &error, 1, 0))),
                 layer("", BLUE_INK, Mark::Line(over(samples, |k| error.mean[k]))),
@@ -325,14 +315,12 @@ pub fn long_term(folder: &Path, motions: &[Motion]) -> Result<(), Failure> {
             title: "Joint 4 under recorded torques".into(),
             x: Axis::new("time / s"),
             y: Axis::new("angle of joint 4 / rad"),
-            legend: Corner::UpperRight,
             layers: layers(&|m, k| m.q[k][3]),
         },
         Panel {
             title: "Tip above the plane".into(),
             x: Axis::new("time / s"),
             y: Axis::new("|c(q)| / m").logarithmic().within(1e-12, 1.0),
-            legend: Corner::LowerRight,
             layers: layers(&|m, k| m.height[k].abs().max(1e-12)),
         },
     ];

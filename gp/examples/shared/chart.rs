@@ -51,29 +51,6 @@ pub struct Panel {
     pub x: Axis,
     pub y: Axis,
     pub layers: Vec<Layer>,
-    pub legend: Corner,
-}
-
-/// Where the legend stands.
-#[derive(Clone, Copy, PartialEq)]
-pub enum Corner {
-    UpperRight,
-    UpperLeft,
-    LowerRight,
-    LowerLeft,
-    Right,
-}
-
-impl From<Corner> for SeriesLabelPosition {
-    fn from(corner: Corner) -> Self {
-        match corner {
-            Corner::UpperRight => Self::UpperRight,
-            Corner::UpperLeft => Self::UpperLeft,
-            Corner::LowerRight => Self::LowerRight,
-            Corner::LowerLeft => Self::LowerLeft,
-            Corner::Right => Self::MiddleRight,
-        }
-    }
 }
 
 /// Label with unit, range (that of the data when none is given), scale.
@@ -208,17 +185,60 @@ impl Layer {
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 
-/// Draw panels row by row into `path`, `columns` beside one another.
+/// Draw panels row by row into `path`, `columns` beside one another, each with its legend
+/// to its right, where it hides nothing.
 pub fn draw(path: &Path, columns: usize, panels: &[Panel]) -> Result<(), Failure> {
     let rows = panels.len().div_ceil(columns);
-    let size = (460 * columns as u32, 340 * rows as u32);
+    let longest = panels
+        .iter()
+        .flat_map(|p| &p.layers)
+        .map(|l| l.name.chars().count())
+        .max()
+        .unwrap_or(0) as u32;
+    let legend = if longest > 0 { 36 + 7 * longest } else { 0 };
+    let size = ((WIDTH + legend) * columns as u32, 340 * rows as u32);
     let root = SVGBackend::new(path, size).into_drawing_area();
     root.fill(&WHITE)?;
     for (area, panel) in root.split_evenly((rows, columns)).iter().zip(panels) {
-        one(area, panel)?;
+        let (axes, beside) = area.split_horizontally(WIDTH);
+        one(&axes, panel)?;
+        name(&beside, panel)?;
     }
     root.present()?;
     Ok(())
+}
+
+/// Width of a panel without its legend, pixels.
+const WIDTH: u32 = 460;
+
+/// The parts of a curve between `y0` and `y1`.
+fn clipped(curve: &[(f64, f64)], y0: f64, y1: f64) -> Vec<Vec<(f64, f64)>> {
+    let mut parts: Vec<Vec<(f64, f64)>> = Vec::new();
+    let mut open = false;
+    for pair in curve.windows(2) {
+        let [a, b] = [pair[0], pair[1]];
+        // Shares of the segment at which it enters and leaves.
+        let (mut from, mut to) = (0.0f64, 1.0f64);
+        let rise = b.1 - a.1;
+        if rise == 0.0 && !(y0..=y1).contains(&a.1) {
+            to = -1.0;
+        } else if rise != 0.0 {
+            let (s, t) = ((y0 - a.1) / rise, (y1 - a.1) / rise);
+            from = from.max(s.min(t));
+            to = to.min(s.max(t));
+        }
+        if from > to || !rise.is_finite() {
+            open = false;
+            continue;
+        }
+        let at = |share: f64| (a.0 + share * (b.0 - a.0), a.1 + share * rise);
+        match parts.last_mut() {
+            Some(part) if open && from == 0.0 => part.push(at(to)),
+            _ => parts.push(vec![at(from), at(to)]),
+        }
+        open = to == 1.0;
+    }
+    parts
 }
 
 fn one(area: &DrawingArea<SVGBackend<'_>, Shift>, panel: &Panel) -> Result<(), Failure> {
@@ -245,37 +265,38 @@ fn one(area: &DrawingArea<SVGBackend<'_>, Shift>, panel: &Panel) -> Result<(), F
         .label_style(("sans-serif", 12))
         .axis_desc_style(("sans-serif", 14))
         .draw()?;
-    let mut named = false;
     for layer in &panel.layers {
-        let at = |p: &[(f64, f64)]| -> Vec<(f64, f64)> {
-            let placed = |&(x, y): &(f64, f64)| (panel.x.place(x), panel.y.place(y));
-            let mut out: Vec<(f64, f64)> = p.iter().map(placed).collect();
-            // A curve that leaves for good ends at the edge.
-            let inside = |c: &(f64, f64)| (y0..=y1).contains(&c.1);
-            out.truncate(out.iter().rposition(inside).map_or(0, |last| last + 2));
-            out.iter_mut().for_each(|c| c.1 = c.1.clamp(y0, y1));
-            out
+        let place = |&(x, y): &(f64, f64)| (panel.x.place(x), panel.y.place(y));
+        let placed: Vec<(f64, f64)> = layer.points().iter().map(place).collect();
+        let lines = || clipped(&placed, y0, y1);
+        let dots = |size: i32| {
+            let inside = placed.iter().filter(|c| (y0..=y1).contains(&c.1));
+            let ink = layer.color.filled();
+            inside.map(move |&c| Circle::new(c, size, ink))
         };
         let solid = layer.color.stroke_width(2);
-        let drawn = match &layer.mark {
-            Mark::Line(p) => chart.draw_series(LineSeries::new(at(p), solid))?,
-            Mark::Thin(p) => chart.draw_series(LineSeries::new(
-                at(p),
-                layer.color.mix(0.55).stroke_width(1),
-            ))?,
-            Mark::Dashed(p) => chart.draw_series(DashedLineSeries::new(at(p), 6, 4, solid))?,
-            Mark::Knots(p) => {
-                let dots = at(p)
-                    .into_iter()
-                    .map(|c| Circle::new(c, 3, layer.color.filled()));
-                chart.draw_series(dots)?;
-                chart.draw_series(LineSeries::new(at(p), solid))?
+        if let Mark::Knots(_) = layer.mark {
+            chart.draw_series(dots(3))?;
+        }
+        match &layer.mark {
+            Mark::Line(_) | Mark::Knots(_) => {
+                for part in lines() {
+                    chart.draw_series(LineSeries::new(part, solid))?;
+                }
             }
-            Mark::Dots(p) => {
-                let dots = at(p)
-                    .into_iter()
-                    .map(|c| Circle::new(c, 2, layer.color.filled()));
-                chart.draw_series(dots)?
+            Mark::Thin(_) => {
+                let thin = layer.color.mix(0.55).stroke_width(1);
+                for part in lines() {
+                    chart.draw_series(LineSeries::new(part, thin))?;
+                }
+            }
+            Mark::Dashed(_) => {
+                for part in lines() {
+                    chart.draw_series(DashedLineSeries::new(part, 6, 4, solid))?;
+                }
+            }
+            Mark::Dots(_) => {
+                chart.draw_series(dots(2))?;
             }
             Mark::Band(b) => {
                 let low: Vec<(f64, f64)> = b.iter().map(|&(x, l, _)| (x, l)).collect();
@@ -286,32 +307,37 @@ fn one(area: &DrawingArea<SVGBackend<'_>, Shift>, panel: &Panel) -> Result<(), F
                     .map(|&(x, y)| (panel.x.place(x), panel.y.place(y).clamp(y0, y1)))
                     .collect();
                 let fill = layer.color.mix(0.18).filled();
-                chart.draw_series(std::iter::once(Polygon::new(edge, fill)))?
+                chart.draw_series(std::iter::once(Polygon::new(edge, fill)))?;
             }
-        };
-        if layer.name.is_empty() {
-            continue;
         }
-        named = true;
-        let (color, thick) = (layer.color, matches!(layer.mark, Mark::Band(_)));
-        drawn.label(layer.name.clone()).legend(move |(x, y)| {
-            let (half, style) = if thick {
-                (4, color.mix(0.3).filled())
-            } else {
-                (1, color.filled())
-            };
-            Rectangle::new([(x, y - half), (x + 16, y + half)], style)
-        });
     }
-    if named {
-        chart
-            .configure_series_labels()
-            .position(panel.legend.into())
-            .background_style(WHITE.mix(0.85))
-            .border_style(BLACK.mix(0.2))
-            .label_font(("sans-serif", 12))
-            .margin(6)
-            .draw()?;
+    Ok(())
+}
+
+/// The legend of a panel: a mark as in the panel, and its name.
+fn name(area: &DrawingArea<SVGBackend<'_>, Shift>, panel: &Panel) -> Result<(), Failure> {
+    let named = panel.layers.iter().filter(|l| !l.name.is_empty());
+    for (i, layer) in named.enumerate() {
+        let y = 40 + 18 * i as i32;
+        let bar = |from: i32, to: i32, half: i32, strength: f64| {
+            let ink = layer.color.mix(strength).filled();
+            area.draw(&Rectangle::new([(from, y - half), (to, y + half)], ink))
+        };
+        match layer.mark {
+            Mark::Band(_) => bar(0, 18, 4, 0.3)?,
+            Mark::Dashed(_) => {
+                bar(0, 6, 1, 1.0)?;
+                bar(11, 17, 1, 1.0)?;
+            }
+            Mark::Dots(_) => area.draw(&Circle::new((9, y), 2, layer.color.filled()))?,
+            Mark::Knots(_) => {
+                bar(0, 18, 1, 1.0)?;
+                area.draw(&Circle::new((9, y), 3, layer.color.filled()))?;
+            }
+            Mark::Line(_) | Mark::Thin(_) => bar(0, 18, 1, 1.0)?,
+        }
+        let text = ("sans-serif", 12).into_text_style(area);
+        area.draw_text(&layer.name, &text, (24, y - 6))?;
     }
     Ok(())
 }
@@ -322,4 +348,23 @@ pub fn folder() -> Result<PathBuf, Failure> {
     let folder = named.map_or_else(|| PathBuf::from("target/figures"), PathBuf::from);
     std::fs::create_dir_all(&folder)?;
     Ok(folder)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::clipped;
+
+    #[test]
+    fn curves_end_at_the_axes() {
+        let peak = [(0.0, 0.0), (1.0, 2.0), (2.0, 0.0), (3.0, 0.5)];
+        let parts = clipped(&peak, 0.0, 1.0);
+        let want = [
+            vec![(0.0, 0.0), (0.5, 1.0)],
+            vec![(1.5, 1.0), (2.0, 0.0), (3.0, 0.5)],
+        ];
+        assert_eq!(parts, want);
+        assert!(clipped(&[(0.0, 3.0), (1.0, 3.0)], 0.0, 1.0).is_empty());
+        assert!(clipped(&[(0.0, f64::NAN), (1.0, 0.0)], 0.0, 1.0).is_empty());
+        assert_eq!(clipped(&[(0.0, -1.0), (1.0, 2.0)], 0.0, 1.0).len(), 1);
+    }
 }

@@ -24,6 +24,9 @@ pub const PIVOT_TOLERANCE: f64 = 1e-13;
 /// `b` may leave the range of `A` by this fraction of `1 + |b|`.
 pub const CONSISTENCY_TOLERANCE: f64 = 1e-8;
 
+/// `M` may differ from its transpose by this fraction of its largest entry.
+pub const SYMMETRY_TOLERANCE: f64 = 1e-8;
+
 /// A quantity of the dynamics that can be measured or predicted (thesis 5.11).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quantity {
@@ -63,7 +66,7 @@ impl Layout {
     pub fn n_latent(self, n: usize) -> usize {
         match self {
             Self::Force | Self::Acceleration => n,
-            Self::SplitForce | Self::ForceAndOutput => 2 * n,
+            Self::SplitForce | Self::ForceAndOutput => n.saturating_mul(2),
         }
     }
 }
@@ -126,19 +129,21 @@ pub struct GaussPoint {
 }
 
 impl GaussPoint {
-    /// From `M` (`n × n` row-major, symmetric, positive definite or singular
+    /// From `M` (`n × n` row-major, symmetric to [`SYMMETRY_TOLERANCE`], positive definite or singular
     /// with `rank [M; A] = n`), `A` (`m × n` row-major, `m = 0` allowed, rows may
     /// repeat), `b` (length `m`) and the known force `Q_K` (length `n`).
     ///
     /// Rank of `A` is judged by [`RANK_TOLERANCE`]. A singular `M` is replaced
     /// by `M + s A^T A` (thesis 3.49–3.54), `s = tr M / tr A^T A`. Errors:
-    /// shapes, NaN, `b` outside the range of `A`, both matrices singular.
+    /// shapes, NaN, an `M` that is not symmetric, `b` outside the range of `A`, both matrices
+    /// singular, entries so far apart that the maps overflow.
     pub fn new(mass: &[f64], a: &[f64], b: &[f64], known: &[f64]) -> Result<Self> {
         let (n, m) = (known.len(), b.len());
         check_lengths("M and A", n, m, mass, a)?;
         for (what, values) in [("M", mass), ("A", a), ("b", b), ("Q_K", known)] {
             finite(what, values)?;
         }
+        symmetric("M", n, mass)?;
         let (mass, a, b) = (
             Dense::new(n, n, mass),
             Dense::new(m, n, a),
@@ -156,6 +161,9 @@ impl GaussPoint {
         let l = &through * &gamma;
         let p = inverse - &(&l * &through.t());
         let gamma = gamma - &Dense::identity(m).scaled(shift);
+        for (what, map) in [("P", &p), ("L", &l), ("Γ", &gamma)] {
+            finite(&format!("{what} of M and A"), &map.v)?;
+        }
         let full_rank = rank == m && shift == 0.0;
         Ok(Self {
             mass,
@@ -205,6 +213,13 @@ impl GaussPoint {
         }
         let (n, m) = (self.mass.rows, self.a.rows);
         check_lengths("tangents of M and A", n, m, &d.mass, &d.a)?;
+        for (what, values) in [("∂M", &d.mass), ("∂A", &d.a)] {
+            finite(what, values)?;
+        }
+        for (what, values) in [("∂b", &d.b), ("∂Q_K", &d.known)] {
+            finite(what, values)?;
+        }
+        symmetric("∂M", n, &d.mass)?;
         if (d.b.len(), d.known.len()) != (m, n) {
             let found = format!("{} and {}", d.b.len(), d.known.len());
             return Err(shape(
@@ -332,6 +347,21 @@ fn known_share(quantity: Quantity) -> f64 {
     } else {
         1.0
     }
+}
+
+fn symmetric(what: &str, n: usize, m: &[f64]) -> Result<()> {
+    let largest = m.iter().fold(0.0f64, |a, v| a.max(v.abs()));
+    for (i, j) in (0..n).flat_map(|i| (0..i).map(move |j| (i, j))) {
+        let off = m[i * n + j] - m[j * n + i];
+        if off.abs() > SYMMETRY_TOLERANCE * largest {
+            return Err(GpError::Parameter {
+                name: format!("{what}[{i}][{j}] - {what}[{j}][{i}]"),
+                value: off,
+                expected: format!("0, within {SYMMETRY_TOLERANCE:e} of the largest entry"),
+            });
+        }
+    }
+    Ok(())
 }
 
 fn check_lengths(what: &str, n: usize, m: usize, mass: &[f64], a: &[f64]) -> Result<()> {

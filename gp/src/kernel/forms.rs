@@ -43,6 +43,14 @@ pub(crate) struct Leaf<'a> {
 const SQRT_3: f64 = 1.732_050_807_568_877_2;
 const SQRT_5: f64 = 2.236_067_977_499_79;
 
+/// `exp(-r)` is 0 from here on, whatever it is multiplied by; without the cap the
+/// product with an overflowed `r` would be NaN.
+#[inline(always)]
+fn far(r: f64) -> f64 {
+    const FAR: f64 = 1e3;
+    if r > FAR { FAR } else { r }
+}
+
 impl Leaf<'_> {
     /// `out[i] = Σ_d ((x_d - z_d)/l_d)²`.
     #[inline(always)]
@@ -73,7 +81,7 @@ impl Leaf<'_> {
             } => dispatch(|| {
                 self.squared_distance(inverse_lengths, col, start, out);
                 for o in out.iter_mut() {
-                    let r = SQRT_3 * o.sqrt();
+                    let r = far(SQRT_3 * o.sqrt());
                     *o = variance * (1.0 + r) * exp(-r);
                 }
             }),
@@ -83,7 +91,7 @@ impl Leaf<'_> {
             } => dispatch(|| {
                 self.squared_distance(inverse_lengths, col, start, out);
                 for o in out.iter_mut() {
-                    let r = SQRT_5 * o.sqrt();
+                    let r = far(SQRT_5 * o.sqrt());
                     *o = variance * (1.0 + r + r * r / 3.0) * exp(-r);
                 }
             }),
@@ -138,7 +146,7 @@ impl Leaf<'_> {
                 variance,
             } => {
                 self.stationary(inverse_lengths, *variance, col, start, w, grad, |r2| {
-                    let r = SQRT_3 * r2.sqrt();
+                    let r = far(SQRT_3 * r2.sqrt());
                     let e = exp(-r);
                     ((1.0 + r) * e, 3.0 * e)
                 });
@@ -148,7 +156,7 @@ impl Leaf<'_> {
                 variance,
             } => {
                 self.stationary(inverse_lengths, *variance, col, start, w, grad, |r2| {
-                    let r = SQRT_5 * r2.sqrt();
+                    let r = far(SQRT_5 * r2.sqrt());
                     let e = exp(-r);
                     ((1.0 + r + r * r / 3.0) * e, 5.0 / 3.0 * (1.0 + r) * e)
                 });

@@ -39,7 +39,9 @@ pub struct Cyclic {
 
 /// A scalar covariance function `k(x, x')`.
 ///
-/// With `r² = Σ_d ((x_d - x'_d)/l_d)²` (Rasmussen and Williams 2006, chapter 4):
+/// `x` and `x'` have length `D`, the number of input dimensions; with
+/// `r² = Σ_d ((x_d - x'_d)/l_d)²`. Equation and section numbers are those of Rasmussen and
+/// Williams (2006), "RW".
 ///
 /// ```
 /// use gp::Kernel;
@@ -51,33 +53,34 @@ pub struct Cyclic {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Kernel {
-    /// `σ² exp(-r²/2)`. Parameters: `ln l_1 … ln l_D, ln σ²`.
+    /// `σ² exp(-r²/2)` (RW 4.9, with one length-scale per dimension as in RW 5.1).
+    /// Parameters: `ln l_1 … ln l_D, ln σ²`.
     SquaredExponential(Ard),
-    /// `σ² (1 + √3 r) exp(-√3 r)`. Parameters as above.
+    /// `σ² (1 + √3 r) exp(-√3 r)` (RW 4.17). Parameters as above.
     Matern32(Ard),
-    /// `σ² (1 + √5 r + 5 r²/3) exp(-√5 r)`. Parameters as above.
+    /// `σ² (1 + √5 r + 5 r²/3) exp(-√5 r)` (RW 4.17). Parameters as above.
     Matern52(Ard),
-    /// `Σ_d v_d x_d x'_d`. Parameters: `ln v_1 … ln v_D`.
+    /// `Σ_d v_d x_d x'_d` (RW 4.2.2). Parameters: `ln v_1 … ln v_D`.
     Linear {
         /// `ln v_d`, one per input dimension.
         log_variances: Vec<f64>,
     },
-    /// The constant `σ²`. Parameter: `ln σ²`.
+    /// The constant `σ²` (RW table 4.1). Parameter: `ln σ²`.
     Bias {
         /// `ln σ²`.
         log_variance: f64,
     },
-    /// `σ² exp(-2 Σ_d sin²(π (x_d - x'_d)/p_d) / l_d²)`.
+    /// `σ² exp(-2 Σ_d sin²(π (x_d - x'_d)/p_d) / l_d²)` (MacKay 1998; RW 4.31).
     /// Parameters: `ln p_1 … ln p_D, ln l_1 … ln l_D, ln σ²`.
     Periodic(Cyclic),
-    /// `σ²` when all coordinates of `x` and `x'` are equal, else 0. Parameter: `ln σ²`.
+    /// `σ²` when all coordinates of `x` and `x'` are equal, else 0 (RW 2.20). Parameter: `ln σ²`.
     White {
         /// `ln σ²`.
         log_variance: f64,
     },
-    /// `Σ_i k_i`. Parameters of the parts in order.
+    /// `Σ_i k_i` (RW 4.2.4). Parameters of the parts in order.
     Sum(Vec<Kernel>),
-    /// `Π_i k_i`. Parameters of the parts in order.
+    /// `Π_i k_i` (RW 4.2.4). Parameters of the parts in order.
     Product(Vec<Kernel>),
     /// `c k`. Parameters: `ln c`, then those of the inner kernel.
     Scaled {
@@ -86,7 +89,7 @@ pub enum Kernel {
         /// The kernel that is scaled.
         inner: Box<Kernel>,
     },
-    /// `k` acting on some inputs only, in the order listed. Parameters of the inner kernel.
+    /// `k` acting on some inputs only (RW 4.2.4), in the order listed. Parameters of the inner kernel.
     On {
         /// Input dimensions the inner kernel sees.
         dims: Vec<usize>,
@@ -329,7 +332,8 @@ impl Kernel {
         Ok(self.gram(&a, &b)?[(0, 0)])
     }
 
-    /// Gram matrix `K[i, j] = k(x_i, z_j)`, `x.len() × z.len()`.
+    /// Gram matrix `K[i, j] = k(x_i, z_j)`, `x.len() × z.len()`. Errors: shapes, parameters
+    /// that are not usable, entries that overflow.
     pub fn gram(&self, x: &Inputs, z: &Inputs) -> Result<Mat<f64>> {
         self.check_pair(x, z)?;
         let bound = Bound::new(self, x, z);
@@ -342,12 +346,14 @@ impl Kernel {
                 for (i, v) in tile[..len].iter().enumerate() {
                     out[(start + i, j)] = *v;
                 }
+                finite("column of the Gram matrix", &tile[..len])?;
             }
         }
         Ok(out)
     }
 
-    /// `Σ_ij W[i, j] ∂k(x_i, z_j)/∂η` for every parameter `η`; `W` is `x.len() × z.len()`.
+    /// `Σ_ij W[i, j] ∂k(x_i, z_j)/∂η` for every parameter `η`, in the order of
+    /// [`Kernel::params`]; `W` is `x.len() × z.len()`.
     pub fn gradient(&self, x: &Inputs, z: &Inputs, weights: &Mat<f64>) -> Result<Vec<f64>> {
         self.check_pair(x, z)?;
         if weights.nrows() != x.len() || weights.ncols() != z.len() {
@@ -369,6 +375,7 @@ impl Kernel {
                 bound.accumulate(j, start, &tile[..len], &mut grad);
             }
         }
+        finite("kernel gradient", &grad)?;
         Ok(grad)
     }
 

@@ -3,7 +3,7 @@
 mod adam;
 mod lbfgs;
 
-use crate::error::Result;
+use crate::error::{GpError, Result};
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 
@@ -36,6 +36,41 @@ impl Default for Algorithm {
             max_iterations: 200,
             gradient_tolerance: 1e-4,
             reduction_tolerance: 1e-8,
+        }
+    }
+}
+
+impl Algorithm {
+    /// Fails with the setting that no minimisation can use.
+    pub(crate) fn check(self) -> Result<()> {
+        let settings = match self {
+            Self::Lbfgs {
+                gradient_tolerance,
+                reduction_tolerance,
+                ..
+            } => [
+                ("gradient_tolerance", gradient_tolerance, 0.0),
+                ("reduction_tolerance", reduction_tolerance, 0.0),
+            ],
+            Self::Adam { rate, .. } => [("rate", rate, f64::MIN_POSITIVE); 2],
+        };
+        match settings
+            .iter()
+            .find(|(_, v, least)| !(v.is_finite() && v >= least))
+        {
+            None => Ok(()),
+            Some((name, value, least)) => Err(GpError::Parameter {
+                name: (*name).into(),
+                value: *value,
+                expected: format!(
+                    "a finite number {}",
+                    if *least > 0.0 {
+                        "above 0"
+                    } else {
+                        "not below 0"
+                    }
+                ),
+            }),
         }
     }
 }

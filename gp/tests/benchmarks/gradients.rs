@@ -118,7 +118,7 @@ proptest! {
     #[test]
     fn every_hyper_parameter_of_the_bound(seed in any::<u64>()) {
         let (mut model, f, y) = random(seed | 1);
-        let inducing = f.inputs().subset(&[0, f.n_points() - 1]);
+        let inducing = f.inputs().subset(&[0, f.n_points() - 1]).unwrap();
         let e = gp::sparse_evidence(&model, &f, &y, &inducing, &[]).unwrap();
         let (z, names) = (model.params(), model.param_names());
         let scale = e.gradient.iter().fold(0.0f64, |m, g| m.max(g.abs()));
@@ -238,7 +238,13 @@ fn every_physical_parameter_quantity_and_layout() {
                 Quantity::Multiplier,
                 Quantity::ConstraintForce,
                 Quantity::TotalForce,
+                Quantity::Force,
+                Quantity::NonIdealForce,
             ] {
+                let parts = matches!(quantity, Quantity::Force | Quantity::NonIdealForce);
+                if parts && layout != Layout::SplitForce {
+                    continue;
+                }
                 let structure = Physical {
                     system,
                     layout,
@@ -272,7 +278,7 @@ fn check(structure: &Physical, p: &[f64]) {
         })
         .collect();
     let atlas = Atlas::new(charts, p.len()).unwrap();
-    let sparse = f.inputs().subset(&[0, 2]);
+    let sparse = f.inputs().subset(&[0, 2]).unwrap();
     compare(
         structure,
         Problem::new(model.clone(), structure, &y).with_theta(p, atlas.clone()),

@@ -2,7 +2,9 @@
 
 mod constraints;
 mod gradients;
+mod kernels;
 mod oracle;
+mod quantities;
 mod sparse;
 mod states;
 mod systems;
