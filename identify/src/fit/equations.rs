@@ -5,7 +5,6 @@ use super::columns::Columns;
 use crate::log::Record;
 use crate::machine::{Machine, States};
 use crate::smooth::smooth;
-use dynamics_codegen::Column;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -79,6 +78,8 @@ pub(super) struct Equations {
     pub scale: Vec<f64>,
     /// Effective over actual number of equations: errors follow one another.
     pub news: f64,
+    /// How fast each coordinate moves at most in the log that was learnt from.
+    pub fastest: Vec<f64>,
 }
 
 /// A block's share of the normal equations.
@@ -90,11 +91,14 @@ pub(super) struct Block {
 }
 
 impl Equations {
+    /// `fastest` is how fast each coordinate moved in the log that was learnt from; this
+    /// one, if there is none.
     pub fn new(
         machine: &Machine,
         columns: &Columns,
         parameters: &[f64],
         record: &Record,
+        fastest: Option<&[f64]>,
     ) -> Result<Self, FitError> {
         let smoothed = smooth(record)?;
         let states = States {
@@ -119,23 +123,8 @@ impl Equations {
                 free.push(null_space(&terms.constraint_matrix));
             }
         }
-        let fastest: Vec<f64> = (states.v.iter())
-            .map(|v| v.iter().fold(0.0_f64, |m, x| m.max(x.abs())))
-            .collect();
-        let each = |c: &'_ [Vec<f64>]| -> Vec<Vec<f64>> { c.to_vec() };
-        let table = [
-            vec![states.t.clone()],
-            each(&states.q),
-            each(&states.v),
-            each(&states.u),
-        ];
-        let mut inputs: Vec<Column<'_>> = table.iter().flatten().map(|c| Column::Each(c)).collect();
-        // Memory does not enter the inertial columns.
-        let model = &machine.compiled.model;
-        inputs.extend((0..model.delays.len() + model.states.len()).map(|_| Column::Same(0.0)));
-        inputs.extend(parameters.iter().map(|&p| Column::Same(p)));
-        inputs.extend(a.iter().map(|c| Column::Each(c)));
-        let columns = columns.evaluate(&inputs, &states.v, &a, &fastest);
+        let fastest = fastest.map_or_else(|| fastest_of(&states.v), <[f64]>::to_vec);
+        let columns = columns.along(machine, &states, parameters, &a, &fastest);
         let step = record.step();
         let response = smoothed.iter().map(|s| s.smoother.response(step));
         let band = Band::new(response.fold(0.0, f64::max), step, record.len());
@@ -154,6 +143,7 @@ impl Equations {
             free,
             blocks: Vec::new(),
             news: 1.0,
+            fastest,
         };
         equations.gather();
         Ok(equations)
@@ -256,6 +246,12 @@ impl Equations {
         self.news = (1.0 - mean) / (1.0 + mean);
         self.gather();
     }
+}
+
+fn fastest_of(v: &[Vec<f64>]) -> Vec<f64> {
+    v.iter()
+        .map(|v| v.iter().fold(0.0_f64, |m, x| m.max(x.abs())))
+        .collect()
 }
 
 fn rms(values: &[f64]) -> f64 {
