@@ -2,6 +2,7 @@
 
 use super::FitError;
 use super::columns::Columns;
+use super::frame::Frame;
 use crate::log::Record;
 use crate::machine::{Machine, States};
 use crate::smooth::smooth;
@@ -74,7 +75,8 @@ pub(super) struct Equations {
     free: Vec<DMatrix<f64>>,
     /// Per block of consecutive samples: `XᵀX`, `Xᵀr`, `rᵀr`, whitened by `scale`.
     pub blocks: Vec<Block>,
-    /// Standard deviation of what the columns cannot explain, per coordinate.
+    /// Standard deviation of what the columns cannot explain, per coordinate; under
+    /// constraints per free direction.
     pub scale: Vec<f64>,
     /// Effective over actual number of equations: errors follow one another.
     pub news: f64,
@@ -120,7 +122,7 @@ impl Equations {
                 residual[i].push(left[i]);
             }
             if machine.constraint_count() > 0 {
-                free.push(null_space(&terms.constraint_matrix));
+                free.push(terms.constraint_matrix.clone());
             }
         }
         let fastest = fastest.map_or_else(|| fastest_of(&states.v), <[f64]>::to_vec);
@@ -132,12 +134,12 @@ impl Equations {
         let columns: Vec<Vec<Vec<f64>>> = (columns.par_iter())
             .map(|column| column.iter().map(|c| band.limit(c)).collect())
             .collect();
-        let free = free.into_iter().step_by(band.stride).collect();
+        let frame = Frame::new(n, free.iter());
+        let free = (free.iter().step_by(band.stride))
+            .map(|a| frame.at(a))
+            .collect();
         let mut equations = Self {
-            scale: residual
-                .iter()
-                .map(|r| rms(r).max(f64::MIN_POSITIVE))
-                .collect(),
+            scale: Vec::new(),
             residual,
             columns,
             free,
@@ -145,6 +147,7 @@ impl Equations {
             news: 1.0,
             fastest,
         };
+        equations.scale = equations.scale_of(&equations.residual);
         equations.gather();
         Ok(equations)
     }
@@ -177,8 +180,8 @@ impl Equations {
             {
                 None => (0..n).for_each(|i| target(i, values(i) / self.scale[i])),
                 Some(z) => (0..width).for_each(|k| {
-                    let sum = (0..n).map(|i| z[(i, k)] * values(i)).sum();
-                    target(k, sum);
+                    let sum: f64 = (0..n).map(|i| z[(i, k)] * values(i)).sum();
+                    target(k, sum / self.scale[k]);
                 }),
             };
             put(&|i| self.residual[i][sample], &mut |k, value| {
@@ -218,6 +221,25 @@ impl Equations {
         left
     }
 
+    /// Root mean squares of forces in the directions that are fitted.
+    fn scale_of(&self, forces: &[Vec<f64>]) -> Vec<f64> {
+        let Some(first) = self.free.first() else {
+            return forces.iter().map(|f| positive(rms(f))).collect();
+        };
+        let along = |k: usize| -> Vec<f64> {
+            let each = self.free.iter().enumerate();
+            each.map(|(sample, z)| {
+                (0..forces.len())
+                    .map(|i| z[(i, k)] * forces[i][sample])
+                    .sum()
+            })
+            .collect()
+        };
+        (0..first.ncols())
+            .map(|k| positive(rms(&along(k))))
+            .collect()
+    }
+
     /// Root mean square of what is left, per coordinate.
     pub fn rms(&self, x: &[f64]) -> Vec<f64> {
         self.left(x).iter().map(|left| rms(left)).collect()
@@ -226,9 +248,7 @@ impl Equations {
     /// Takes the scale and the memory of the errors from what `x` leaves.
     pub fn reweigh(&mut self, x: &[f64]) {
         let left = self.left(x);
-        if self.free.is_empty() {
-            self.scale = left.iter().map(|l| rms(l).max(f64::MIN_POSITIVE)).collect();
-        }
+        self.scale = self.scale_of(&left);
         let correlation = |left: &Vec<f64>| {
             let (mut follow, mut square) = (0.0, 0.0);
             for pair in left.windows(2) {
@@ -258,22 +278,6 @@ fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
-/// An orthonormal basis of `N(A)`, as columns.
-fn null_space(a: &DMatrix<f64>) -> DMatrix<f64> {
-    let n = a.ncols();
-    let values = (a.transpose() * a).symmetric_eigen();
-    let largest = values.eigenvalues.max().max(f64::MIN_POSITIVE);
-    let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by(|&i, &j| values.eigenvalues[i].total_cmp(&values.eigenvalues[j]));
-    let free = order
-        .iter()
-        .filter(|&&i| values.eigenvalues[i] <= 1e-10 * largest);
-    // Redundant rows leave more: all samples are to have the same width.
-    let width = n - a.nrows().min(n);
-    let kept: Vec<usize> = free
-        .copied()
-        .chain(order.iter().copied())
-        .take(width)
-        .collect();
-    DMatrix::from_fn(n, width, |i, k| values.eigenvectors[(i, kept[k])])
+fn positive(x: f64) -> f64 {
+    x.max(f64::MIN_POSITIVE)
 }

@@ -17,6 +17,7 @@ mod consistent;
 mod correction;
 mod equations;
 mod estimate;
+mod frame;
 mod page;
 mod select;
 

@@ -1,8 +1,8 @@
 //! The three semi-parametric models: what each learns from, and what it predicts.
 
 use super::super::FitError;
+use super::super::frame::{Frame, projector};
 use super::along::{Along, Predicted};
-use super::invariant::Frame;
 use super::process::{Trained, train};
 use super::{Process, Settings};
 use crate::machine::{Machine, Motion};
@@ -20,7 +20,10 @@ const POINTS: (usize, usize) = (100, 400);
 /// Of a long log every few samples will do to choose from.
 const CHOICE: usize = 20;
 /// Outputs below this share of the largest are not magnified any further.
-const SMALLEST: f64 = 1e-3;
+const SMALLEST: f64 = 1e-6;
+
+/// Where a force shows nothing by itself, training begins at this share of its size.
+const FAINT: f64 = 0.1;
 
 /// What all models share: points and variables.
 pub(super) struct Learner<'a> {
@@ -43,7 +46,7 @@ type Map = Box<dyn Fn(&Motion) -> DMatrix<f64>>;
 pub(super) struct Taught {
     pub processes: Vec<Process>,
     pub noise: BTreeMap<String, f64>,
-    pub evidence: f64,
+    pub gain: f64,
     /// Learnt functions at every sample that is judged by, `k` each.
     learnt: Vec<DVector<f64>>,
     map: Map,
@@ -161,24 +164,26 @@ impl<'a> Learner<'a> {
             .into_par_iter()
             .map(|i| {
                 let y: Vec<f64> = observed.iter().map(|r| r[i] / scales[i]).collect();
-                train(&data, &y, 1, self.seed)
+                train(&data, &y, 1, None, self.seed)
             })
             .collect::<Result<_, GpError>>()?;
         let mut learnt = vec![DVector::zeros(names.len()); self.there.len()];
-        let (mut processes, mut noise, mut evidence) = (Vec::new(), BTreeMap::new(), 0.0);
+        let (mut processes, mut noise, mut gain) = (Vec::new(), BTreeMap::new(), 0.0);
         for (i, trained) in trained.iter().enumerate() {
-            let mean = trained.posterior.latent_mean(&self.there)?;
-            for (learnt, mean) in learnt.iter_mut().zip(mean) {
-                learnt[i] = scales[i] * mean;
+            if trained.gain > 0.0 {
+                let mean = trained.posterior.latent_mean(&self.there)?;
+                for (learnt, mean) in learnt.iter_mut().zip(mean) {
+                    learnt[i] = scales[i] * mean;
+                }
             }
+            gain += trained.gain.max(0.0);
             processes.extend(self.processes(trained, &names[i..=i], &scales[i..=i]));
             noise.insert(names[i].clone(), scales[i] * trained.noise[0]);
-            evidence += trained.nll + observed.len() as f64 * scales[i].ln();
         }
         Ok(Taught {
             processes,
             noise,
-            evidence,
+            gain,
             learnt,
             map,
         })
@@ -204,28 +209,59 @@ impl<'a> Learner<'a> {
         let data = data
             .with_latent_scale(&force_scale)?
             .normalised(&vec![0.0; n], &scale)?;
-        let trained = train(&data, &y, n, self.seed)?;
-        let mean = trained.posterior.latent_mean(&self.there)?;
-        let learnt = mean
-            .chunks(n)
-            .map(|f| DVector::from_fn(n, |i, _| force_scale[i] * f[i]))
-            .collect();
+        let start = self.start(known, &force_scale)?;
+        let trained = train(&data, &y, n, Some(&start), self.seed)?;
+        let learnt = if trained.gain > 0.0 {
+            let mean = trained.posterior.latent_mean(&self.there)?;
+            mean.chunks(n)
+                .map(|f| DVector::from_fn(n, |i, _| force_scale[i] * f[i]))
+                .collect()
+        } else {
+            vec![DVector::zeros(n); self.there.len()]
+        };
         let noise = (self.coordinates.iter().zip(&trained.noise).zip(&scale))
             .map(|((name, sd), scale)| (name.clone(), sd * scale))
             .collect();
-        let shift: f64 = scale.iter().map(|s| s.ln()).sum();
         Ok(Taught {
             processes: self.processes(&trained, &self.coordinates, &force_scale),
             noise,
-            evidence: trained.nll + observed.len() as f64 * shift,
+            gain: trained.gain.max(0.0),
             learnt,
             map: Box::new(|motion| motion.factorisation.mobility()),
         })
     }
 
+    /// Where training of GP² begins: kernels of the forces seen one by one, as if each
+    /// measured itself. From anywhere else it often ends where a force without memory, white
+    /// along the motion, explains everything.
+    fn start(
+        &self,
+        known: &Predicted,
+        force_scale: &[f64],
+    ) -> Result<Vec<(Vec<f64>, f64)>, GpError> {
+        let n = self.coordinates.len();
+        let data = Functionals::identity(&self.here, 1);
+        let free = |&k: &usize| {
+            let terms = &known.motions[k].terms;
+            projector(&terms.constraint_matrix) * &terms.mass_matrix * known.residual_at(k)
+        };
+        let forces: Vec<DVector<f64>> = self.points.iter().map(free).collect();
+        let one = |i: usize| {
+            let y: Vec<f64> = forces.iter().map(|f| f[i] / force_scale[i]).collect();
+            let trained = train(&data, &y, 1, None, self.seed)?;
+            let (lengths, sd) = trained.kernels[0].clone();
+            Ok(match trained.gain > 0.0 {
+                true => (lengths, sd),
+                false => (vec![(data.dims() as f64).sqrt(); data.dims()], FAINT),
+            })
+        };
+        (0..n).into_par_iter().map(one).collect()
+    }
+
     fn processes(&self, trained: &Trained, names: &[String], scales: &[f64]) -> Vec<Process> {
         let of = |((lengths, sd), (name, scale)): (&(Vec<f64>, f64), (&String, &f64))| Process {
             of: name.clone(),
+            learnt: trained.gain > 0.0,
             signal_sd: sd * scale,
             length_scales: (self.variables.iter().cloned())
                 .zip(lengths.iter().copied())

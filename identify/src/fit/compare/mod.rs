@@ -15,7 +15,6 @@
 //! [`fit`](super::fit) finds.
 
 mod along;
-mod invariant;
 mod learner;
 mod page;
 mod process;
@@ -79,6 +78,8 @@ pub struct ConstraintError {
 pub struct Process {
     /// What it stands for: a coordinate, or a direction.
     pub of: String,
+    /// Whether its evidence beats that of white noise; if not, it predicts nothing.
+    pub learnt: bool,
     /// Standard deviation of its prior: m/s² or rad/s², N or N·m.
     pub signal_sd: f64,
     /// Length-scale per variable, in units of that variable's standard deviation: the
@@ -100,7 +101,9 @@ pub struct Row {
     pub constraint: Option<ConstraintError>,
     /// Wall time of training, s; `None` where nothing is trained.
     pub training_seconds: Option<f64>,
-    /// Negative log evidence of the training points, nats; `None` where there is none.
+    /// By how many nats the processes explain the points better than white noise does, less
+    /// the price of their hyper-parameters; 0 where there is nothing to learn, `None`
+    /// without processes.
     pub evidence: Option<f64>,
     /// The processes' hyper-parameters.
     pub processes: Vec<Process>,
@@ -257,12 +260,12 @@ fn rows(
                 Taught {
                     processes,
                     noise,
-                    evidence,
+                    gain,
                     ..
                 },
             )) => rows.push(Row {
                 training_seconds: Some(seconds),
-                evidence: Some(evidence),
+                evidence: Some(gain),
                 processes,
                 noise,
                 ..row(model, &added)

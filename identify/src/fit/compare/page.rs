@@ -1,5 +1,6 @@
 //! The comparison, for people.
 
+use super::process::FLAT;
 use super::{Base, Comparison, Kind, Row};
 use std::fmt::Write;
 
@@ -13,8 +14,6 @@ pub fn page(table: &Comparison) -> String {
 
 /// Letters for the columns of the table by coordinate.
 const LETTERS: &[u8] = b"abcdefgh";
-/// Length-scales beyond this many standard deviations change nothing along the log.
-const FLAT: f64 = 10.0;
 /// Variables shown of each process.
 const SHOWN: usize = 4;
 
@@ -45,10 +44,14 @@ fn write(table: &Comparison, out: &mut String) -> std::fmt::Result {
     };
     writeln!(
         out,
-        "  {:<35} {:>9} {constraint:>11} {:>10}",
-        "", "error", "training"
+        "  {:<35} {:>9} {constraint:>11} {:>10} {:>10}",
+        "", "error", "evidence", "training"
     )?;
-    writeln!(out, "  {:<35} {:>9} {unit:>11} {:>10}", "", "share", "s")?;
+    writeln!(
+        out,
+        "  {:<35} {:>9} {unit:>11} {:>10} {:>10}",
+        "", "share", "nats", "s"
+    )?;
     for (letter, row) in LETTERS.iter().zip(&table.rows) {
         let miss = row
             .constraint
@@ -56,9 +59,12 @@ fn write(table: &Comparison, out: &mut String) -> std::fmt::Result {
         let seconds = row
             .training_seconds
             .map_or(String::new(), |s| format!("{s:.1}"));
+        let nats = row
+            .evidence
+            .map_or(String::new(), |nats| format!("{nats:.0}"));
         writeln!(
             out,
-            "  {} {:<33} {:>9.4} {miss:>11} {seconds:>10}",
+            "  {} {:<33} {:>9.4} {miss:>11} {nats:>10} {seconds:>10}",
             char::from(*letter),
             name(row),
             row.acceleration.total
@@ -111,7 +117,7 @@ fn processes(table: &Comparison, out: &mut String) -> std::fmt::Result {
             Kind::OutputResidual => "acceleration",
             Kind::LatentForce | Kind::ContactInvariant => "force",
         };
-        for process in &row.processes {
+        for process in row.processes.iter().filter(|process| process.learnt) {
             let mut lengths: Vec<(&String, f64)> = (process.length_scales.iter())
                 .map(|(variable, &length)| (variable, length))
                 .filter(|(_, length)| *length < FLAT)
@@ -126,10 +132,22 @@ fn processes(table: &Comparison, out: &mut String) -> std::fmt::Result {
             };
             writeln!(
                 out,
-                "  {} {what} {:<24} {:>10.3e}  {shown}",
+                "  {} {:<42} {:>10.3e}  {shown}",
                 char::from(*letter),
-                process.of,
+                format!("{what} {}", process.of),
                 process.signal_sd
+            )?;
+        }
+        let idle: Vec<&str> = (row.processes.iter())
+            .filter(|process| !process.learnt)
+            .map(|process| process.of.as_str())
+            .collect();
+        if !idle.is_empty() {
+            writeln!(
+                out,
+                "  {} no better than white noise, not used: {}",
+                char::from(*letter),
+                idle.join(", ")
             )?;
         }
     }

@@ -74,7 +74,7 @@ impl Frame {
 }
 
 /// `N = I − A⁺A`, `n×n`.
-fn projector(a: &DMatrix<f64>) -> DMatrix<f64> {
+pub(super) fn projector(a: &DMatrix<f64>) -> DMatrix<f64> {
     let n = a.ncols();
     let mut projector = DMatrix::identity(n, n);
     if a.nrows() == 0 {
