@@ -11,7 +11,8 @@ use super::select::Chosen;
 use dynamics_codegen::derive::STANDARD;
 use nalgebra::{DMatrix, DVector, Matrix4};
 
-const ITERATIONS: usize = 60;
+/// A thin rod stands at the edge of what a body can be: steps there are short.
+const ITERATIONS: usize = 1000;
 const TEN: usize = STANDARD.len();
 
 /// Where the entries of `U` above its diagonal stand.

@@ -39,6 +39,10 @@ pub(super) fn select(columns: &Columns, mut equations: Equations) -> (Chosen, Eq
     }
     drop_idle(columns, &equations, &mut chosen);
     chosen.inertias = inertias_help(columns, &equations, &chosen.groups);
+    if chosen.inertias {
+        // Terms that stood in for wrong inertias have nothing left to do.
+        drop_idle(columns, &equations, &mut chosen);
+    }
     (chosen, equations)
 }
 
@@ -140,13 +144,13 @@ fn squared_error(block: &Block, used: &[usize], x: &[f64]) -> f64 {
 /// Takes out, one by one, groups without which the blocks are predicted as well.
 fn drop_idle(columns: &Columns, equations: &Equations, chosen: &mut Chosen) {
     loop {
-        let Some(with) = held_out(columns, equations, &chosen.groups, false) else {
+        let Some(with) = held_out(columns, equations, &chosen.groups, chosen.inertias) else {
             return;
         };
         let idle = (0..chosen.groups.len()).find(|&index| {
             let mut fewer = chosen.groups.clone();
             fewer.remove(index);
-            held_out(columns, equations, &fewer, false)
+            held_out(columns, equations, &fewer, chosen.inertias)
                 .is_some_and(|without| !is_significant(columns, equations.news, &without, &with))
         });
         match idle {
