@@ -11,6 +11,8 @@ use identify::fit::{
 use serde::Serialize;
 use std::io::Write;
 use std::path::PathBuf;
+use std::sync::LazyLock;
+use std::time::Instant;
 
 /// Arguments of `fit`.
 #[derive(Debug, Args)]
@@ -95,6 +97,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let settings = Settings {
             points: arguments.points.map(|points| points as usize),
             seed: arguments.seed,
+            clock: Some(seconds),
         };
         let (fit, comparison) = compare(&request, &settings).map_err(mistake)?;
         Found {
@@ -123,6 +126,12 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         out.write_all(pages.join("\n").as_bytes())?;
     }
     Ok(out.flush()?)
+}
+
+/// Seconds since it was first asked.
+fn seconds() -> f64 {
+    static START: LazyLock<Instant> = LazyLock::new(Instant::now);
+    START.elapsed().as_secs_f64()
 }
 
 /// What is printed.

@@ -37,6 +37,8 @@ pub(super) struct Learner<'a> {
     /// Standardised variables at every sample of the log that is judged by.
     there: Inputs,
     seed: u64,
+    /// As in [`Settings`].
+    pub clock: Option<fn() -> f64>,
 }
 
 /// How learnt functions become accelerations at a state, `n×k`.
@@ -114,6 +116,7 @@ impl<'a> Learner<'a> {
             here: Inputs::from_rows(&here)?,
             there: Inputs::from_rows(&there)?,
             seed: settings.seed,
+            clock: settings.clock,
         })
     }
 

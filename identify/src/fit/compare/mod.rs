@@ -28,16 +28,17 @@ use along::{Along, Predicted};
 use learner::{Learner, Taught};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::time::Instant;
 
 /// How to compare.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Settings {
     /// Points that the processes learn from; without a number, as many as keep the joint
     /// covariance of GP² at about 1200 rows (100 to 400).
     pub points: Option<usize>,
     /// Seed of the first point and of the optimiser's starts.
     pub seed: u64,
+    /// Tells seconds since some moment, if training is to be timed.
+    pub clock: Option<fn() -> f64>,
 }
 
 /// Which semi-parametric model.
@@ -99,7 +100,8 @@ pub struct Row {
     pub acceleration: Errors,
     /// By how much predictions miss the constraints; `None` if there are none.
     pub constraint: Option<ConstraintError>,
-    /// Wall time of training, s; `None` where nothing is trained.
+    /// How long training took by the clock of [`Settings`], s; `None` without one, and where
+    /// nothing is trained.
     pub training_seconds: Option<f64>,
     /// By how many nats the processes explain the points better than white noise does, less
     /// the price of their hyper-parameters; 0 where there is nothing to learn, `None`
@@ -247,13 +249,16 @@ fn rows(
         Kind::LatentForce,
         Kind::ContactInvariant,
     ] {
-        let begin = Instant::now();
+        let begin = learner.clock.map(|clock| clock());
         let taught = match model {
             Kind::OutputResidual => learner.output_residual(&known),
             Kind::LatentForce => learner.latent_force(&known),
             _ => learner.contact_invariant(&known),
         };
-        let seconds = begin.elapsed().as_secs_f64();
+        let seconds = learner
+            .clock
+            .zip(begin)
+            .map(|(clock, begin)| clock() - begin);
         match taught.and_then(|taught| Ok((taught.added(&asked)?, taught))) {
             Ok((
                 added,
@@ -264,7 +269,7 @@ fn rows(
                     ..
                 },
             )) => rows.push(Row {
-                training_seconds: Some(seconds),
+                training_seconds: seconds,
                 evidence: Some(gain),
                 processes,
                 noise,
