@@ -141,6 +141,10 @@ fn wrong_inertias_are_corrected() {
         let found = fit_arm(&log(2, 0.0, 0.0, 0.0, 0.25), inertia);
         assert_eq!(found.inertia, inertia, "{found:?}");
         assert!(found.after.total < 0.1 * found.before.total, "{found:?}");
+        assert!(
+            found.terms.is_empty(),
+            "no friction in its place: {found:?}"
+        );
         assert!(found.base_parameters < found.inertial.len());
         if inertia == Inertia::Consistent {
             for body in found.inertial.chunks(10) {

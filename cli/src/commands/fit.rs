@@ -5,9 +5,14 @@ use crate::mistake::Mistake;
 use crate::model::ModelArguments;
 use crate::output;
 use clap::{Args, ValueEnum};
-use identify::fit::{Inertia, Request, fit, page};
+use identify::fit::{
+    Comparison, Fit, Inertia, Request, Settings, compare, comparison_page, fit, page,
+};
+use serde::Serialize;
 use std::io::Write;
 use std::path::PathBuf;
+use std::sync::LazyLock;
+use std::time::Instant;
 
 /// Arguments of `fit`.
 #[derive(Debug, Args)]
@@ -15,6 +20,7 @@ use std::path::PathBuf;
 Examples:
   dynamics fit arm.urdf log.csv.gz
   dynamics fit arm.urdf train.csv --test test.csv --inertia consistent --json
+  dynamics fit arm.urdf train.csv --test test.csv --compare
 
 Without --test the last third of the log is kept apart and judged by.")]
 pub struct Arguments {
@@ -35,6 +41,19 @@ pub struct Arguments {
     /// How inertial parameters are treated
     #[arg(long, value_enum, value_name = "HOW", default_value = "linear")]
     inertia: InertiaArgument,
+
+    /// Also learn what the model leaves by Gaussian processes (output residual, latent force,
+    /// contact-invariant residual) and compare them on the data that is judged by
+    #[arg(long)]
+    compare: bool,
+
+    /// Points that the processes of --compare learn from
+    #[arg(long, value_name = "N", requires = "compare", value_parser = clap::value_parser!(u32).range(2..=5000))]
+    points: Option<u32>,
+
+    /// Seed of --compare
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
 
     /// Print one JSON object instead of a page
     #[arg(long)]
@@ -73,8 +92,25 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             InertiaArgument::Consistent => Inertia::Consistent,
         },
     };
-    let found = fit(&request).map_err(|error| Mistake::new(error.to_string()))?;
-    for warning in &found.warnings {
+    let mistake = |error: identify::fit::FitError| Mistake::new(error.to_string());
+    let found = if arguments.compare {
+        let settings = Settings {
+            points: arguments.points.map(|points| points as usize),
+            seed: arguments.seed,
+            clock: Some(seconds),
+        };
+        let (fit, comparison) = compare(&request, &settings).map_err(mistake)?;
+        Found {
+            fit,
+            comparison: Some(comparison),
+        }
+    } else {
+        Found {
+            fit: Some(fit(&request).map_err(mistake)?),
+            comparison: None,
+        }
+    };
+    for warning in found.fit.iter().flat_map(|fit| &fit.warnings) {
         output::complain(&format!("warning: {warning}"));
     }
     let mut out = output::stdout();
@@ -82,7 +118,27 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         serde_json::to_writer_pretty(&mut out, &found)?;
         writeln!(out)?;
     } else {
-        out.write_all(page(&found).as_bytes())?;
+        let pages = [
+            found.fit.as_ref().map(page),
+            found.comparison.as_ref().map(comparison_page),
+        ];
+        let pages: Vec<String> = pages.into_iter().flatten().collect();
+        out.write_all(pages.join("\n").as_bytes())?;
     }
     Ok(out.flush()?)
+}
+
+/// Seconds since it was first asked.
+fn seconds() -> f64 {
+    static START: LazyLock<Instant> = LazyLock::new(Instant::now);
+    START.elapsed().as_secs_f64()
+}
+
+/// What is printed.
+#[derive(Debug, Serialize)]
+struct Found {
+    #[serde(flatten)]
+    fit: Option<Fit>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    comparison: Option<Comparison>,
 }

@@ -54,6 +54,11 @@ pub enum Command {
     /// neither fitting nor selection saw.
     Trace(trace::Arguments),
     /// Fit inertias, friction and couplings to measured forces
+    ///
+    /// Terms are taken in if they predict blocks of the log that they were not fitted to.
+    /// With `--compare`, Gaussian processes learn what the model leaves of the
+    /// accelerations, as output residual, latent force (GP²) and contact-invariant residual,
+    /// with all errors in one table.
     Fit(fit::Arguments),
 }
 

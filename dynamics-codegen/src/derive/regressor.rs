@@ -47,6 +47,15 @@ impl InertialRegressor {
                 model.graph.symbol(name)
             })
             .collect();
+        if bodies.is_empty() {
+            // Energies alone: there is no tree to walk.
+            return Ok(Self {
+                acceleration,
+                bodies,
+                columns: Vec::new(),
+                stated: Vec::new(),
+            });
+        }
         let zero = model.graph.zero();
         let nothing = Inertia {
             mass: zero,

@@ -1,7 +1,7 @@
 //! The columns of the regression: inertial ones, and groups of what a model often lacks.
 
 use super::{FitError, Inertia};
-use crate::machine::Machine;
+use crate::machine::{Machine, States};
 use dynamics_codegen::derive::{InertialRegressor, STANDARD};
 use dynamics_codegen::{Column, System, Tape};
 use nalgebra::DMatrix;
@@ -96,22 +96,32 @@ impl Columns {
             .map_or(self.inertial, |group| group.columns.end)
     }
 
-    /// Every column at every sample: per column, per coordinate, a value per sample.
-    /// `state` holds `t, q, v, u, parameters, a`; `fastest` the fastest motion per
-    /// coordinate of the log that is learnt from.
-    pub fn evaluate(
+    /// Every column at every sample: per column, per coordinate, a value per sample, with
+    /// accelerations `a`; `fastest` is the fastest motion per coordinate of the log that is
+    /// learnt from.
+    pub fn along(
         &self,
-        state: &[Column<'_>],
-        v: &[Vec<f64>],
+        machine: &Machine,
+        states: &States,
+        parameters: &[f64],
         a: &[Vec<f64>],
         fastest: &[f64],
     ) -> Vec<Vec<Vec<f64>>> {
-        let samples = v.first().map_or(0, Vec::len);
         let n = self.coordinates;
-        let flat = self.tape.evaluate_all(state, samples);
+        let known = [&states.q, &states.v, &states.u].into_iter().flatten();
+        let mut inputs: Vec<Column<'_>> = std::iter::once(&states.t)
+            .chain(known)
+            .map(|column| Column::Each(column))
+            .collect();
+        // Memory does not enter the inertial columns.
+        let model = &machine.compiled.model;
+        inputs.extend((0..model.delays.len() + model.states.len()).map(|_| Column::Same(0.0)));
+        inputs.extend(parameters.iter().map(|&p| Column::Same(p)));
+        inputs.extend(a.iter().map(|column| Column::Each(column)));
+        let flat = self.tape.evaluate_all(&inputs, states.len());
         let mut columns: Vec<Vec<Vec<f64>>> = flat.chunks(n.max(1)).map(<[_]>::to_vec).collect();
         for group in &self.groups {
-            columns.extend(group.evaluate(v, a, fastest, n));
+            columns.extend(group.evaluate(&states.v, a, fastest, n));
         }
         columns
     }

@@ -11,7 +11,8 @@ use super::select::Chosen;
 use dynamics_codegen::derive::STANDARD;
 use nalgebra::{DMatrix, DVector, Matrix4};
 
-const ITERATIONS: usize = 60;
+/// A thin rod stands at the edge of what a body can be: steps there are short.
+const ITERATIONS: usize = 1000;
 const TEN: usize = STANDARD.len();
 
 /// Where the entries of `U` above its diagonal stand.
@@ -26,6 +27,8 @@ pub(super) fn refine(columns: &Columns, equations: &Equations, chosen: &Chosen) 
     let mut theta: Vec<f64> = (0..bodies)
         .flat_map(|b| parameters_of(&columns.stated[TEN * b..TEN * (b + 1)]))
         .collect();
+    let floors: Vec<f64> = theta.chunks(TEN).flat_map(floors).collect();
+    raise(&mut theta, &floors);
     theta.extend(used[columns.inertial..].iter().map(|&c| linear.values[c]));
     let mut damping = 1e-3;
     let mut cost = cost(&normal, &corrections(columns, &theta));
@@ -43,7 +46,8 @@ pub(super) fn refine(columns: &Columns, equations: &Equations, chosen: &Chosen) 
             continue;
         };
         let step = cholesky.solve(&gradient);
-        let trial: Vec<f64> = theta.iter().zip(step.iter()).map(|(t, s)| t - s).collect();
+        let mut trial: Vec<f64> = theta.iter().zip(step.iter()).map(|(t, s)| t - s).collect();
+        raise(&mut trial, &floors);
         let new = self::cost(&normal, &corrections(columns, &trial));
         if new.is_finite() && new < cost {
             let done = cost - new < 1e-9 * (1.0 + cost.abs());
@@ -63,6 +67,24 @@ pub(super) fn refine(columns: &Columns, equations: &Equations, chosen: &Chosen) 
         result.values[column] = value;
     }
     result
+}
+
+/// Where a log is silent the best body may have no extent at all; it is kept this share of
+/// its stated size away from that, so that round-off cannot make it impossible.
+const THINNEST: f64 = 1e-3;
+
+/// Lower bounds of a body's ten parameters: `ln U_ii` has one.
+fn floors(stated: &[f64]) -> [f64; TEN] {
+    let size = stated[..3].iter().fold(f64::NEG_INFINITY, |m, x| m.max(*x));
+    let mut floors = [f64::NEG_INFINITY; TEN];
+    floors[..3].fill(size + THINNEST.ln());
+    floors[3] = stated[3] + THINNEST.ln();
+    floors
+}
+
+fn raise(theta: &mut [f64], floors: &[f64]) {
+    let pairs = theta.iter_mut().zip(floors);
+    pairs.for_each(|(value, floor)| *value = value.max(*floor));
 }
 
 fn cost(normal: &Normal, x: &[f64]) -> f64 {

@@ -2,10 +2,10 @@
 
 use super::FitError;
 use super::columns::Columns;
+use super::frame::Frame;
 use crate::log::Record;
 use crate::machine::{Machine, States};
 use crate::smooth::smooth;
-use dynamics_codegen::Column;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -75,10 +75,13 @@ pub(super) struct Equations {
     free: Vec<DMatrix<f64>>,
     /// Per block of consecutive samples: `XᵀX`, `Xᵀr`, `rᵀr`, whitened by `scale`.
     pub blocks: Vec<Block>,
-    /// Standard deviation of what the columns cannot explain, per coordinate.
+    /// Standard deviation of what the columns cannot explain, per coordinate; under
+    /// constraints per free direction.
     pub scale: Vec<f64>,
     /// Effective over actual number of equations: errors follow one another.
     pub news: f64,
+    /// How fast each coordinate moves at most in the log that was learnt from.
+    pub fastest: Vec<f64>,
 }
 
 /// A block's share of the normal equations.
@@ -90,11 +93,14 @@ pub(super) struct Block {
 }
 
 impl Equations {
+    /// `fastest` is how fast each coordinate moved in the log that was learnt from; this
+    /// one, if there is none.
     pub fn new(
         machine: &Machine,
         columns: &Columns,
         parameters: &[f64],
         record: &Record,
+        fastest: Option<&[f64]>,
     ) -> Result<Self, FitError> {
         let smoothed = smooth(record)?;
         let states = States {
@@ -116,26 +122,11 @@ impl Equations {
                 residual[i].push(left[i]);
             }
             if machine.constraint_count() > 0 {
-                free.push(null_space(&terms.constraint_matrix));
+                free.push(terms.constraint_matrix.clone());
             }
         }
-        let fastest: Vec<f64> = (states.v.iter())
-            .map(|v| v.iter().fold(0.0_f64, |m, x| m.max(x.abs())))
-            .collect();
-        let each = |c: &'_ [Vec<f64>]| -> Vec<Vec<f64>> { c.to_vec() };
-        let table = [
-            vec![states.t.clone()],
-            each(&states.q),
-            each(&states.v),
-            each(&states.u),
-        ];
-        let mut inputs: Vec<Column<'_>> = table.iter().flatten().map(|c| Column::Each(c)).collect();
-        // Memory does not enter the inertial columns.
-        let model = &machine.compiled.model;
-        inputs.extend((0..model.delays.len() + model.states.len()).map(|_| Column::Same(0.0)));
-        inputs.extend(parameters.iter().map(|&p| Column::Same(p)));
-        inputs.extend(a.iter().map(|c| Column::Each(c)));
-        let columns = columns.evaluate(&inputs, &states.v, &a, &fastest);
+        let fastest = fastest.map_or_else(|| fastest_of(&states.v), <[f64]>::to_vec);
+        let columns = columns.along(machine, &states, parameters, &a, &fastest);
         let step = record.step();
         let response = smoothed.iter().map(|s| s.smoother.response(step));
         let band = Band::new(response.fold(0.0, f64::max), step, record.len());
@@ -143,18 +134,20 @@ impl Equations {
         let columns: Vec<Vec<Vec<f64>>> = (columns.par_iter())
             .map(|column| column.iter().map(|c| band.limit(c)).collect())
             .collect();
-        let free = free.into_iter().step_by(band.stride).collect();
+        let frame = Frame::new(n, free.iter());
+        let free = (free.iter().step_by(band.stride))
+            .map(|a| frame.at(a))
+            .collect();
         let mut equations = Self {
-            scale: residual
-                .iter()
-                .map(|r| rms(r).max(f64::MIN_POSITIVE))
-                .collect(),
+            scale: Vec::new(),
             residual,
             columns,
             free,
             blocks: Vec::new(),
             news: 1.0,
+            fastest,
         };
+        equations.scale = equations.scale_of(&equations.residual);
         equations.gather();
         Ok(equations)
     }
@@ -187,8 +180,8 @@ impl Equations {
             {
                 None => (0..n).for_each(|i| target(i, values(i) / self.scale[i])),
                 Some(z) => (0..width).for_each(|k| {
-                    let sum = (0..n).map(|i| z[(i, k)] * values(i)).sum();
-                    target(k, sum);
+                    let sum: f64 = (0..n).map(|i| z[(i, k)] * values(i)).sum();
+                    target(k, sum / self.scale[k]);
                 }),
             };
             put(&|i| self.residual[i][sample], &mut |k, value| {
@@ -228,6 +221,25 @@ impl Equations {
         left
     }
 
+    /// Root mean squares of forces in the directions that are fitted.
+    fn scale_of(&self, forces: &[Vec<f64>]) -> Vec<f64> {
+        let Some(first) = self.free.first() else {
+            return forces.iter().map(|f| positive(rms(f))).collect();
+        };
+        let along = |k: usize| -> Vec<f64> {
+            let each = self.free.iter().enumerate();
+            each.map(|(sample, z)| {
+                (0..forces.len())
+                    .map(|i| z[(i, k)] * forces[i][sample])
+                    .sum()
+            })
+            .collect()
+        };
+        (0..first.ncols())
+            .map(|k| positive(rms(&along(k))))
+            .collect()
+    }
+
     /// Root mean square of what is left, per coordinate.
     pub fn rms(&self, x: &[f64]) -> Vec<f64> {
         self.left(x).iter().map(|left| rms(left)).collect()
@@ -236,9 +248,7 @@ impl Equations {
     /// Takes the scale and the memory of the errors from what `x` leaves.
     pub fn reweigh(&mut self, x: &[f64]) {
         let left = self.left(x);
-        if self.free.is_empty() {
-            self.scale = left.iter().map(|l| rms(l).max(f64::MIN_POSITIVE)).collect();
-        }
+        self.scale = self.scale_of(&left);
         let correlation = |left: &Vec<f64>| {
             let (mut follow, mut square) = (0.0, 0.0);
             for pair in left.windows(2) {
@@ -258,26 +268,16 @@ impl Equations {
     }
 }
 
+fn fastest_of(v: &[Vec<f64>]) -> Vec<f64> {
+    v.iter()
+        .map(|v| v.iter().fold(0.0_f64, |m, x| m.max(x.abs())))
+        .collect()
+}
+
 fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
-/// An orthonormal basis of `N(A)`, as columns.
-fn null_space(a: &DMatrix<f64>) -> DMatrix<f64> {
-    let n = a.ncols();
-    let values = (a.transpose() * a).symmetric_eigen();
-    let largest = values.eigenvalues.max().max(f64::MIN_POSITIVE);
-    let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by(|&i, &j| values.eigenvalues[i].total_cmp(&values.eigenvalues[j]));
-    let free = order
-        .iter()
-        .filter(|&&i| values.eigenvalues[i] <= 1e-10 * largest);
-    // Redundant rows leave more: all samples are to have the same width.
-    let width = n - a.nrows().min(n);
-    let kept: Vec<usize> = free
-        .copied()
-        .chain(order.iter().copied())
-        .take(width)
-        .collect();
-    DMatrix::from_fn(n, width, |i, k| values.eigenvectors[(i, kept[k])])
+fn positive(x: f64) -> f64 {
+    x.max(f64::MIN_POSITIVE)
 }

@@ -12,18 +12,26 @@
 //! reaches, the null space of `A`. Errors are reported on a part of the log that nothing was fitted to.
 
 mod columns;
+mod compare;
 mod consistent;
+mod correction;
 mod equations;
 mod estimate;
+mod frame;
 mod page;
 mod select;
 
+pub use compare::{
+    Base, Comparison, ConstraintError, Kind, Process, Row, Settings, compare,
+    page as comparison_page,
+};
 pub use page::page;
 
 use crate::log::{Log, LogError, Record};
 use crate::machine::{Machine, SolveError};
 use crate::smooth::SmoothError;
 use columns::Columns;
+use correction::Correction;
 use dynamics_codegen::Compiled;
 use dynamics_codegen::derive::STANDARD;
 use equations::Equations;
@@ -147,7 +155,8 @@ pub enum FitError {
     /// Nothing measured.
     #[error(
         "the model has no input: without measured forces only ratios of parameters show; \
-         use `dynamics trace`"
+         use `dynamics trace`, or `dynamics fit --compare` to let Gaussian processes learn what \
+         the model leaves"
     )]
     NoInput,
     /// Too little.
@@ -158,6 +167,12 @@ pub enum FitError {
         /// What is needed.
         needed: usize,
     },
+    /// Nothing moves.
+    #[error("nothing moves along the log: there is nothing to learn from")]
+    Motionless,
+    /// A Gaussian process cannot be set up.
+    #[error("what the model leaves cannot be learnt: {0}")]
+    Process(#[from] gp::GpError),
     /// The bodies do not form a tree.
     #[error("{0}")]
     Tree(String),
@@ -173,6 +188,11 @@ const GUARD: f64 = 0.5;
 /// # Errors
 /// If log and model cannot be used together.
 pub fn fit(request: &Request<'_>) -> Result<Fit, FitError> {
+    Ok(learn(request)?.0)
+}
+
+/// As [`fit`], with what it adds to the equation of motion.
+fn learn(request: &Request<'_>) -> Result<(Fit, Correction), FitError> {
     let model = &request.compiled.model;
     if model.inputs.is_empty() {
         return Err(FitError::NoInput);
@@ -180,8 +200,15 @@ pub fn fit(request: &Request<'_>) -> Result<Fit, FitError> {
     let (train, test) = split(request)?;
     let mut machine = Machine::new(request.compiled.clone());
     let columns = Columns::new(&mut machine, request.parameters, request.inertia)?;
-    let learnt = Equations::new(&machine, &columns, request.parameters, &train)?;
-    let judged = Equations::new(&machine, &columns, request.parameters, &test)?;
+    let learnt = Equations::new(&machine, &columns, request.parameters, &train, None)?;
+    let fastest = learnt.fastest.clone();
+    let judged = Equations::new(
+        &machine,
+        &columns,
+        request.parameters,
+        &test,
+        Some(&fastest),
+    )?;
     let (chosen, learnt) = select::select(&columns, learnt);
     let estimate = match request.inertia {
         Inertia::Consistent if chosen.inertias => consistent::refine(&columns, &learnt, &chosen),
@@ -198,7 +225,7 @@ pub fn fit(request: &Request<'_>) -> Result<Fit, FitError> {
                 .to_string(),
         );
     }
-    Ok(Fit {
+    let fit = Fit {
         before: error(&nothing),
         after: error(&estimate.values),
         terms: terms(&columns, &chosen, &estimate),
@@ -216,7 +243,13 @@ pub fn fit(request: &Request<'_>) -> Result<Fit, FitError> {
         determined: estimate.determined,
         samples: (train.len(), test.len()),
         warnings,
-    })
+    };
+    let correction = Correction {
+        columns,
+        values: estimate.values,
+        fastest,
+    };
+    Ok((fit, correction))
 }
 
 fn error(names: &[String], rms: &[f64]) -> Error {

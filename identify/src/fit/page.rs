@@ -17,7 +17,10 @@ fn write(fit: &Fit, out: &mut String) -> std::fmt::Result {
         out,
         "learnt from {learnt} samples, judged by {judged} others\n"
     )?;
-    writeln!(out, "root mean square of what is left of the forces")?;
+    writeln!(
+        out,
+        "root mean square of what is left of the forces, N or N·m"
+    )?;
     writeln!(out, "  {:<16} {:>10} {:>10}", "", "before", "after")?;
     for (name, before) in &fit.before.by_coordinate {
         let after = fit.after.by_coordinate[name];
@@ -55,14 +58,24 @@ fn write(fit: &Fit, out: &mut String) -> std::fmt::Result {
     )?;
     for p in fit.inertial.iter().filter(|p| p.determined > 0.5) {
         let name = format!("{}.{}", p.body, p.parameter);
+        let unit = match p.parameter {
+            "m" => "kg",
+            "hx" | "hy" | "hz" => "kg·m",
+            _ => "kg·m²",
+        };
         writeln!(
             out,
-            "  {name:<24} {:>12.5} -> {:>12.5} ± {:.5}  ({:.0} % determined)",
+            "  {name:<24} {:>12.5} -> {:>12.5} ± {:.5} {unit:<6} ({:.0} % determined)",
             p.stated,
             p.estimate.value,
             p.estimate.std,
             100.0 * p.determined
         )?;
     }
-    writeln!(out, "  the others keep near the model's values: see --json")
+    let others = fit.inertial.iter().filter(|p| p.determined <= 0.5).count();
+    writeln!(
+        out,
+        "  m mass, h = m c first moment, I about the body's origin, in the body's axes\n  \
+         the other {others} keep near the model's values, or show in combinations only: see --json"
+    )
 }

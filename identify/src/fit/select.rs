@@ -2,7 +2,7 @@
 
 use super::columns::Columns;
 use super::equations::{Block, Equations};
-use super::estimate::{Normal, estimate, in_use};
+use super::estimate::{Estimate, Normal, estimate, in_use};
 use rayon::prelude::*;
 
 /// What was taken in.
@@ -39,6 +39,10 @@ pub(super) fn select(columns: &Columns, mut equations: Equations) -> (Chosen, Eq
     }
     drop_idle(columns, &equations, &mut chosen);
     chosen.inertias = inertias_help(columns, &equations, &chosen.groups);
+    if chosen.inertias {
+        // Terms that stood in for wrong inertias have nothing left to do.
+        drop_idle(columns, &equations, &mut chosen);
+    }
     (chosen, equations)
 }
 
@@ -51,6 +55,9 @@ fn inertias_help(columns: &Columns, equations: &Equations, groups: &[usize]) -> 
     }
     let held = held_out(columns, equations, groups, false);
     let free = held_out(columns, equations, groups, true);
+    if !is_possible(columns, &estimate(columns, equations, groups, true)) {
+        return false;
+    }
     held.zip(free)
         .is_some_and(|(held, free)| is_significant(columns, equations.news, &held, &free))
 }
@@ -71,6 +78,9 @@ fn best(
         .filter(|&group| !chosen.contains(&group) && columns.groups[group].on.len() == places)
         .filter_map(|group| {
             let with = [chosen, &[group]].concat();
+            if !is_possible(columns, &estimate(columns, equations, &with, false)) {
+                return None;
+            }
             held_out(columns, equations, &with, false).map(|errors| (group, errors))
         })
         .collect();
@@ -90,6 +100,17 @@ fn is_significant(columns: &Columns, news: f64, before: &[f64], after: &[f64]) -
     let fall = before.iter().sum::<f64>() - after.iter().sum::<f64>();
     let nats = 0.5 * news * fall;
     nats > 2.0 * (columns.groups.len().max(2) as f64).ln()
+}
+
+/// Friction that drives and rotors of negative inertia do not exist: a coefficient may be
+/// below zero by its uncertainty only.
+fn is_possible(columns: &Columns, estimate: &Estimate) -> bool {
+    columns
+        .groups
+        .iter()
+        .filter(|group| matches!(group.term, "friction" | "armature"))
+        .flat_map(|group| group.columns.clone())
+        .all(|c| estimate.values[c] >= -2.0 * estimate.std[c])
 }
 
 /// Squared error of each block by what the others say.
@@ -123,13 +144,13 @@ fn squared_error(block: &Block, used: &[usize], x: &[f64]) -> f64 {
 /// Takes out, one by one, groups without which the blocks are predicted as well.
 fn drop_idle(columns: &Columns, equations: &Equations, chosen: &mut Chosen) {
     loop {
-        let Some(with) = held_out(columns, equations, &chosen.groups, false) else {
+        let Some(with) = held_out(columns, equations, &chosen.groups, chosen.inertias) else {
             return;
         };
         let idle = (0..chosen.groups.len()).find(|&index| {
             let mut fewer = chosen.groups.clone();
             fewer.remove(index);
-            held_out(columns, equations, &fewer, false)
+            held_out(columns, equations, &fewer, chosen.inertias)
                 .is_some_and(|without| !is_significant(columns, equations.news, &without, &with))
         });
         match idle {

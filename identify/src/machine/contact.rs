@@ -26,13 +26,13 @@ impl Machine {
         !self.compiled.system.multiplier_slope.is_empty()
     }
 
-    /// The motion at every state, with terms that `adjust` may change before they are
-    /// solved.
-    pub(super) fn motion_with(
+    /// The motion at every state, with terms that `adjust` may change, sample by sample,
+    /// before they are solved.
+    pub(crate) fn motion_with(
         &self,
         states: &States,
         parameters: &[f64],
-        adjust: impl Fn(&mut Terms),
+        adjust: impl Fn(usize, &mut Terms),
     ) -> Result<Vec<Motion>, SolveError> {
         let mut multipliers = vec![vec![0.0; states.len()]; self.constraint_count()];
         for _ in 0..STEPS {
@@ -41,7 +41,7 @@ impl Machine {
                 .into_iter()
                 .enumerate()
                 .map(|(sample, mut terms)| {
-                    adjust(&mut terms);
+                    adjust(sample, &mut terms);
                     let known: Vec<f64> = multipliers.iter().map(|column| column[sample]).collect();
                     Motion::of(terms, &known, sample)
                 })
@@ -67,7 +67,7 @@ impl Machine {
         // Which one it is: the last round's multipliers still move there.
         let terms = self.terms_at(states, parameters, &multipliers);
         let moves = |(sample, mut terms): (usize, Terms)| {
-            adjust(&mut terms);
+            adjust(sample, &mut terms);
             let known: Vec<f64> = multipliers.iter().map(|column| column[sample]).collect();
             let motion = Motion::of(terms, &known, sample).ok();
             let gap = motion.map(|m| {

@@ -192,7 +192,7 @@ impl Machine {
     /// # Errors
     /// If the equation has no unique solution at one of the states.
     pub fn motion(&self, states: &States, parameters: &[f64]) -> Result<Vec<Motion>, SolveError> {
-        self.motion_with(states, parameters, |_| ())
+        self.motion_with(states, parameters, |_, _| ())
     }
 
     /// Which rows of the constraint are differentiated twice.

@@ -163,7 +163,7 @@ impl<'a> Rollout<'a> {
         let mut accelerations = vec![vec![0.0; states.len()]; n];
         let motions = self
             .machine
-            .motion_with(states, self.parameters, |terms| self.stabilise(terms))?;
+            .motion_with(states, self.parameters, |_, terms| self.stabilise(terms))?;
         for (window, motion) in motions.iter().enumerate() {
             for i in 0..n {
                 accelerations[i][window] = motion.acceleration[i];

@@ -26,6 +26,7 @@ pub use progress::{Progress, Silent, Stage};
 pub use refine::{Estimate, Explanation, SMALLEST_SHARE};
 pub use run::{Outcome, Request, Split, TraceError, trace};
 pub use score::{Errors, RolloutErrors, Score};
+pub(crate) use score::{deviation, errors, filtered, inner_samples};
 pub use screen::Considered;
 pub use select::{Remaining, Selection, Term, likelier_hold, select};
 pub use series::{CoordinateSeries, Details, InputSeries, Prediction, Series, Weighed};

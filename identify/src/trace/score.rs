@@ -357,7 +357,7 @@ const OUTSIDE: f64 = 1e3;
 
 /// Samples with a whole filter window around them: at the ends of a segment the
 /// filter extrapolates, and its derivatives say little.
-fn inner_samples(record: &Record, states: &SgStates) -> Vec<usize> {
+pub(crate) fn inner_samples(record: &Record, states: &SgStates) -> Vec<usize> {
     let half = states.filter.window / 2;
     let segments = record.segments().into_iter();
     segments
@@ -395,7 +395,7 @@ fn unexplained_forces(record: &Record, curve: &States, motions: &[Motion]) -> Ve
 }
 
 /// A prediction through the filter that the measurement passed.
-fn filtered(record: &Record, states: &SgStates, values: &[f64]) -> Vec<f64> {
+pub(crate) fn filtered(record: &Record, states: &SgStates, values: &[f64]) -> Vec<f64> {
     let segments = record.segments().into_iter();
     let parts = segments.map(|range| {
         states
@@ -405,12 +405,12 @@ fn filtered(record: &Record, states: &SgStates, values: &[f64]) -> Vec<f64> {
     parts.flatten().collect()
 }
 
-fn deviation(values: &[f64]) -> f64 {
+pub(crate) fn deviation(values: &[f64]) -> f64 {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
 }
 
-fn errors(record: &Record, misses: &[Vec<f64>], scale: &[f64]) -> Errors {
+pub(crate) fn errors(record: &Record, misses: &[Vec<f64>], scale: &[f64]) -> Errors {
     let rms: Vec<f64> = misses
         .iter()
         .map(|miss| (miss.iter().map(|x| x * x).sum::<f64>() / miss.len() as f64).sqrt())
