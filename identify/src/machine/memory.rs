@@ -53,23 +53,25 @@ pub struct Trail {
 }
 
 impl Trail {
-    /// Memory some share of the way into the intervals, straight from node to node.
-    pub fn within(&self, intervals: &[usize], share: f64) -> Memory {
-        let half = usize::from(share >= 0.5);
-        let (from, to) = (&self.nodes[half], &self.nodes[half + 1]);
-        let along = 2.0 * share - half as f64;
-        let mix = |a: &[Vec<f64>], b: &[Vec<f64>]| {
-            let column = |(a, b): (&Vec<f64>, &Vec<f64>)| {
-                let at = |&k: &usize| a[k] + along * (b[k] - a[k]);
-                intervals.iter().map(at).collect()
+    /// Memory some shares of the way into intervals, straight from node to node.
+    pub fn within(&self, intervals: &[usize], shares: &[f64]) -> Memory {
+        let [start, middle, end] = &self.nodes;
+        let mix = |of: fn(&Memory) -> &Vec<Vec<f64>>| {
+            let nodes = of(start).iter().zip(of(middle)).zip(of(end));
+            let column = |((a, b), c): ((&Vec<f64>, &Vec<f64>), &Vec<f64>)| {
+                let at = |(&k, &share): (&usize, &f64)| match 2.0 * share {
+                    early if early < 1.0 => a[k] + early * (b[k] - a[k]),
+                    late => b[k] + (late - 1.0) * (c[k] - b[k]),
+                };
+                intervals.iter().zip(shares).map(at).collect()
             };
-            a.iter().zip(b).map(column).collect()
+            nodes.map(column).collect()
         };
         Memory {
-            delayed: mix(&from.delayed, &to.delayed),
-            delay_rate: mix(&from.delay_rate, &to.delay_rate),
-            z: mix(&from.z, &to.z),
-            slopes: mix(&from.slopes, &to.slopes),
+            delayed: mix(|m| &m.delayed),
+            delay_rate: mix(|m| &m.delay_rate),
+            z: mix(|m| &m.z),
+            slopes: mix(|m| &m.slopes),
         }
     }
 }

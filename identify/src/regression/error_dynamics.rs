@@ -1,7 +1,7 @@
 //! The linear equation of the departure from the logged curve.
 
 use super::sensed::Sensed;
-use super::shooting::{self, Shot, shoot};
+use super::shooting::{Shot, is_unresolved, shoot};
 use crate::log::longest_step;
 use crate::machine::{
     Machine, Memory, Motion, SensitivityTape, Sensors, SolveError, States, Trail,
@@ -112,17 +112,16 @@ impl ErrorDynamics {
                 let (starts, middles, ends) = (at(0, 0.0)?, at(1, 0.5)?, at(2, 1.0)?);
                 let nodes = [&starts[..], &middles, &ends];
                 let mut piece = piece(curve, range.clone(), longest, nodes);
-                let stiff = stiff_intervals(curve, range.clone(), longest, nodes);
-                if let Some((intervals, steps)) = stiff {
-                    let on_the_way = |states: &States, share: f64| {
-                        let mut states = states.clone();
-                        let memories = trails.within(&mut states, &intervals, share);
-                        let found =
-                            locals(machine, slopes, columns, &states, &memories, parameters);
+                let unresolved = unresolved(curve, range.clone(), longest, nodes);
+                if !unresolved.is_empty() {
+                    let on_the_way = |places: &[usize], states: &mut States, shares: &[f64]| {
+                        let intervals: Vec<usize> = places.iter().map(|&i| unresolved[i]).collect();
+                        let memories = trails.within(states, &intervals, shares);
+                        let found = locals(machine, slopes, columns, states, &memories, parameters);
                         found.map_err(|error| error.renumbered(|place| intervals[place]))
                     };
-                    let shots = shots(curve, &intervals, steps, hold, on_the_way)?;
-                    piece.shoot(range.start, &intervals, shots, curve);
+                    let shots = shots(curve, &unresolved, hold, on_the_way)?;
+                    piece.shoot(range.start, &unresolved, shots, curve);
                 }
                 Ok(piece)
             })
@@ -246,8 +245,8 @@ impl Trails {
         self.blocks.iter().map(slice).collect()
     }
 
-    /// The same some share of the way into some intervals.
-    fn within(&self, states: &mut States, intervals: &[usize], share: f64) -> Vec<Memory> {
+    /// The same some shares of the way into some intervals.
+    fn within(&self, states: &mut States, intervals: &[usize], share: &[f64]) -> Vec<Memory> {
         states.memory = self.own.within(intervals, share);
         let at = |block: &BlockTrail| match block {
             BlockTrail::Own => states.memory.clone(),
@@ -287,50 +286,59 @@ impl Piece {
     }
 }
 
-/// The intervals in `range` that are stiff, and in how many steps to go through them.
-fn stiff_intervals(
+/// The intervals in `range` that a quadrature along the curve does not resolve.
+fn unresolved(
     curve: &States,
     range: Range<usize>,
     longest: f64,
     [starts, middles, ends]: [&[Local]; 3],
-) -> Option<(Vec<usize>, usize)> {
-    let (mut intervals, mut most) = (Vec::new(), 0);
-    for (i, k) in range.enumerate() {
-        let h = curve.t[k + 1] - curve.t[k];
-        let steps = shooting::steps([&starts[i], &middles[i], &ends[i]], h);
-        if let Some(steps) = steps.filter(|_| h <= longest) {
-            intervals.push(k);
-            most = most.max(steps);
-        }
-    }
-    (!intervals.is_empty()).then_some((intervals, most))
+) -> Vec<usize> {
+    let usual = usual_accelerations(curve);
+    let is_so = |(i, k): &(usize, usize)| {
+        let h = curve.t[k + 1] - curve.t[*k];
+        h <= longest && is_unresolved([&starts[*i], &middles[*i], &ends[*i]], h, &usual)
+    };
+    range.enumerate().filter(is_so).map(|(_, k)| k).collect()
+}
+
+/// Root mean squares of the curve's accelerations.
+fn usual_accelerations(curve: &States) -> Vec<f64> {
+    let change = |v: &Vec<f64>| {
+        let squares = v.windows(2).zip(curve.t.windows(2));
+        let squares = squares.map(|(v, t)| ((v[1] - v[0]) / (t[1] - t[0])).powi(2));
+        (squares.sum::<f64>() / v.len() as f64).sqrt()
+    };
+    curve.v.iter().map(change).collect()
 }
 
 /// Shots over some intervals of the curve.
 fn shots(
     curve: &States,
     intervals: &[usize],
-    steps: usize,
     hold: Hold,
-    local: impl Fn(&States, f64) -> Result<Vec<Local>, SolveError>,
+    local: impl Fn(&[usize], &mut States, &[f64]) -> Result<Vec<Local>, SolveError>,
 ) -> Result<Vec<Shot>, SolveError> {
     let from = curve.pick(intervals);
     let next: Vec<usize> = intervals.iter().map(|k| k + 1).collect();
     let to = curve.pick(&next);
-    shoot(&from, &to, steps, |states, share| {
-        let mut states = states.clone();
-        for (i, t) in states.t.iter_mut().enumerate() {
-            *t = from.t[i] + share * (to.t[i] - from.t[i]);
-        }
-        if hold == Hold::Linear {
-            for (u, (a, b)) in states.u.iter_mut().zip(from.u.iter().zip(&to.u)) {
-                for (i, u) in u.iter_mut().enumerate() {
-                    *u = a[i] + share * (b[i] - a[i]);
+    shoot(
+        &from,
+        &to,
+        &usual_accelerations(curve),
+        |places, states, shares| {
+            let mut states = states.clone();
+            for (at, (&i, &share)) in places.iter().zip(shares).enumerate() {
+                states.t[at] = from.t[i] + share * (to.t[i] - from.t[i]);
+                for (u, (a, b)) in states.u.iter_mut().zip(from.u.iter().zip(&to.u)) {
+                    u[at] = match hold {
+                        Hold::Linear => a[i] + share * (b[i] - a[i]),
+                        Hold::Previous => a[i],
+                    };
                 }
             }
-        }
-        local(&states, share)
-    })
+            local(places, &mut states, shares)
+        },
+    )
 }
 
 fn locals(

@@ -1,22 +1,25 @@
-//! Intervals on which the machine is stiff: shot through in short steps.
+//! Intervals that a quadrature along the curve does not resolve: shot through in short steps.
 //!
 //! Where dry friction holds a light joint, the acceleration changes within one interval by
-//! more than a quadrature along the curve can see, and the curve's own defect says nothing
-//! about where the machine would go. There the machine itself is moved from the curve's state
-//! at the beginning of the interval to its end, by the exponential Rosenbrock–Euler method
-//! (Hochbruck and Ostermann, "Exponential integrators", 2010, section 2.4) with the stiff
-//! part `V = ∂a/∂v` in the exponential:
+//! more than three places on it can tell, and the curve's own defect says nothing about where
+//! the machine would go. There the machine itself is moved from the curve's state at the
+//! beginning of the interval to its end, by an exponential Rosenbrock method of third order
+//! (`exprb32` of Hochbruck and Ostermann, "Exponential integrators", 2010, section 2.4) with
+//! the stiff part `V = ∂a/∂v` in the exponential, in steps as long as their error allows:
 //!
 //! ```text
 //! q ← q + h v + h² φ₂(hV) a        φ₁(z) = (eᶻ − 1)/z
-//! v ← v + h φ₁(hV) a               φ₂(z) = (eᶻ − 1 − z)/z²
+//! v ← v + h φ₁(hV) a + 2 h φ₃(hV) d     φₖ₊₁(z) = (φₖ(z) − 1/k!)/z
 //! ```
+//!
+//! where `d` is the acceleration at the end of the step less `a + V Δv`; what `d` adds is
+//! also taken for the error, and a quarter of it, times `h`, for what it adds to `q`.
 //!
 //! The departure's transition, and what each column adds, go through the same steps.
 
 use super::error_dynamics::{CORRELATION, Local};
 use crate::machine::{SolveError, States};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 /// The departure's equation over one interval.
 pub(super) struct Shot {
@@ -29,68 +32,104 @@ pub(super) struct Shot {
     pub forcing: DMatrix<f64>,
 }
 
-/// `h ‖∂a/∂v‖` beyond which an interval is stiff, and that of one step.
+/// `h ‖∂a/∂v‖` beyond which an interval is stiff.
 const STIFF: f64 = 1.0;
-/// Steps per interval at most.
-const MOST_STEPS: usize = 16;
+/// A quadrature is off, or a step is too long, if its error is this share of what the
+/// accelerations usually do in the interval.
+const ROUGH: f64 = 3e-3;
+const TOLERANCE: f64 = 3e-4;
+/// The shortest step, as a share of the interval.
+const SHORTEST: f64 = 1.0 / 64.0;
 
-/// How many steps an interval of `h` seconds needs by what is seen at some of its places;
-/// none if it is not stiff.
-pub(super) fn steps(places: [&Local; 3], h: f64) -> Option<usize> {
+/// Whether an interval of `h` seconds must be shot through, by what is seen at its beginning,
+/// middle and end; `usual` are the accelerations' root mean squares.
+pub(super) fn is_unresolved([start, middle, end]: [&Local; 3], h: f64, usual: &[f64]) -> bool {
     let rate = |local: &Local| {
         let n = local.slope.nrows();
         local.slope.columns(n, n).amax()
     };
-    let stiffness = h * places.into_iter().map(rate).fold(0.0, f64::max);
-    (stiffness > STIFF).then(|| {
-        let steps = (stiffness / STIFF).min(MOST_STEPS as f64) as usize;
-        steps.next_power_of_two().clamp(2, MOST_STEPS)
-    })
+    let stiff = [start, middle, end]
+        .into_iter()
+        .any(|local| h * rate(local) > STIFF);
+    let bent = |(i, &usual): (usize, &f64)| {
+        let at = |local: &Local| local.acceleration[(i, 0)];
+        (2.0 * at(middle) - at(start) - at(end)).abs() / 3.0 > ROUGH * usual
+    };
+    stiff || usual.iter().enumerate().any(bent)
 }
 
-/// Shoots from the curve's states at `from` (one per interval, in columns) over the
-/// intervals of `h` seconds each, in `steps` steps. `local(states, share)` is told states some
-/// share of the way into the intervals, and says what the machine does there.
+/// A machine on its way through an interval.
+struct Way {
+    shot: Shot,
+    /// How far it is, as a share of the interval, and the next step.
+    share: f64,
+    step: f64,
+    here: Local,
+}
+
+/// Shoots from the curve's states at `from` (one per interval, in columns) to those at `to`.
+/// `local(intervals, states, shares)` says what the machine does in these states, these
+/// shares of the way into the intervals with these numbers. `usual` are the accelerations'
+/// root mean squares.
 ///
 /// # Errors
 /// If the equation of motion has no unique solution on the way.
 pub(super) fn shoot(
     from: &States,
     to: &States,
-    steps: usize,
-    local: impl Fn(&States, f64) -> Result<Vec<Local>, SolveError>,
+    usual: &[f64],
+    local: impl Fn(&[usize], &States, &[f64]) -> Result<Vec<Local>, SolveError>,
 ) -> Result<Vec<Shot>, SolveError> {
-    let n = from.q.len();
+    let (n, count) = (from.q.len(), from.len());
     let mut now = from.clone();
-    let mut shots: Vec<Shot> = Vec::with_capacity(from.len());
-    for step in 0..steps {
-        let share = step as f64 / steps as f64;
-        for (i, local) in local(&now, share)?.iter().enumerate() {
-            let h = (to.t[i] - from.t[i]) / steps as f64;
-            let force = (-(step as f64) * h / CORRELATION).exp();
-            if step == 0 {
-                shots.push(Shot {
-                    motion: DMatrix::identity(2 * n, 2 * n),
-                    pushed: DMatrix::zeros(2 * n, n),
-                    forcing: DMatrix::zeros(2 * n, local.acceleration.ncols()),
-                });
-            }
-            let shot = &mut shots[i];
-            let short = Short::new(local, h);
-            let width = local.acceleration.ncols();
-            shot.motion = &short.motion * &shot.motion;
-            shot.pushed = &short.motion * &shot.pushed;
-            shot.pushed += &short.reach * &local.mobility * force;
-            shot.forcing = &short.motion * &shot.forcing;
-            let added = &short.reach * &local.acceleration;
-            let mut columns = shot.forcing.columns_mut(1, width - 1);
-            columns += added.columns(1, width - 1);
+    let mut active: Vec<usize> = (0..count).collect();
+    let starts = local(&active, from, &vec![0.0; count])?;
+    let mut ways: Vec<Way> = starts.into_iter().map(Way::new).collect();
+    while !active.is_empty() {
+        let shorts: Vec<Short> = active
+            .iter()
+            .map(|&i| Short::new(&ways[i].here, ways[i].step * (to.t[i] - from.t[i])))
+            .collect();
+        let mut there = now.pick(&active);
+        for (place, (&i, short)) in active.iter().zip(&shorts).enumerate() {
+            let added = &short.reach * ways[i].here.acceleration.column(0);
             for j in 0..n {
-                now.q[j][i] += h * now.v[j][i] + added[(j, 0)];
-                now.v[j][i] += added[(n + j, 0)];
+                there.q[j][place] += short.h * now.v[j][i] + added[j];
+                there.v[j][place] += added[n + j];
             }
         }
+        let shares: Vec<f64> = active
+            .iter()
+            .map(|&i| ways[i].share + ways[i].step)
+            .collect();
+        let found = local(&active, &there, &shares)?;
+        for (place, (local, short)) in found.into_iter().zip(&shorts).enumerate() {
+            let i = active[place];
+            let moved = DVector::from_fn(n, |j, _| there.v[j][place] - now.v[j][i]);
+            let way = &mut ways[i];
+            let correction = short.correction(&way.here, &local, &moved);
+            let whole = to.t[i] - from.t[i];
+            let rough = (0..n)
+                .map(|j| {
+                    correction[j].abs() / (TOLERANCE * usual[j] * whole).max(f64::MIN_POSITIVE)
+                })
+                .fold(0.0, f64::max);
+            let next = way.step * 0.8 / rough.cbrt();
+            if rough > 1.0 && way.step > SHORTEST {
+                way.step = next.max(0.1 * way.step).max(SHORTEST);
+                continue;
+            }
+            way.go(short, local, &correction);
+            way.step = next.clamp(0.5 * way.step, 4.0 * way.step).max(SHORTEST);
+            way.step = way.step.min(1.0 - way.share);
+            for j in 0..n {
+                now.q[j][i] = there.q[j][place] + 0.25 * short.h * correction[j];
+                now.v[j][i] = there.v[j][place] + correction[j];
+            }
+        }
+        active.retain(|&i| ways[i].step > 1e-9);
     }
+    let mut shots: Vec<Shot> = ways.into_iter().map(|way| way.shot).collect();
     for (i, shot) in shots.iter_mut().enumerate() {
         for j in 0..n {
             shot.forcing[(j, 0)] = now.q[j][i] - to.q[j][i];
@@ -100,18 +139,58 @@ pub(super) fn shoot(
     Ok(shots)
 }
 
+impl Way {
+    fn new(here: Local) -> Self {
+        let n = here.slope.nrows();
+        Self {
+            shot: Shot {
+                motion: DMatrix::identity(2 * n, 2 * n),
+                pushed: DMatrix::zeros(2 * n, n),
+                forcing: DMatrix::zeros(2 * n, here.acceleration.ncols()),
+            },
+            share: 0.0,
+            step: 1.0,
+            here,
+        }
+    }
+
+    /// Takes a step that ends at `there`, with the velocity corrected.
+    fn go(&mut self, short: &Short, mut there: Local, correction: &DVector<f64>) {
+        let Self { shot, here, .. } = self;
+        let gone = self.share / self.step.max(f64::MIN_POSITIVE) * short.h;
+        let force = (-gone / CORRELATION).exp();
+        let width = here.acceleration.ncols();
+        shot.motion = &short.motion * &shot.motion;
+        shot.pushed = &short.motion * &shot.pushed;
+        shot.pushed += &short.reach * &here.mobility * force;
+        shot.forcing = &short.motion * &shot.forcing;
+        let mut columns = shot.forcing.columns_mut(1, width - 1);
+        columns += &short.reach * here.acceleration.columns(1, width - 1);
+        let n = correction.len();
+        let corrected = there.slope.columns(n, n) * correction;
+        let mut acceleration = there.acceleration.column_mut(0);
+        acceleration += corrected;
+        self.share += self.step;
+        self.here = there;
+    }
+}
+
 /// One short step.
 struct Short {
+    /// Its length, s.
+    h: f64,
     /// `Φ`, `2n×2n`.
     motion: DMatrix<f64>,
     /// What an acceleration adds, `[h² φ₂; h φ₁]`, `2n×n`.
     reach: DMatrix<f64>,
+    /// `φ₃`, `n×n`.
+    bent: DMatrix<f64>,
 }
 
 impl Short {
     fn new(local: &Local, h: f64) -> Self {
         let n = local.slope.nrows();
-        let [phi_0, phi_1, phi_2] = phi(&(local.slope.columns(n, n) * h));
+        let [phi_0, phi_1, phi_2, bent] = phi(&(local.slope.columns(n, n) * h));
         let mut reach = DMatrix::zeros(2 * n, n);
         reach.rows_mut(0, n).copy_from(&(phi_2 * (h * h)));
         reach.rows_mut(n, n).copy_from(&(&phi_1 * h));
@@ -121,30 +200,47 @@ impl Short {
         let by_position = &reach * local.slope.columns(0, n);
         let mut first = motion.columns_mut(0, n);
         first += by_position;
-        Self { motion, reach }
+        Self {
+            h,
+            motion,
+            reach,
+            bent,
+        }
+    }
+
+    /// What the acceleration at the end of a step is beside its tangent adds to the velocity,
+    /// `2 h φ₃(hV) d`.
+    fn correction(&self, here: &Local, there: &Local, moved: &DVector<f64>) -> DVector<f64> {
+        let n = here.slope.nrows();
+        let tangent = here.acceleration.column(0) + here.slope.columns(n, n) * moved;
+        let bent = there.acceleration.column(0) - tangent;
+        &self.bent * bent * (2.0 * self.h)
     }
 }
 
-/// `φ₀ = exp`, `φ₁` and `φ₂` of a matrix: their series for a part of it, doubled by
-/// `φ₂(2z) = (φ₁² + 2 φ₂)/4`, `φ₁(2z) = (φ₀ + 1) φ₁/2`, `φ₀(2z) = φ₀²`.
-fn phi(matrix: &DMatrix<f64>) -> [DMatrix<f64>; 3] {
+/// `φ₀ = exp`, `φ₁`, `φ₂` and `φ₃` of a matrix: their series for a part of it, doubled by
+/// `φ₃(2z) = (φ₁ φ₂ + φ₂ + 2 φ₃)/8`, `φ₂(2z) = (φ₁² + 2 φ₂)/4`, `φ₁(2z) = (φ₀ + 1) φ₁/2` and
+/// `φ₀(2z) = φ₀²`.
+fn phi(matrix: &DMatrix<f64>) -> [DMatrix<f64>; 4] {
     let n = matrix.nrows();
     let one = DMatrix::<f64>::identity(n, n);
     let size = matrix.amax() * n as f64;
     let doublings = (size / SERIES).log2().ceil().clamp(0.0, MOST_DOUBLINGS) as i32;
     let part = matrix * 0.5_f64.powi(doublings);
-    let mut phi_2 = &one / factorial(TERMS + 2);
+    let mut phi_3 = &one / factorial(TERMS + 3);
     for power in (0..TERMS).rev() {
-        phi_2 = &part * phi_2 + &one / factorial(power + 2);
+        phi_3 = &part * phi_3 + &one / factorial(power + 3);
     }
+    let mut phi_2 = &part * &phi_3 + &one * 0.5;
     let mut phi_1 = &part * &phi_2 + &one;
     let mut phi_0 = &part * &phi_1 + &one;
     for _ in 0..doublings {
+        phi_3 = (&phi_1 * &phi_2 + &phi_2 + phi_3 * 2.0) * 0.125;
         phi_2 = (&phi_1 * &phi_1 + phi_2 * 2.0) * 0.25;
         phi_1 = (&phi_0 + &one) * phi_1 * 0.5;
         phi_0 = &phi_0 * &phi_0;
     }
-    [phi_0, phi_1, phi_2]
+    [phi_0, phi_1, phi_2, phi_3]
 }
 
 fn factorial(n: usize) -> f64 {
@@ -163,10 +259,11 @@ mod tests {
     #[test]
     fn phi_functions_are_those_of_the_exponential() {
         let matrix = DMatrix::from_row_slice(2, 2, &[-40.0, 3.0, 1.0, -0.2]);
-        let [phi_0, phi_1, phi_2] = phi(&matrix);
+        let [phi_0, phi_1, phi_2, phi_3] = phi(&matrix);
         let one = DMatrix::identity(2, 2);
         assert!((&phi_0 - matrix.exp()).amax() < 1e-12);
         assert!((&matrix * &phi_1 - (&phi_0 - &one)).amax() < 1e-12);
         assert!((&matrix * &phi_2 - (&phi_1 - &one)).amax() < 1e-12);
+        assert!((&matrix * &phi_3 - (&phi_2 - &one * 0.5)).amax() < 1e-12);
     }
 }

@@ -115,6 +115,29 @@ const SPEEDS: (f64, f64) = (0.01, 1.5);
 const SHAPE_VALUES: [usize; 2] = [5, 3];
 
 impl Dictionary {
+    /// A candidate's parameters as its template calls them.
+    pub fn short_names(&self, candidate: usize) -> Vec<&str> {
+        let Candidate {
+            subject,
+            parameters,
+            ..
+        } = &self.candidates[candidate];
+        let prefix = match subject {
+            Subject::Parameter(_) => String::new(),
+            Subject::Effect { .. } => format!("{}_{}_", subject.name(), subject.on().join("_")),
+        };
+        let whole = |&index: &usize| &self.machine.compiled.model.parameters[index].name;
+        let short =
+            |name: &'_ String| name.len() - name.strip_prefix(&prefix).unwrap_or(name).len();
+        parameters
+            .iter()
+            .map(|index| {
+                let name = whole(index);
+                &name[short(name)..]
+            })
+            .collect()
+    }
+
     /// Writes every effect of `library` at every place into `text` and compiles it.
     /// `overrides` replaces nominal values of the model's own parameters; `ranges`
     /// says where the log goes.

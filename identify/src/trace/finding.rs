@@ -1,6 +1,7 @@
 //! What was found, in words and numbers.
 
-use super::dictionary::Dictionary;
+use super::dictionary::{Dictionary, Subject};
+use super::one_clock::on_one_clock;
 use super::select::{Remaining, Selection, Term};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -50,6 +51,10 @@ pub struct Finding {
     pub effect: String,
     /// The coordinates, inputs or parameters it is about.
     pub on: Vec<String>,
+    /// What each of its statements in the model is about: one, but for a delay that several
+    /// inputs share.
+    #[serde(skip)]
+    pub places: Vec<Vec<String>>,
     /// Its parameters.
     pub parameters: BTreeMap<String, ParameterEstimate>,
     /// Nats by which the log is better explained with it, less its price.
@@ -72,7 +77,9 @@ pub(super) fn something_remains(remaining: &Remaining) -> bool {
 }
 
 /// Judges the outcome of a selection.
-pub(super) fn verdict(dictionary: &Dictionary, selection: &Selection) -> Verdict {
+/// `at_floor`: whether the findings predict data that nothing was fitted to as well as sensor
+/// noise allows.
+pub(super) fn verdict(dictionary: &Dictionary, selection: &Selection, at_floor: bool) -> Verdict {
     let remaining = &selection.remaining;
     let unexplained = something_remains(remaining);
     let about = |test: fn(&super::Candidate) -> bool| {
@@ -87,7 +94,16 @@ pub(super) fn verdict(dictionary: &Dictionary, selection: &Selection) -> Verdict
         } else {
             Verdict::None
         }
-    } else if unexplained && remaining.share_after > MOSTLY_UNEXPLAINED * remaining.share_before {
+    } else if unexplained
+        && !at_floor
+        && remaining.share_after > MOSTLY_UNEXPLAINED * remaining.share_before
+    {
+        Verdict::Unknown
+    } else if selection
+        .terms
+        .iter()
+        .any(|term| is_without_its_mark(dictionary, selection, term))
+    {
         Verdict::Unknown
     } else if about(|c| !c.channel && c.subject.name() != "parameter") {
         Verdict::Effect
@@ -98,44 +114,61 @@ pub(super) fn verdict(dictionary: &Dictionary, selection: &Selection) -> Verdict
     }
 }
 
+/// Whether a shape that gives an effect its name has vanished: LuGre's friction that does
+/// not rise towards standstill is some hysteresis (Dahl's, Bouc's and Wen's, …), and the log
+/// does not say which.
+fn is_without_its_mark(dictionary: &Dictionary, selection: &Selection, term: &Term) -> bool {
+    let candidate = &dictionary.candidates[term.candidate];
+    let Subject::Effect { .. } = candidate.subject else {
+        return false;
+    };
+    let shapes = candidate.parameters.iter();
+    shapes
+        .filter(|p| !candidate.strengths.contains(p))
+        .any(|&index| {
+            let parameter = &dictionary.machine.compiled.model.parameters[index];
+            let estimated = &selection.estimate.parameters;
+            let std = estimated.iter().position(|&p| p == index).map_or(0.0, |i| {
+                selection.estimate.covariance[(i, i)].max(0.0).sqrt()
+            });
+            let vanishes = parameter.lower == 0.0 && dictionary.defaults[index] > 0.0;
+            vanishes && selection.values[index] <= 2.0 * std
+        })
+}
+
 /// The accepted terms as findings, strongest first.
 pub(super) fn findings(dictionary: &Dictionary, selection: &Selection) -> Vec<Finding> {
-    selection
-        .terms
-        .iter()
-        .map(|term| finding(dictionary, selection, term))
-        .collect()
+    let each = |term| finding(dictionary, selection, term);
+    let findings = selection.terms.iter().map(each).collect();
+    on_one_clock(findings, selection.estimate.rows)
 }
 
 fn finding(dictionary: &Dictionary, selection: &Selection, term: &Term) -> Finding {
     let candidate = &dictionary.candidates[term.candidate];
     let model = &dictionary.machine.compiled.model;
-    let prefix = match candidate.subject.name() {
-        "parameter" => String::new(),
-        name => format!("{name}_{}_", candidate.subject.on().join("_")),
-    };
-    let parameters = candidate.parameters.iter().map(|&index| {
-        let parameter = &model.parameters[index];
-        let position = selection
-            .estimate
-            .parameters
-            .iter()
-            .position(|&p| p == index);
-        let std = position.map_or(f64::NAN, |i| selection.estimate.covariance[(i, i)].sqrt());
-        let name = parameter
-            .name
-            .strip_prefix(&prefix)
-            .unwrap_or(&parameter.name);
-        let value = selection.values[index];
-        (
-            name.to_string(),
-            ParameterEstimate {
-                value,
-                std,
-                unit: parameter.unit.clone(),
-            },
-        )
-    });
+    let names = dictionary.short_names(term.candidate);
+    let parameters = candidate
+        .parameters
+        .iter()
+        .zip(names)
+        .map(|(&index, name)| {
+            let parameter = &model.parameters[index];
+            let position = selection
+                .estimate
+                .parameters
+                .iter()
+                .position(|&p| p == index);
+            let std = position.map_or(f64::NAN, |i| selection.estimate.covariance[(i, i)].sqrt());
+            let value = selection.values[index];
+            (
+                name.to_string(),
+                ParameterEstimate {
+                    value,
+                    std,
+                    unit: parameter.unit.clone(),
+                },
+            )
+        });
     let rival = |(subject, evidence): &(super::Subject, f64)| Rival {
         effect: subject.name().to_string(),
         on: subject.on(),
@@ -144,6 +177,7 @@ fn finding(dictionary: &Dictionary, selection: &Selection, term: &Term) -> Findi
     Finding {
         effect: candidate.subject.name().to_string(),
         on: candidate.subject.on(),
+        places: vec![candidate.subject.on()],
         parameters: parameters.collect(),
         evidence: term.evidence,
         confounded_with: term.rivals.iter().map(rival).collect(),

@@ -6,6 +6,7 @@ mod estimate;
 mod finding;
 mod focus;
 mod microscope;
+mod one_clock;
 mod patch;
 mod progress;
 mod refine;

@@ -17,19 +17,21 @@ pub fn patch(text: &str, findings: &[Finding], provenance: &str) -> String {
             if !patched.ends_with('\n') {
                 patched.push('\n');
             }
-            patched.push_str(&effect_lines(finding, &provenance));
+            for place in &finding.places {
+                patched.push_str(&effect_lines(finding, place, &provenance));
+            }
         }
     }
     patched
 }
 
-fn effect_lines(finding: &Finding, provenance: &str) -> String {
+fn effect_lines(finding: &Finding, place: &[String], provenance: &str) -> String {
     let values: Vec<String> = finding
         .parameters
         .iter()
         .map(|(name, p)| format!("{name} = {}", number(p)))
         .collect();
-    let on: Vec<String> = finding.on.iter().map(|name| written_name(name)).collect();
+    let on: Vec<String> = place.iter().map(|name| written_name(name)).collect();
     format!(
         "\n// {provenance}; evidence {:.0} nats.\neffect {}({}) {{ {} }}\n",
         finding.evidence,
@@ -133,6 +135,7 @@ mod tests {
         Finding {
             effect: effect.into(),
             on: vec![on.into()],
+            places: vec![vec![on.into()]],
             parameters: BTreeMap::from([(name.into(), estimate)]),
             evidence: 12.3,
             confounded_with: Vec::new(),

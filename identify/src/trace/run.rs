@@ -157,6 +157,8 @@ pub enum TraceError {
     },
 }
 
+/// An error below this many times the noise floor is the floor.
+const AT_FLOOR: f64 = 1.05;
 /// Fewest samples for learning, and for judging.
 const FEWEST: usize = 50;
 /// Between learning and judging, s.
@@ -204,10 +206,11 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     let observed = &selection.observed;
     let hold = observed.hold;
     let found = findings(&dictionary, &selection);
-    let verdict = verdict(&dictionary, &selection);
     progress.enter(Stage::Judge, &[]);
     let (scores, series) = judge(&dictionary, &selection, &test, request, hold)?;
     let [before, after, noise_floor] = scores;
+    let at_floor = after.acceleration.total < AT_FLOOR * noise_floor.acceleration.total;
+    let verdict = verdict(&dictionary, &selection, at_floor);
     let sources = observed.record.warnings.iter().chain(&test.warnings);
     let mut warnings: Vec<String> = sources.map(ToString::to_string).collect();
     let unnamed = match verdict {
@@ -290,7 +293,7 @@ fn select_with_slow_errors(
     let start = observed.clone();
     let mut best = select(dictionary, observed, free_hold, progress)?;
     let faint = best.remaining.share_after < FAINT_SHARE;
-    if best.terms.is_empty() || !faint || verdict(dictionary, &best) != Verdict::Unknown {
+    if best.terms.is_empty() || !faint || verdict(dictionary, &best, false) != Verdict::Unknown {
         return Ok(best);
     }
     let prediction_error = |selection: &Selection| {

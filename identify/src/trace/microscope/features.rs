@@ -18,8 +18,8 @@ pub(super) enum Feature {
     Position(usize),
     /// Its velocity.
     Velocity(usize),
-    /// Where it has come from lately: `ṗ = v − p/T`. A force that remembers its past, as
-    /// hysteresis does, is a function of it.
+    /// Where it has come from lately, forgotten over a way `r`: `ṗ = v − |v| p/r`. A force
+    /// that remembers its past, as hysteresis does at any speed, is a function of it.
     Past(usize, f64),
     /// An input.
     Input(usize),
@@ -34,21 +34,22 @@ pub(super) struct Motion<'a> {
     pub u: &'a [Vec<f64>],
 }
 
-/// The past is forgotten in one of these many times that the coordinate takes to cross its
-/// range once at its usual speed.
-const MEMORIES: [f64; 3] = [0.1, 0.3, 1.0];
+/// The past is forgotten over these shares of the way that the coordinate usually makes.
+const MEMORIES: [f64; 4] = [0.03, 0.1, 0.3, 1.0];
 
-/// The variables that may matter along a motion. How long the past lasts is taken from it.
-pub(super) fn kinds(motion: &Motion<'_>) -> Vec<Feature> {
+/// The variables that may matter along a motion. Over which way the past is forgotten is
+/// taken from it; `ways` are further ones, by coordinate.
+pub(super) fn kinds(motion: &Motion<'_>, ways: &[(usize, f64)]) -> Vec<Feature> {
     let n = motion.q.len();
     let pasts = |i: usize| {
-        let spread = deviation(&motion.q[i]) / deviation(&motion.v[i]).max(f64::MIN_POSITIVE);
+        let spread = deviation(&motion.q[i]);
         MEMORIES.map(|share| Feature::Past(i, share * spread))
     };
     (0..n)
         .map(Feature::Position)
         .chain((0..n).map(Feature::Velocity))
         .chain((0..n).flat_map(pasts))
+        .chain(ways.iter().map(|&(i, way)| Feature::Past(i, way)))
         .chain((0..motion.u.len()).map(Feature::Input))
         .collect()
 }
@@ -59,7 +60,7 @@ impl Features {
         let column = |kind: &Feature| match *kind {
             Feature::Position(i) => motion.q[i].clone(),
             Feature::Velocity(i) => motion.v[i].clone(),
-            Feature::Past(i, time) => past(motion.t, &motion.v[i], time),
+            Feature::Past(i, way) => past(motion.t, &motion.v[i], way),
             Feature::Input(i) => motion.u[i].clone(),
         };
         Self {
@@ -74,13 +75,16 @@ impl Features {
     }
 }
 
-/// `ṗ = v − p/T` from nothing on, exactly for a velocity that stays; anew after each gap.
-fn past(t: &[f64], v: &[f64], time: f64) -> Vec<f64> {
+/// `ṗ = v − |v| p/r` from nothing on, exactly for a way that goes on in one direction; anew
+/// after each gap.
+fn past(t: &[f64], v: &[f64], way: f64) -> Vec<f64> {
+    let way = way.max(f64::MIN_POSITIVE);
     let mut past = vec![0.0; v.len()];
     for range in segments(t) {
         for k in range.clone().skip(1) {
-            let decay = (-(t[k] - t[k - 1]) / time).exp();
-            past[k] = past[k - 1] * decay + v[k - 1] * time * (1.0 - decay);
+            let step = 0.5 * (v[k] + v[k - 1]) * (t[k] - t[k - 1]);
+            let decay = (-step.abs() / way).exp();
+            past[k] = past[k - 1] * decay + step.signum() * way * (1.0 - decay);
         }
     }
     past
@@ -103,6 +107,6 @@ mod tests {
         let v = vec![2.0; t.len()];
         let past = past(&t, &v, 0.5);
         assert_eq!(past[0], 0.0);
-        assert!((past[999] - 1.0).abs() < 1e-6, "v T");
+        assert!((past[999] - 0.5).abs() < 1e-6, "the way");
     }
 }

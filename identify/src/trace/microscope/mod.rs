@@ -135,7 +135,7 @@ pub(super) fn look(
         v: &observed.curve.v,
         u: &observed.curve.u,
     };
-    let kinds = kinds(&motion);
+    let kinds = kinds(&motion, &remembered_ways(dictionary, selection));
     let features = Features::new(&kinds, &motion);
     let states = savgol_states(test).map_err(ScoreError::from)?;
     let there = Features::new(
@@ -169,6 +169,25 @@ pub(super) fn look(
         recovered: 1.0 - (left.max(0.0) / excess).sqrt(),
         acceleration_after,
     })
+}
+
+/// The ways over which accepted effects forget, by coordinate: the log has said how far
+/// bristles bend, even where it does not say whose they are.
+fn remembered_ways(dictionary: &Dictionary, selection: &Selection) -> Vec<(usize, f64)> {
+    let coordinates = &dictionary.machine.compiled.model.coordinates;
+    let mut ways = Vec::new();
+    for term in &selection.terms {
+        let candidate = &dictionary.candidates[term.candidate];
+        let on = candidate.subject.on();
+        let names = dictionary.short_names(term.candidate);
+        let Some(place) = names.iter().position(|&name| name == "reach") else {
+            continue;
+        };
+        let way = selection.values[candidate.parameters[place]];
+        let of = |c: &&String| coordinates.iter().position(|own| own.name == **c);
+        ways.extend(on.iter().filter_map(|c| of(&c)).map(|i| (i, way)));
+    }
+    ways
 }
 
 /// Mean square of the accelerations that a force on coordinate `i` makes.

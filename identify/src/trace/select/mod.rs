@@ -9,6 +9,7 @@ mod hold;
 mod leaders;
 mod pairs;
 mod search;
+mod simplify;
 
 pub(super) use fitting::{linearised, smooth};
 pub use hold::likelier_hold;
@@ -125,6 +126,10 @@ pub fn select(
         }
     }
     search.enter(Stage::Question);
+    while let Some(simpler) = search.simplified(&search.current, &search.accepted) {
+        search.accepted.clone_from(&simpler.candidates);
+        search.current = simpler;
+    }
     let evidence = search.prune();
     let mut alike = rivals(dictionary, &search.current.explanation, &search.accepted)?;
     if is_part {

@@ -16,11 +16,16 @@ pub(super) const MARGIN: f64 = 3.0;
 /// A term must remove this share of the unexplained variance, where there is any:
 /// otherwise one big effect, slightly misfit, breeds small false ones.
 pub(super) const LEAST_REMOVED: f64 = 0.3;
+/// Unless it makes the log this many nats per reading more likely: a model so far off that
+/// even forces do not make up for it says little about their size.
+const LEAP: f64 = 0.05;
 /// Unexplained variance below this many times the smallest is none.
 pub(super) const NO_EXCESS: f64 = 3.0;
 /// Share of the unexplained force, and steps, with which a fit is tried once more.
 const SHARPER: f64 = 0.1;
 const SHARP_STEPS: usize = 4;
+/// How many other shapes are tried where the best one leads nowhere.
+const OTHER_SHAPES: usize = 4;
 /// How often at most.
 const SHARPENINGS: usize = 3;
 
@@ -84,7 +89,7 @@ impl Search<'_> {
         // A candidate under which the machine cannot move is no explanation.
         let tried = leaders
             .into_par_iter()
-            .map(|leader| self.attempt(&[leader]).ok());
+            .map(|leader| self.attempt_in_some_shape(leader).ok());
         let mut tried: Vec<Attempt> = tried.collect::<Vec<_>>().into_iter().flatten().collect();
         tried.extend(self.swaps(&considered));
         tried.retain(|attempt| self.is_possible(attempt) && self.earns(attempt));
@@ -110,6 +115,9 @@ impl Search<'_> {
             None => whole,
         };
         let chosen = self.sharpened(chosen);
+        let is_new = |c: &usize| !self.accepted.contains(c);
+        let new: Vec<usize> = chosen.candidates.iter().copied().filter(is_new).collect();
+        let chosen = self.simplified(&chosen, &new).unwrap_or(chosen);
         let both = self.at_once(&screen, &chosen, &considered);
         let both = both.map(|both| self.sharpened(both));
         Ok((considered, Some(both.unwrap_or(chosen))))
@@ -123,8 +131,11 @@ impl Search<'_> {
             attempt.estimate.unexplained,
         );
         let something = before > NO_EXCESS * SMALLEST_SHARE * SMALLEST_SHARE;
+        let leap = LEAP * attempt.estimate.rows as f64;
         attempt.cost + search_price + MARGIN < self.current.cost
-            && (!something || after < (1.0 - LEAST_REMOVED) * before)
+            && (!something
+                || after < (1.0 - LEAST_REMOVED) * before
+                || attempt.cost + leap < self.current.cost)
     }
 
     /// Whether every new strength has left its default, and no bound of nature was hit.
@@ -144,6 +155,22 @@ impl Search<'_> {
             };
             candidate.strengths.iter().any(inside)
         })
+    }
+
+    /// The same with one more; where its best shape leads nowhere, in its other ones.
+    fn attempt_in_some_shape(&self, leader: &Considered) -> Result<Attempt, SolveError> {
+        let best = self.attempt(&[leader]);
+        let leads = |a: &Attempt| a.cost < self.current.cost;
+        if best.as_ref().is_ok_and(leads) {
+            return best;
+        }
+        let others = leader.other_shapes.par_iter().take(OTHER_SHAPES);
+        let others = others.map(|shape| self.attempt(&[shape]).ok());
+        let others: Vec<Option<Attempt>> = others.collect();
+        let others = others.into_iter().flatten().filter(leads);
+        others
+            .min_by(|a, b| a.cost.total_cmp(&b.cost))
+            .map_or(best, Ok)
     }
 
     /// The accepted terms and some more, fitted together.
@@ -251,7 +278,7 @@ impl Search<'_> {
     }
 }
 
-fn reset(dictionary: &Dictionary, explanation: &mut Explanation, candidate: usize) {
+pub(super) fn reset(dictionary: &Dictionary, explanation: &mut Explanation, candidate: usize) {
     let Candidate { parameters, .. } = &dictionary.candidates[candidate];
     for &parameter in parameters {
         explanation.values[parameter] = dictionary.defaults[parameter];

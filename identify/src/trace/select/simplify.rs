@@ -1,0 +1,93 @@
+//! Simple effects in the stead of rich ones that the log does not need.
+//!
+//! A rich effect finds its way where a simple one gets stuck, and one that was rich enough
+//! while another was missing may be too rich beside it. What both call by the same name
+//! begins where the rich one has ended.
+
+use super::TIE;
+use super::fitting::fit;
+use super::search::{Attempt, Search, reset};
+use rayon::prelude::*;
+
+impl Search<'_> {
+    /// The attempt with one of `terms` made simpler, if that explains the log as well.
+    pub(super) fn simplified(&self, attempt: &Attempt, terms: &[usize]) -> Option<Attempt> {
+        let stead = |&term: &usize| {
+            self.simpler(term, attempt)
+                .into_iter()
+                .map(move |simple| (term, simple))
+        };
+        let steads: Vec<(usize, Vec<usize>)> = terms.iter().flat_map(stead).collect();
+        let tried = steads.par_iter().map(|(rich, simple)| {
+            let mut explanation = attempt.explanation.clone();
+            reset(self.dictionary, &mut explanation, *rich);
+            for &candidate in simple {
+                for (parameter, value) in self.inherited(candidate, *rich, attempt) {
+                    explanation.values[parameter] = value;
+                }
+            }
+            let others = attempt.candidates.iter().copied().filter(|c| c != rich);
+            let candidates: Vec<usize> = others.chain(simple.iter().copied()).collect();
+            // Under which the machine cannot move, it is no explanation.
+            fit(self.dictionary, &candidates, explanation).ok()
+        });
+        let tried: Vec<Option<Attempt>> = tried.collect();
+        let possible = tried
+            .into_iter()
+            .flatten()
+            .filter(|simple| simple.cost < attempt.cost + TIE && self.is_possible(simple));
+        possible.min_by(|a, b| {
+            let size = |a: &Attempt| a.estimate.parameters.len();
+            size(a).cmp(&size(b)).then(a.cost.total_cmp(&b.cost))
+        })
+    }
+
+    /// Candidates at the place of `rich` that have fewer parameters and share some of its;
+    /// and two at a time that share all.
+    fn simpler(&self, rich: usize, attempt: &Attempt) -> Vec<Vec<usize>> {
+        let candidates = &self.dictionary.candidates;
+        let on = candidates[rich].subject.on();
+        let names = self.dictionary.short_names(rich);
+        let relatives: Vec<usize> = (0..candidates.len())
+            .filter(|&c| !attempt.candidates.contains(&c))
+            .filter(|&c| candidates[c].size() < candidates[rich].size())
+            .filter(|&c| candidates[c].channel == candidates[rich].channel)
+            .filter(|&c| candidates[c].subject.on() == on)
+            .filter(|&c| {
+                let own = self.dictionary.short_names(c);
+                own.iter().any(|name| names.contains(name))
+            })
+            .collect();
+        let mut found: Vec<Vec<usize>> = relatives.iter().map(|&c| vec![c]).collect();
+        let is_part = |c: &usize| {
+            let mut own = self.dictionary.short_names(*c).into_iter();
+            own.all(|name| names.contains(&name))
+        };
+        let parts: Vec<usize> = relatives.into_iter().filter(is_part).collect();
+        for (i, &a) in parts.iter().enumerate() {
+            for &b in &parts[i + 1..] {
+                if candidates[a].size() + candidates[b].size() < candidates[rich].size() {
+                    found.push(vec![a, b]);
+                }
+            }
+        }
+        found
+    }
+
+    /// Where a candidate begins in the stead of `rich`: what both have in common as it is
+    /// there, the rest as it was beside the model as given.
+    fn inherited(&self, candidate: usize, rich: usize, attempt: &Attempt) -> Vec<(usize, f64)> {
+        let afresh = self.first_round.iter().find(|c| c.candidate == candidate);
+        let mut values = afresh.map_or_else(Vec::new, |c| c.values.clone());
+        let names = self.dictionary.short_names(rich);
+        let theirs = &self.dictionary.candidates[rich].parameters;
+        let own = self.dictionary.short_names(candidate);
+        let places = &self.dictionary.candidates[candidate].parameters;
+        for (name, &parameter) in own.iter().zip(places) {
+            if let Some(position) = names.iter().position(|n| n == name) {
+                values.push((parameter, attempt.explanation.values[theirs[position]]));
+            }
+        }
+        values
+    }
+}
