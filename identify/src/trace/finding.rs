@@ -76,9 +76,8 @@ pub(super) fn something_remains(remaining: &Remaining) -> bool {
     remaining.evidence > REMARKABLE_EVIDENCE && remaining.share_after > REMARKABLE_SHARE
 }
 
-/// Judges the outcome of a selection.
-/// `at_floor`: whether the findings predict data that nothing was fitted to as well as sensor
-/// noise allows.
+/// Judges the outcome of a selection. `at_floor` says whether its findings predict data that
+/// nothing was fitted to as well as sensor noise allows.
 pub(super) fn verdict(dictionary: &Dictionary, selection: &Selection, at_floor: bool) -> Verdict {
     let remaining = &selection.remaining;
     let unexplained = something_remains(remaining);
@@ -88,22 +87,15 @@ pub(super) fn verdict(dictionary: &Dictionary, selection: &Selection, at_floor: 
             .iter()
             .any(|term| test(&dictionary.candidates[term.candidate]))
     };
+    let mostly = remaining.share_after > MOSTLY_UNEXPLAINED * remaining.share_before;
+    let nameless = |term| is_without_its_mark(dictionary, selection, term);
     if selection.terms.is_empty() {
         if unexplained {
             Verdict::Unknown
         } else {
             Verdict::None
         }
-    } else if unexplained
-        && !at_floor
-        && remaining.share_after > MOSTLY_UNEXPLAINED * remaining.share_before
-    {
-        Verdict::Unknown
-    } else if selection
-        .terms
-        .iter()
-        .any(|term| is_without_its_mark(dictionary, selection, term))
-    {
+    } else if unexplained && !at_floor && mostly || selection.terms.iter().any(nameless) {
         Verdict::Unknown
     } else if about(|c| !c.channel && c.subject.name() != "parameter") {
         Verdict::Effect
