@@ -36,7 +36,7 @@ pub(super) struct Shot {
 const STIFF: f64 = 1.0;
 /// A quadrature is off, or a step is too long, if its error is this share of what the
 /// accelerations usually do in the interval.
-const ROUGH: f64 = 3e-3;
+const ROUGH: f64 = 2e-2;
 const TOLERANCE: f64 = 3e-4;
 /// The shortest step, as a share of the interval.
 const SHORTEST: f64 = 1.0 / 64.0;
