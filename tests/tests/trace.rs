@@ -114,6 +114,38 @@ fn a_drive_that_delivers_less_than_commanded() {
 }
 
 #[test]
+fn one_delay_in_front_of_both_drives() {
+    let outcome = machine("duffing_free", "o08_duffing");
+    assert_eq!(outcome.verdict, Verdict::Channel);
+    let [finding] = &outcome.findings[..] else {
+        panic!("{:#?}", outcome.findings);
+    };
+    assert_eq!(finding.effect, "input_delay");
+    assert_eq!(finding.on, ["x1", "x2"]);
+    assert!((finding.parameters.values().next().unwrap().value - 0.04).abs() < 0.002);
+    assert!(outcome.after.acceleration.total < 1.1 * 0.0216);
+    let patched =
+        dynamics_codegen::compile("patched", &outcome.patched_model, &Library::builtin()).unwrap();
+    assert_eq!(patched.model.effects.len(), 2, "one for each input");
+}
+
+#[test]
+fn a_hysteresis_that_no_effect_names() {
+    let outcome = machine("duffing_constrained", "o11_duffing");
+    assert_eq!(outcome.verdict, Verdict::Unknown);
+    let model = "models/duffing_constrained.model";
+    let model = std::fs::read_to_string(format!("{ROOT}/../{model}")).unwrap();
+    assert_eq!(outcome.patched_model, model, "no name, no patch");
+    let unnamed = outcome.unnamed.expect("a description");
+    let [force, ..] = &unnamed.forces[..] else {
+        panic!("{unnamed:#?}");
+    };
+    assert_eq!(force.coordinate, "x2");
+    assert!(force.remembers && force.dissipation > 0.3, "{force:#?}");
+    assert!(unnamed.recovered > 0.7, "{}", unnamed.recovered);
+}
+
+#[test]
 fn a_machine_that_is_as_its_model_says() {
     let outcome = machine("cartpole", "o06_cartpole");
     assert_eq!(outcome.verdict, Verdict::None);

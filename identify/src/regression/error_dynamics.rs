@@ -66,9 +66,9 @@ pub(super) struct Local {
     /// `P`
     pub mobility: DMatrix<f64>,
     /// `I − P M`, where there are constraints.
-    forbidden: Option<DMatrix<f64>>,
+    pub forbidden: Option<DMatrix<f64>>,
     /// Sum of squares of the forces that balance here.
-    force: DVector<f64>,
+    pub force: DVector<f64>,
 }
 
 /// How long a force that nothing explains is thought to last, s.

@@ -266,4 +266,67 @@ mod tests {
         assert!((&matrix * &phi_2 - (&phi_1 - &one)).amax() < 1e-12);
         assert!((&matrix * &phi_3 - (&phi_2 - &one * 0.5)).amax() < 1e-12);
     }
+
+    const U: f64 = 0.3;
+    const F: f64 = 0.5;
+    const V_S: f64 = 0.02;
+    const MASS: f64 = 0.004;
+
+    fn acceleration(v: f64) -> f64 {
+        (U - F * (v / V_S).tanh()) / MASS
+    }
+
+    /// A light body that dry friction brings to a stop within one interval of 5 ms.
+    fn shot_from(q: f64, v: f64) -> Shot {
+        let states = |t: f64, q: f64, v: f64| States {
+            t: vec![t],
+            q: vec![vec![q]],
+            v: vec![vec![v]],
+            ..States::default()
+        };
+        let local = |_: &[usize], states: &States, _: &[f64]| {
+            let v = states.v[0][0];
+            let slope = -F / (MASS * V_S) * (1.0 - (v / V_S).tanh().powi(2));
+            Ok(vec![Local {
+                acceleration: DMatrix::from_row_slice(1, 2, &[acceleration(v), 1.0 / MASS]),
+                slope: DMatrix::from_row_slice(1, 2, &[0.0, slope]),
+                mobility: DMatrix::from_element(1, 1, 1.0 / MASS),
+                forbidden: None,
+                force: DVector::zeros(1),
+            }])
+        };
+        let (from, to) = (states(0.0, q, v), states(5e-3, 0.0, 0.0));
+        shoot(&from, &to, &[50.0], local).unwrap().remove(0)
+    }
+
+    #[test]
+    fn a_body_that_friction_stops_ends_where_short_steps_take_it() {
+        let (mut q, mut v) = (0.1, 0.15);
+        let h = 5e-3 / 100_000.0;
+        for _ in 0..100_000 {
+            let middle = v + 0.5 * h * acceleration(v);
+            q += h * middle;
+            v += h * acceleration(middle);
+        }
+        let shot = shot_from(0.1, 0.15);
+        assert!(
+            (shot.forcing[(0, 0)] - q).abs() < 2e-6,
+            "{} {q}",
+            shot.forcing[(0, 0)]
+        );
+        assert!(
+            (shot.forcing[(1, 0)] - v).abs() < 1e-4,
+            "{} {v}",
+            shot.forcing[(1, 0)]
+        );
+    }
+
+    #[test]
+    fn its_transition_is_the_slope_of_where_it_ends() {
+        let shot = shot_from(0.1, 0.15);
+        let ends = [1e-4, -1e-4].map(|change| shot_from(0.1, 0.15 + change).forcing);
+        let slope = (&ends[0] - &ends[1]) / 2e-4;
+        assert!((slope[(0, 0)] - shot.motion[(0, 1)]).abs() < 0.05 * shot.motion[(0, 1)].abs());
+        assert!((slope[(1, 0)] - shot.motion[(1, 1)]).abs() < 0.01);
+    }
 }
