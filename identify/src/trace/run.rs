@@ -157,6 +157,8 @@ pub enum TraceError {
     },
 }
 
+/// An error above this many times that of the model as given is worse.
+const WORSE: f64 = 1.1;
 /// An error below this many times the noise floor is the floor.
 const AT_FLOOR: f64 = 1.05;
 /// Fewest samples for learning, and for judging.
@@ -210,7 +212,13 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     let (scores, series) = judge(&dictionary, &selection, &test, request, hold)?;
     let [before, after, noise_floor] = scores;
     let at_floor = after.acceleration.total < AT_FLOOR * noise_floor.acceleration.total;
-    let verdict = verdict(&dictionary, &selection, at_floor);
+    // What predicts worse than the model as given explains nothing, whatever its evidence.
+    let worse = after.acceleration.total > WORSE * before.acceleration.total;
+    let verdict = if worse {
+        Verdict::Unknown
+    } else {
+        verdict(&dictionary, &selection, at_floor)
+    };
     let sources = observed.record.warnings.iter().chain(&test.warnings);
     let mut warnings: Vec<String> = sources.map(ToString::to_string).collect();
     let unnamed = match verdict {
