@@ -212,8 +212,10 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     let (scores, series) = judge(&dictionary, &selection, &test, request, hold)?;
     let [before, after, noise_floor] = scores;
     let at_floor = after.acceleration.total < AT_FLOOR * noise_floor.acceleration.total;
-    // What predicts worse than the model as given explains nothing, whatever its evidence.
-    let worse = after.acceleration.total > WORSE * before.acceleration.total;
+    // What predicts worse than the model as given explains nothing, whatever its evidence. Both
+    // measures must say so: where little moves, accelerations are mostly the filter's corners.
+    let worse = after.acceleration.total > WORSE * before.acceleration.total
+        && after.rollout.errors.total > before.rollout.errors.total;
     let verdict = if worse {
         Verdict::Unknown
     } else {
