@@ -5,6 +5,7 @@ use super::columns::Columns;
 use super::frame::Frame;
 use crate::log::Record;
 use crate::machine::{Machine, States};
+use crate::regression::Band;
 use crate::smooth::smooth;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -13,55 +14,6 @@ use rayon::prelude::*;
 pub(super) const BLOCKS: usize = 12;
 /// More equations than this say no more.
 const MOST_SAMPLES: usize = 20_000;
-
-/// The band in which accelerations are known: forces outside it cannot be explained, and
-/// both sides of the equation are limited to it by the same window, without phase.
-#[derive(Debug, Clone)]
-struct Band {
-    window: Vec<f64>,
-    stride: usize,
-}
-
-impl Band {
-    /// For motion that answers within `response` s, at samples `step` s apart.
-    fn new(response: f64, step: f64, samples: usize) -> Self {
-        let half = if step > 0.0 {
-            (response / step).round() as usize
-        } else {
-            0
-        };
-        let half = half.min(samples / 20);
-        let length = 2 * half + 1;
-        let hann = |k: usize| {
-            let phase = (k + 1) as f64 / (length + 1) as f64;
-            1.0 - (2.0 * std::f64::consts::PI * phase).cos()
-        };
-        let window: Vec<f64> = (0..length).map(hann).collect();
-        let sum: f64 = window.iter().sum();
-        Self {
-            window: window.iter().map(|w| w / sum).collect(),
-            // Four samples per window keep what it lets pass.
-            stride: (length / 4).max(samples.div_ceil(MOST_SAMPLES)).max(1),
-        }
-    }
-
-    /// The mean under the window around every `stride`-th sample; at the ends, of what
-    /// there is.
-    fn limit(&self, values: &[f64]) -> Vec<f64> {
-        let half = self.window.len() / 2;
-        (0..values.len())
-            .step_by(self.stride)
-            .map(|center| {
-                let first = center.saturating_sub(half);
-                let last = (center + half).min(values.len() - 1);
-                let weights = &self.window[first + half - center..=last + half - center];
-                let sum: f64 = weights.iter().sum();
-                let pairs = weights.iter().zip(&values[first..=last]);
-                pairs.map(|(w, x)| w * x).sum::<f64>() / sum
-            })
-            .collect()
-    }
-}
 
 /// `r = X x` along a log.
 #[derive(Debug, Clone)]
@@ -129,13 +81,18 @@ impl Equations {
         let columns = columns.along(machine, &states, parameters, &a, &fastest);
         let step = record.step();
         let response = smoothed.iter().map(|s| s.smoother.response(step));
-        let band = Band::new(response.fold(0.0, f64::max), step, record.len());
+        let band = Band::new(
+            response.fold(0.0, f64::max),
+            step,
+            record.len(),
+            MOST_SAMPLES,
+        );
         let residual: Vec<Vec<f64>> = residual.iter().map(|r| band.limit(r)).collect();
         let columns: Vec<Vec<Vec<f64>>> = (columns.par_iter())
             .map(|column| column.iter().map(|c| band.limit(c)).collect())
             .collect();
         let frame = Frame::new(n, free.iter());
-        let free = (free.iter().step_by(band.stride))
+        let free = (free.iter().step_by(band.stride()))
             .map(|a| frame.at(a))
             .collect();
         let mut equations = Self {

@@ -266,11 +266,25 @@ impl Machine {
         hold: Hold,
         parameters: &[f64],
     ) -> Result<States, SolveError> {
+        self.remember_for(curve, hold, parameters, None)
+    }
+
+    /// As [`Machine::remember`], with the slopes that `tape` asks for.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn remember_for(
+        &self,
+        curve: &States,
+        hold: Hold,
+        parameters: &[f64],
+        tape: Option<&SensitivityTape>,
+    ) -> Result<States, SolveError> {
         let mut all = curve.clone();
         if !self.remembers() || curve.len() < 2 {
             return Ok(self.completed(curve, parameters).unwrap_or(all));
         }
-        let trail = self.trail(curve, hold, parameters, None)?;
+        let trail = self.trail(curve, hold, parameters, tape)?;
         let last = curve.len() - 2;
         let extend = |columns: &[Vec<f64>], ends: &[Vec<f64>]| -> Vec<Vec<f64>> {
             let pairs = columns.iter().zip(ends);
@@ -283,7 +297,7 @@ impl Machine {
             delayed: extend(&start.delayed, &end.delayed),
             delay_rate: extend(&start.delay_rate, &end.delay_rate),
             z: extend(&start.z, &end.z),
-            slopes: Vec::new(),
+            slopes: extend(&start.slopes, &end.slopes),
         };
         Ok(all)
     }

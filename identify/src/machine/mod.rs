@@ -307,22 +307,10 @@ impl SensitivityTape {
         let (n, m) = motions.first().map_or((0, 0), |motion| {
             (motion.acceleration.len(), motion.multiplier.len())
         });
-        let extra: Vec<Vec<f64>> = (0..n)
-            .map(|i| {
-                motions
-                    .iter()
-                    .map(|motion| motion.acceleration[i])
-                    .collect()
-            })
-            .chain((0..m).map(|k| motions.iter().map(|motion| motion.multiplier[k]).collect()))
-            .collect();
-        let count = self.slopes.as_ref().map_or(0, |slopes| slopes.states.len());
-        let past = columns_with_slopes(states, parameters, count);
-        let own = past.len() - states.memory.delay_rate.len() - count;
-        let mut columns = past[..own].to_vec();
-        columns.extend(extra.iter().map(|column| Column::Each(column)));
-        columns.extend(&past[own..]);
-        let values = self.tape.evaluate_all(&columns, states.len());
+        let accelerations = (0..n).map(|i| motions.iter().map(|m| m.acceleration[i]).collect());
+        let multipliers = (0..m).map(|k| motions.iter().map(|m| m.multiplier[k]).collect());
+        let solved: Vec<Vec<f64>> = accelerations.chain(multipliers).collect();
+        let values = self.residuals(states, parameters, &solved);
         motions
             .iter()
             .enumerate()
@@ -334,5 +322,23 @@ impl SensitivityTape {
                 motion.factorisation.solve(&force, &bias)
             })
             .collect()
+    }
+
+    /// `∂[R; S]/∂s` at every state where `solved` are accelerations and multipliers, one
+    /// column each: one column per variable and row, the rows of a variable together. The
+    /// mass matrix need not be regular.
+    pub fn residuals(
+        &self,
+        states: &States,
+        parameters: &[f64],
+        solved: &[Vec<f64>],
+    ) -> Vec<Vec<f64>> {
+        let count = self.slopes.as_ref().map_or(0, |slopes| slopes.states.len());
+        let past = columns_with_slopes(states, parameters, count);
+        let own = past.len() - states.memory.delay_rate.len() - count;
+        let mut columns = past[..own].to_vec();
+        columns.extend(solved.iter().map(|column| Column::Each(column)));
+        columns.extend(&past[own..]);
+        self.tape.evaluate_all(&columns, states.len())
     }
 }

@@ -91,6 +91,22 @@ impl Gram {
         }
     }
 
+    /// The same with some columns only, in this order.
+    #[must_use]
+    pub fn part(&self, columns: &[usize]) -> Self {
+        let order: Vec<usize> = std::iter::once(0)
+            .chain(columns.iter().map(|j| j + 1))
+            .collect();
+        let size = order.len();
+        let cut =
+            |gram: &DMatrix<f64>| DMatrix::from_fn(size, size, |i, j| gram[(order[i], order[j])]);
+        Self {
+            total: cut(&self.total),
+            blocks: self.blocks.iter().map(cut).collect(),
+            rows: self.rows,
+        }
+    }
+
     /// How many rows there were.
     pub fn rows(&self) -> usize {
         self.rows
@@ -154,6 +170,14 @@ impl Gram {
             }
         }
         (seen >= 0.5 * all).then_some(gain)
+    }
+
+    /// Per block, the coefficients of all columns by what is outside it.
+    pub fn fits_without_block(&self) -> Vec<DVector<f64>> {
+        let columns: Vec<usize> = (0..self.total.ncols() - 1).collect();
+        let rest = self.blocks.iter().map(|block| &self.total - block);
+        rest.map(|rest| fit(&rest, &columns, RIDGE).coefficients)
+            .collect()
     }
 
     /// What is left of the log when a block and its neighbours are held out.

@@ -12,6 +12,7 @@
 //! acceleration needed, constraint forces never enter.
 
 mod adjoint;
+mod band;
 mod error_dynamics;
 mod gram;
 mod innovations;
@@ -20,6 +21,7 @@ mod shooting;
 mod whitener;
 
 pub use adjoint::NoiseEvidence;
+pub(crate) use band::Band;
 pub use error_dynamics::{CORRELATION, Columns, ErrorDynamics, Hold};
 pub use gram::{BLOCKS, Fit, Gram, INVISIBLE};
 pub use innovations::Innovation;

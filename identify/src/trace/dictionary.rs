@@ -10,7 +10,8 @@ use super::focus::Focuses;
 use crate::machine::{Machine, SensitivityTape, Sensors};
 use dynamics_codegen::derive::Variable;
 use dynamics_codegen::dimension::Dimension;
-use dynamics_codegen::graph::ExprId;
+use dynamics_codegen::graph::{ExprId, SymbolId};
+use dynamics_codegen::model::Parameter;
 use dynamics_codegen::syntax::{PortKind, written_name};
 use dynamics_codegen::{Library, Report, compile};
 use std::collections::{BTreeMap, HashMap};
@@ -94,6 +95,20 @@ pub struct Dictionary {
     pub defaults: Vec<f64>,
     /// Models with some of the candidates.
     pub(super) focuses: Focuses,
+}
+
+/// What a parameter of an effect does when it alone leaves its default.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Role {
+    /// It changes the motion at once.
+    Strength,
+    /// It changes the motion, but not to first order, as a centre of mass that leaves an axis:
+    /// nothing to begin with, and nothing to be chosen freely.
+    Curved,
+    /// It changes what strengths do, once they have left theirs.
+    Shape,
+    /// It changes nothing, whatever the others are.
+    Inert,
 }
 
 /// Where a log goes.
@@ -219,27 +234,30 @@ impl Dictionary {
     /// everywhere, as by an offset out of the plane of a planar machine, the parameter is
     /// nothing to be found.
     fn find_shapes(&mut self, ranges: &Ranges) {
-        let (active, inert) = self.active_at_defaults();
+        let roles = self.roles();
         let mut candidates = std::mem::take(&mut self.candidates);
         for candidate in &mut candidates {
             if let Subject::Parameter(_) = candidate.subject {
                 continue;
             }
-            candidate.parameters.retain(|&index| !inert[index]);
+            candidate
+                .parameters
+                .retain(|&index| roles[index] != Role::Inert);
             let inactive = candidate
                 .parameters
                 .iter()
-                .filter(|&&index| !active[index])
+                .filter(|&&index| roles[index] == Role::Shape)
                 .count();
             let count = SHAPE_VALUES[usize::from(inactive > 1)];
             candidate.strengths = candidate
                 .parameters
                 .iter()
                 .copied()
-                .filter(|&index| active[index])
+                .filter(|&index| roles[index] == Role::Strength)
                 .collect();
             let mut shapes: Vec<Vec<(usize, f64)>> = vec![Vec::new()];
-            for &index in candidate.parameters.iter().filter(|&&index| !active[index]) {
+            let of_shape = |&&index: &&usize| roles[index] == Role::Shape;
+            for &index in candidate.parameters.iter().filter(of_shape) {
                 shapes = shapes
                     .iter()
                     .flat_map(|shape| {
@@ -285,9 +303,8 @@ impl Dictionary {
         with.flat_map(|c| c.strengths.iter().copied())
     }
 
-    /// Per parameter: whether the equation of motion changes when it alone leaves
-    /// its default, and whether it never does.
-    fn active_at_defaults(&self) -> (Vec<bool>, Vec<bool>) {
+    /// What each parameter does when it leaves its default.
+    fn roles(&self) -> Vec<Role> {
         let compiled = &self.machine.compiled;
         let mut model = compiled.model.clone();
         let mut outputs = compiled.system.force.clone();
@@ -304,16 +321,28 @@ impl Dictionary {
         for (parameter, &value) in parameters.iter().zip(&self.defaults) {
             replacements.insert(parameter.symbol, model.graph.constant(value));
         }
-        parameters
-            .iter()
-            .map(|parameter| {
-                let seeds = model.parameter_seeds(parameter.symbol);
-                let slopes = model.graph.directional(&outputs, &seeds);
-                let at_defaults = model.graph.substitute(&slopes, &replacements);
-                let some = |slopes: &[ExprId]| slopes.iter().any(|&s| !model.graph.is_zero(s));
-                (some(&at_defaults[..moving]), !some(&slopes))
-            })
-            .unzip()
+        let role = |parameter: &Parameter| {
+            let seeds = model.parameter_seeds(parameter.symbol);
+            let slopes = model.graph.directional(&outputs, &seeds);
+            let mut some = |replacements: &HashMap<SymbolId, ExprId>| {
+                let slopes = model.graph.substitute(&slopes[..moving], replacements);
+                slopes.iter().any(|&s| !model.graph.is_zero(s))
+            };
+            if some(&replacements) {
+                return Role::Strength;
+            }
+            let mut alone = replacements.clone();
+            alone.remove(&parameter.symbol);
+            if some(&alone) {
+                return Role::Curved;
+            }
+            if slopes.iter().any(|&s| !model.graph.is_zero(s)) {
+                Role::Shape
+            } else {
+                Role::Inert
+            }
+        };
+        parameters.iter().map(role).collect()
     }
 
     /// Where to look for the value of a shape parameter.

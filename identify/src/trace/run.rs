@@ -4,6 +4,7 @@ use super::corrected::corrected;
 use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use super::finding::{Finding, Verdict, findings, verdict};
+use super::forces;
 use super::microscope::{Unnamed, look};
 use super::patch::patch;
 use super::progress::{Progress, Stage};
@@ -59,11 +60,24 @@ pub struct Split {
     pub method: String,
 }
 
+/// What effects were found in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Basis {
+    /// Motion as it follows from inputs: what explains it leaves sensor noise.
+    Motion,
+    /// The balance of measured forces: many effects at once, or a model that cannot move as
+    /// given. Other forces remain.
+    Forces,
+}
+
 /// What was found.
 #[derive(Debug, Clone, Serialize)]
 pub struct Outcome {
     /// What kind of error the model has.
     pub verdict: Verdict,
+    /// What effects were found in.
+    pub basis: Basis,
     /// What it lacks, strongest first.
     pub findings: Vec<Finding>,
     /// Errors on data that neither fitting nor selection saw, of the model as given.
@@ -199,27 +213,45 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     let located = |source: SolveError| locate(source, &times);
     check_constraints(&dictionary, &observed)?;
     progress.enter(Stage::Fit, &[]);
-    if request.hold.is_none() {
-        observed.hold = likelier_hold(&dictionary, &observed).map_err(located)?;
-    }
-    let selection =
-        select_with_slow_errors(&dictionary, observed, request.hold.is_none(), progress)
-            .map_err(located)?;
+    let immobile = is_immobile(&dictionary, &observed);
+    let by_forces = forces::learn(&dictionary, &observed, immobile)?;
+    let basis = match by_forces {
+        Some(_) => Basis::Forces,
+        None => Basis::Motion,
+    };
+    let selection = match by_forces {
+        Some(selection) => selection,
+        None => {
+            if request.hold.is_none() {
+                observed.hold = likelier_hold(&dictionary, &observed).map_err(located)?;
+            }
+            select_with_slow_errors(&dictionary, observed, request.hold.is_none(), progress)
+                .map_err(located)?
+        }
+    };
     let observed = &selection.observed;
     let hold = observed.hold;
     let found = findings(&dictionary, &selection);
     progress.enter(Stage::Judge, &[]);
-    let (scores, series) = judge(&dictionary, &selection, &test, request, hold)?;
+    let (scores, series) = match basis {
+        Basis::Forces => forces::judge(&dictionary, &selection, &test, request, hold)?,
+        Basis::Motion => judge(&dictionary, &selection, &test, request, hold)?,
+    };
     let [before, after, noise_floor] = scores;
     let at_floor = after.acceleration.total < AT_FLOOR * noise_floor.acceleration.total;
     // What predicts worse than the model as given explains nothing, whatever its evidence. Both
     // measures must say so: where little moves, accelerations are mostly the filter's corners.
-    let worse = after.acceleration.total > WORSE * before.acceleration.total
-        && after.rollout.errors.total > before.rollout.errors.total;
+    let worse = match basis {
+        Basis::Forces => after.force.total > before.force.total,
+        Basis::Motion => {
+            after.acceleration.total > WORSE * before.acceleration.total
+                && after.rollout.errors.total > before.rollout.errors.total
+        }
+    };
     let verdict = if worse {
         Verdict::Unknown
     } else {
-        verdict(&dictionary, &selection, at_floor)
+        verdict(&dictionary, &selection, at_floor || basis == Basis::Forces)
     };
     let sources = observed.record.warnings.iter().chain(&test.warnings);
     let mut warnings: Vec<String> = sources.map(ToString::to_string).collect();
@@ -265,6 +297,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     );
     Ok(Outcome {
         verdict,
+        basis,
         // What does not explain the log is not written into the model.
         patched_model: match verdict {
             Verdict::Unknown => model_text.to_string(),
@@ -377,14 +410,29 @@ fn check_overrides(plain: &Compiled, given: &BTreeMap<String, f64>) -> Result<()
 }
 
 fn locate(source: SolveError, times: &[f64]) -> TraceError {
-    let (SolveError::Singular { sample }
-    | SolveError::Inconsistent { sample, .. }
-    | SolveError::Unsettled { sample }
-    | SolveError::NotFinite { sample }) = source;
-    TraceError::Solve {
-        time: times.get(sample).copied().unwrap_or(f64::NAN),
-        source,
+    TraceError::at(source, times)
+}
+
+impl TraceError {
+    /// With the time of the sample.
+    pub(super) fn at(source: SolveError, times: &[f64]) -> Self {
+        let (SolveError::Singular { sample }
+        | SolveError::Inconsistent { sample, .. }
+        | SolveError::Unsettled { sample }
+        | SolveError::NotFinite { sample }) = source;
+        Self::Solve {
+            time: times.get(sample).copied().unwrap_or(f64::NAN),
+            source,
+        }
     }
+}
+
+/// Whether the model as given cannot be solved for accelerations along the log.
+fn is_immobile(dictionary: &Dictionary, observed: &Observed) -> bool {
+    let focus = dictionary.focus(&[]);
+    let values = focus.values(&dictionary.defaults);
+    let motion = focus.machine.motion(&observed.curve, &values);
+    matches!(motion, Err(SolveError::Singular { .. }))
 }
 
 /// What to learn from and what to judge by.

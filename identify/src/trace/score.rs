@@ -43,13 +43,20 @@ pub struct Score {
     pub acceleration: Errors,
     /// The same as a generalised force, `M (a_measured − a_model)`: what acts and
     /// is not in the model, without what constraints hide. Scale: the standard
-    /// deviation of `M a`.
+    /// deviation of `M a`. Where effects were found in the balance of forces
+    /// ([`Basis::Forces`](super::Basis)), `M a − Q` instead, in the band in which the log shows
+    /// accelerations; scale: the standard deviation of `B u`.
     pub force: Errors,
     /// Open-loop prediction errors. Scale: how far the coordinate moves within a window.
     pub rollout: RolloutErrors,
 }
 
 impl Errors {
+    /// Root mean squares per coordinate, and as shares of `scale`.
+    pub(super) fn of(record: &Record, rms: &[f64], scale: &[f64]) -> Self {
+        combine(record, rms, scale)
+    }
+
     /// What is left in the mean of squares when another error is taken out.
     fn less(&self, other: &Self) -> Self {
         let rest = |a: f64, b: f64| (a * a - b * b).max(0.0).sqrt();
@@ -437,7 +444,7 @@ fn combine(record: &Record, rms: &[f64], scale: &[f64]) -> Errors {
     }
 }
 
-fn with_noise(mut record: Record, observed: &Observed, seed: u64) -> Record {
+pub(super) fn with_noise(mut record: Record, observed: &Observed, seed: u64) -> Record {
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(seed);

@@ -341,7 +341,7 @@ fn with_shape(
     values
 }
 
-fn options(dictionary: &Dictionary, accepted: &[usize]) -> Vec<ShapedCandidate> {
+pub(super) fn options(dictionary: &Dictionary, accepted: &[usize]) -> Vec<ShapedCandidate> {
     let candidates = || dictionary.candidates.iter().enumerate();
     let mut options: Vec<ShapedCandidate> = candidates()
         .map(|(candidate, c)| ShapedCandidate {

@@ -124,9 +124,12 @@ impl Series {
             let value = |k: &Option<usize>| k.map_or(f64::NAN, |k| column[k]);
             shown.iter().map(value).collect()
         };
-        let correlations = models.map(|(focus, values)| autocorrelations(focus, observed, values));
+        // Of a model that cannot move there are none.
+        let none = || vec![Vec::new(); record.q.len()];
+        let correlations = models.map(|(focus, values)| {
+            autocorrelations(focus, observed, values).unwrap_or_else(|_| none())
+        });
         let [correlation_before, correlation_after] = correlations;
-        let (correlation_before, correlation_after) = (correlation_before?, correlation_after?);
         let coordinate = |(i, name): (usize, &String)| CoordinateSeries {
             name: name.clone(),
             position: pick(&before.states.q[i]),

@@ -13,6 +13,7 @@ mod simplify;
 
 pub(super) use fitting::{linearised, smooth};
 pub use hold::likelier_hold;
+pub(super) use search::MARGIN;
 
 use super::dictionary::{Dictionary, Subject};
 use super::estimate::Observed;

@@ -12,7 +12,7 @@ use crate::trace::screen::{Considered, Screen};
 use rayon::prelude::*;
 
 /// A term must bring this many nats beyond its price.
-pub(super) const MARGIN: f64 = 3.0;
+pub(in crate::trace) const MARGIN: f64 = 3.0;
 /// A term must remove this share of the unexplained variance, where there is any:
 /// otherwise one big effect, slightly misfit, breeds small false ones.
 pub(super) const LEAST_REMOVED: f64 = 0.3;

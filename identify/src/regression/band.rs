@@ -1,0 +1,65 @@
+//! The band in which a log shows accelerations at all.
+
+/// The band in which accelerations are known: forces outside it cannot be explained, and
+/// both sides of the equation are limited to it by the same window, without phase.
+#[derive(Debug, Clone)]
+pub struct Band {
+    window: Vec<f64>,
+    stride: usize,
+}
+
+impl Band {
+    /// For motion that answers within `response` s, at samples `step` s apart, of which at
+    /// most `most` are kept.
+    pub fn new(response: f64, step: f64, samples: usize, most: usize) -> Self {
+        let half = if step > 0.0 {
+            (response / step).round() as usize
+        } else {
+            0
+        };
+        let half = half.min(samples / 20);
+        let length = 2 * half + 1;
+        let hann = |k: usize| {
+            let phase = (k + 1) as f64 / (length + 1) as f64;
+            1.0 - (2.0 * std::f64::consts::PI * phase).cos()
+        };
+        let window: Vec<f64> = (0..length).map(hann).collect();
+        let sum: f64 = window.iter().sum();
+        Self {
+            window: window.iter().map(|w| w / sum).collect(),
+            // Four samples per window keep what it lets pass.
+            stride: (length / 4).max(samples.div_ceil(most)).max(1),
+        }
+    }
+
+    /// Every how many samples one is kept.
+    pub fn stride(&self) -> usize {
+        self.stride
+    }
+
+    /// The mean under the window around every `stride`-th sample; at the ends, of what
+    /// there is.
+    pub fn limit(&self, values: &[f64]) -> Vec<f64> {
+        self.means(values, self.stride)
+    }
+
+    /// The same around every sample.
+    pub fn limit_everywhere(&self, values: &[f64]) -> Vec<f64> {
+        self.means(values, 1)
+    }
+
+    fn means(&self, values: &[f64], stride: usize) -> Vec<f64> {
+        let half = self.window.len() / 2;
+        (0..values.len())
+            .step_by(stride)
+            .map(|center| {
+                let first = center.saturating_sub(half);
+                let last = (center + half).min(values.len() - 1);
+                let weights = &self.window[first + half - center..=last + half - center];
+                let sum: f64 = weights.iter().sum();
+                let pairs = weights.iter().zip(&values[first..=last]);
+                pairs.map(|(w, x)| w * x).sum::<f64>() / sum
+            })
+            .collect()
+    }
+}

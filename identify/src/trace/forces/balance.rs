@@ -1,0 +1,162 @@
+//! The balance of forces along a log: what acts beside the model, and what an effect would add.
+
+use crate::log::Record;
+use crate::machine::{Machine, SensitivityTape, SolveError, States};
+use crate::regression::{Band, Hold};
+use crate::smooth::{SmoothError, smooth};
+use nalgebra::DVector;
+
+/// More equations than this many per coordinate say no more.
+const MOST_SAMPLES: usize = 2000;
+
+/// Generalised forces, per coordinate and kept sample.
+pub(super) type Forces = Vec<Vec<f64>>;
+
+/// A log with its accelerations.
+#[derive(Debug, Clone)]
+pub(super) struct Balance {
+    states: States,
+    accelerations: Vec<Vec<f64>>,
+    band: Band,
+    hold: Hold,
+}
+
+impl Balance {
+    /// # Errors
+    /// If the log cannot be smoothed.
+    pub fn new(record: &Record, hold: Hold) -> Result<Self, SmoothError> {
+        let smoothed = smooth(record)?;
+        let step = record.step();
+        let response = smoothed.iter().map(|s| s.smoother.response(step));
+        let band = Band::new(
+            response.fold(0.0, f64::max),
+            step,
+            record.len(),
+            MOST_SAMPLES,
+        );
+        let states = States {
+            t: record.t.clone(),
+            q: smoothed.iter().map(|s| s.q.clone()).collect(),
+            v: smoothed.iter().map(|s| s.v.clone()).collect(),
+            u: record.u.clone(),
+            ..States::default()
+        };
+        Ok(Self {
+            states,
+            accelerations: smoothed.into_iter().map(|s| s.a).collect(),
+            band,
+            hold,
+        })
+    }
+
+    /// `M a − Q`: what acts and is not in the model. `M` need not be regular.
+    ///
+    /// # Errors
+    /// If a state's equation has no solution along the curve.
+    pub fn missing(&self, machine: &Machine, values: &[f64]) -> Result<Forces, SolveError> {
+        let missing = self.missing_unlimited(machine, values)?;
+        Ok(missing.iter().map(|force| self.band.limit(force)).collect())
+    }
+
+    /// The same at every sample.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn missing_everywhere(
+        &self,
+        machine: &Machine,
+        values: &[f64],
+    ) -> Result<Forces, SolveError> {
+        let missing = self.missing_unlimited(machine, values)?;
+        let limited = missing
+            .iter()
+            .map(|force| self.band.limit_everywhere(force));
+        Ok(limited.collect())
+    }
+
+    fn missing_unlimited(&self, machine: &Machine, values: &[f64]) -> Result<Forces, SolveError> {
+        let states = machine.remember(&self.states, self.hold, values)?;
+        let terms = machine.terms(&states, values);
+        let n = machine.coordinate_count();
+        let mut missing = vec![Vec::with_capacity(terms.len()); n];
+        for (sample, terms) in terms.iter().enumerate() {
+            let a = DVector::from_fn(n, |i, _| self.accelerations[i][sample]);
+            let left = &terms.mass_matrix * a - &terms.force;
+            (0..n).for_each(|i| missing[i].push(left[i]));
+        }
+        Ok(missing)
+    }
+
+    /// `B u`: what the inputs exert, the scale of what is missing.
+    ///
+    /// # Errors
+    /// If a state's equation has no solution along the curve.
+    pub fn exerted(&self, machine: &Machine, values: &[f64]) -> Result<Forces, SolveError> {
+        let states = machine.remember(&self.states, self.hold, values)?;
+        let n = machine.coordinate_count();
+        let mut exerted = vec![Vec::with_capacity(states.len()); n];
+        for terms in &machine.terms(&states, values) {
+            let force = &terms.force - &terms.bias_force - &terms.applied_force;
+            (0..n).for_each(|i| exerted[i].push(force[i]));
+        }
+        Ok(exerted.iter().map(|force| self.band.limit(force)).collect())
+    }
+
+    /// What a unit of each of the tape's variables adds to the forces, `∂Q/∂s − ∂M/∂s a`.
+    ///
+    /// # Errors
+    /// If a state's equation has no solution along the curve.
+    pub fn added(
+        &self,
+        machine: &Machine,
+        tape: &SensitivityTape,
+        values: &[f64],
+    ) -> Result<Vec<Forces>, SolveError> {
+        let tape_for_states = tape.reads_states().then_some(tape);
+        let states = machine.remember_for(&self.states, self.hold, values, tape_for_states)?;
+        let rows = tape.residuals(&states, values, &self.accelerations);
+        let n = machine.coordinate_count();
+        let negative = |column: &Vec<f64>| column.iter().map(|x| -x).collect::<Vec<f64>>();
+        let columns = rows.chunks(n.max(1));
+        let limited = columns.map(|rows| {
+            let each = rows.iter().map(|row| self.band.limit(&negative(row)));
+            each.collect()
+        });
+        Ok(limited.collect())
+    }
+
+    /// The log of a machine that moves along this curve as the model demands, in the same
+    /// inputs: `u + B⁺ (M a − Q)`.
+    ///
+    /// # Errors
+    /// If a state's equation has no solution along the curve.
+    pub fn obeying(
+        &self,
+        record: &Record,
+        machine: &Machine,
+        values: &[f64],
+    ) -> Result<Record, SolveError> {
+        let missing = self.missing_unlimited(machine, values)?;
+        let states = machine.remember(&self.states, self.hold, values)?;
+        let terms = machine.terms(&states, values);
+        let mut obeying = record.clone();
+        obeying.q.clone_from(&self.states.q);
+        let (n, k) = (machine.coordinate_count(), machine.input_count());
+        for (sample, terms) in terms.iter().enumerate() {
+            let force = DVector::from_fn(n, |i, _| missing[i][sample]);
+            let inputs = terms.input_matrix.columns(0, k).into_owned();
+            let demanded = inputs.svd(true, true).solve(&force, SMALL_INPUT);
+            for (j, u) in demanded
+                .unwrap_or_else(|_| DVector::zeros(k))
+                .iter()
+                .enumerate()
+            {
+                obeying.u[j][sample] += u;
+            }
+        }
+        Ok(obeying)
+    }
+}
+
+/// Singular values of `B` below this are none.
+const SMALL_INPUT: f64 = 1e-9;

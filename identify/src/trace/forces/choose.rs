@@ -1,0 +1,437 @@
+//! Which effects predict the forces on blocks of the log that they were not fitted to.
+
+use super::equations::Equations;
+use crate::regression::Gram;
+use crate::trace::dictionary::{Candidate, Dictionary};
+use crate::trace::screen::{Considered, ShapedCandidate};
+use crate::trace::select::{MARGIN, TIE};
+use rayon::prelude::*;
+
+/// An option with its strengths' columns that are in use.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Chosen {
+    /// Which option.
+    pub option: usize,
+    /// Which of the option's columns.
+    pub kept: Vec<usize>,
+}
+
+/// All that a choice is made with.
+pub(super) struct Choice<'a> {
+    pub dictionary: &'a Dictionary,
+    pub options: &'a [ShapedCandidate],
+    pub equations: &'a Equations,
+    pub gram: Gram,
+    /// Per column: whether enough of the log shows it.
+    pub visible: Vec<bool>,
+    /// Per candidate: how far its reach is, see [`reaches`].
+    pub reaches: Vec<usize>,
+    /// Terms at most.
+    pub most: usize,
+}
+
+/// Terms, and how far from the log they are.
+#[derive(Debug, Clone)]
+pub(super) struct State {
+    pub terms: Vec<Chosen>,
+    /// Half the squares that are left: nats.
+    pub left: f64,
+    /// The same and the terms' price.
+    cost: f64,
+}
+
+/// A term must remove this share of the squares that are left in some coordinate, also of
+/// blocks that it was not fitted to: something small can be said about any machine.
+const LEAST_REMOVED: f64 = 0.05;
+/// Squared multiple correlation from which two terms at one place are one.
+const THE_SAME: f64 = 0.8;
+
+impl Choice<'_> {
+    /// One term after the other; what has become idle goes again, and what another would do
+    /// better is exchanged.
+    pub fn choose(&self) -> State {
+        let mut state = self.state(Vec::new());
+        for reach in 0..REACHES {
+            loop {
+                while state.terms.len() < self.most {
+                    let Some(more) = self.with_one_more(&state, reach) else {
+                        break;
+                    };
+                    state = more;
+                    while let Some(fewer) = self.with_less(&state) {
+                        state = fewer;
+                    }
+                }
+                match self.with_one_other(&state, reach) {
+                    Some(other) => state = other,
+                    None => break,
+                }
+            }
+        }
+        while let Some(fewer) = self.without_chance(&state) {
+            state = fewer;
+        }
+        while let Some(simpler) = self.simpler(&state) {
+            state = simpler;
+        }
+        state
+    }
+
+    /// Per term: nats by which the log is less likely without it, less its price; and the
+    /// candidates that explain about as much in its stead, with the nats by which each
+    /// explains more, best first.
+    pub fn questioned(&self, state: &State) -> Vec<(f64, Vec<(usize, f64)>)> {
+        let each = (0..state.terms.len()).map(|index| {
+            let mut others = state.terms.clone();
+            others.remove(index);
+            let evidence = self.state(others.clone()).cost - state.cost;
+            let candidate = |term: &Chosen| self.options[term.option].candidate;
+            let taken: Vec<usize> = state.terms.iter().map(candidate).collect();
+            let free = |&o: &usize| !taken.contains(&self.options[o].candidate);
+            let options = (0..self.options.len()).into_par_iter().filter(free);
+            let trials = options.filter_map(|option| {
+                let with = self.state(self.possible(&others, &[option])?);
+                let better = state.cost - with.cost;
+                (better > -TIE).then_some((self.options[option].candidate, better))
+            });
+            let mut rivals: Vec<(usize, f64)> = trials.collect();
+            rivals.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
+            rivals.dedup_by_key(|rival| rival.0);
+            rivals.sort_by(|a, b| b.1.total_cmp(&a.1));
+            (evidence, rivals)
+        });
+        each.collect()
+    }
+
+    /// What every candidate is worth alone, the best first.
+    pub fn considered(&self) -> Vec<Considered> {
+        let nothing = self.state(Vec::new());
+        let each = (0..self.options.len())
+            .into_par_iter()
+            .filter_map(|option| {
+                let state = self.state(self.possible(&[], &[option])?);
+                let (columns, strengths) = self.strengths(&state.terms);
+                let shaped = &self.options[option];
+                let candidate = &self.dictionary.candidates[shaped.candidate];
+                let mut values = candidate.shapes[shaped.shape].clone();
+                for (column, step) in columns.iter().zip(strengths) {
+                    let place = shaped.columns.iter().position(|c| c == column)?;
+                    let parameter = candidate.strengths[place];
+                    values.push((parameter, self.dictionary.defaults[parameter] + step));
+                }
+                let (part, own) = self.part(&columns);
+                Some(Considered {
+                    candidate: shaped.candidate,
+                    gain: nothing.left - state.left,
+                    score: nothing.cost - state.cost,
+                    held_out_gain: part.held_out_gain(&[], &own).map(|gain| 0.5 * gain),
+                    values,
+                    columns,
+                    other_shapes: Vec::new(),
+                })
+            });
+        let mut all: Vec<Considered> = each.collect();
+        all.sort_by(|a, b| {
+            let best_first = b.score.total_cmp(&a.score);
+            a.candidate.cmp(&b.candidate).then(best_first)
+        });
+        all.dedup_by_key(|considered| considered.candidate);
+        all.sort_by(|a, b| b.score.total_cmp(&a.score));
+        all
+    }
+
+    /// The options of candidates that reach no further.
+    fn within(&self, reach: usize) -> Vec<usize> {
+        let near = |&option: &usize| self.reaches[self.options[option].candidate] <= reach;
+        (0..self.options.len()).filter(near).collect()
+    }
+
+    /// The columns in use.
+    pub fn columns(&self, terms: &[Chosen]) -> Vec<usize> {
+        terms
+            .iter()
+            .flat_map(|term| self.own_columns(term))
+            .collect()
+    }
+
+    fn own_columns(&self, term: &Chosen) -> impl Iterator<Item = usize> {
+        let all = &self.options[term.option].columns;
+        term.kept.iter().map(|&i| all[i])
+    }
+
+    /// The strengths of all columns in use.
+    pub fn strengths(&self, terms: &[Chosen]) -> (Vec<usize>, Vec<f64>) {
+        let columns = self.columns(terms);
+        let fit = self.gram.fit(&columns);
+        (columns, fit.coefficients.as_slice().to_vec())
+    }
+
+    /// A term's price: that of its parameters, and what the best of many gains by chance.
+    fn price(&self, term: &Chosen) -> f64 {
+        let option = &self.options[term.option];
+        let shapes = self.dictionary.candidates[option.candidate].shapes[option.shape].len();
+        let parameters = (term.kept.len() + shapes) as f64;
+        let search = (self.dictionary.candidates.len() as f64).ln() + MARGIN;
+        0.5 * parameters * self.equations.effective().ln() + search
+    }
+
+    /// The part of the products that some columns need: of more than a thousand a handful.
+    fn part(&self, columns: &[usize]) -> (Gram, Vec<usize>) {
+        (self.gram.part(columns), (0..columns.len()).collect())
+    }
+
+    fn state(&self, terms: Vec<Chosen>) -> State {
+        let (part, all) = self.part(&self.columns(&terms));
+        let left = 0.5 * part.fit(&all).misfit;
+        State {
+            left,
+            cost: left + terms.iter().map(|term| self.price(term)).sum::<f64>(),
+            terms,
+        }
+    }
+
+    fn best(&self, trials: impl ParallelIterator<Item = State>, limit: f64) -> Option<State> {
+        let trials: Vec<State> = trials.filter(|trial| trial.cost < limit).collect();
+        trials.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
+    }
+
+    fn with_one_more(&self, state: &State, reach: usize) -> Option<State> {
+        let taken = |&option: &usize| {
+            let candidate = |option: usize| self.options[option].candidate;
+            let mut terms = state.terms.iter();
+            terms.any(|term| candidate(term.option) == candidate(option))
+        };
+        let mut free = self.within(reach);
+        free.retain(|option| !taken(option));
+        let single = free.par_iter().map(|&option| vec![option]);
+        // Friction that rises from a step, an inertia beside it: neither may lead anywhere alone.
+        let pairs = free.par_iter().enumerate().flat_map(|(index, &a)| {
+            let rest = free[index + 1..].par_iter();
+            let together = rest.filter(move |&&b| self.is_pair(a, b));
+            together.map(move |&b| vec![a, b])
+        });
+        let trials = single
+            .chain(pairs)
+            .filter_map(|more| self.possible(&state.terms, &more));
+        let trials = trials.map(|terms| self.state(terms));
+        let mut trials: Vec<State> = trials.filter(|trial| trial.cost < state.cost).collect();
+        trials.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        let before = self.left(&state.terms);
+        trials
+            .into_iter()
+            .find(|trial| is_enough(&before, &self.left(&trial.terms)))
+    }
+
+    /// Squares left per coordinate.
+    fn left(&self, terms: &[Chosen]) -> Vec<f64> {
+        let (columns, strengths) = self.strengths(terms);
+        self.equations.left(&columns, &strengths)
+    }
+
+    /// Whether two options are different effects at the one coordinate that both act on.
+    fn is_pair(&self, a: usize, b: usize) -> bool {
+        let candidate = |option: usize| self.options[option].candidate;
+        let on = |option: usize| self.dictionary.candidates[candidate(option)].subject.on();
+        candidate(a) != candidate(b) && on(a).len() == 1 && on(a) == on(b)
+    }
+
+    /// Without a term or one of its strengths.
+    fn with_less(&self, state: &State) -> Option<State> {
+        let trials = less(&state.terms).into_par_iter();
+        self.best(trials.map(|terms| self.state(terms)), state.cost)
+    }
+
+    /// Without the term, or the strength, that predicts least of what it was not fitted to, if
+    /// that is next to nothing.
+    fn without_chance(&self, state: &State) -> Option<State> {
+        let held_out = |terms: &[Chosen]| self.equations.held_out(&self.gram, &self.columns(terms));
+        let whole = held_out(&state.terms);
+        let trials = less(&state.terms).into_par_iter();
+        let trials = trials.map(|terms| (held_out(&terms), terms));
+        let mut idle: Vec<(f64, Vec<Chosen>)> = trials
+            .filter(|(left, _)| !is_enough(left, &whole))
+            .map(|(left, terms)| (left.iter().sum(), terms))
+            .collect();
+        idle.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (_, terms) = idle.into_iter().next()?;
+        Some(self.state(terms))
+    }
+
+    /// With a rich effect that does not need all of itself in two simple ones, if these
+    /// explain as much.
+    fn simpler(&self, state: &State) -> Option<State> {
+        let rich = |term: &&Chosen| term.kept.len() < self.options[term.option].columns.len();
+        state.terms.iter().filter(rich).find_map(|term| {
+            let others: Vec<Chosen> = state.terms.iter().filter(|t| *t != term).cloned().collect();
+            let on = |option: usize| {
+                self.dictionary.candidates[self.options[option].candidate]
+                    .subject
+                    .on()
+            };
+            let simple = |&option: &usize| {
+                let taken =
+                    |t: &Chosen| self.options[t.option].candidate == self.options[option].candidate;
+                self.options[option].columns.len() == 1
+                    && on(option) == on(term.option)
+                    && !state.terms.iter().any(taken)
+            };
+            let simple: Vec<usize> = (0..self.options.len()).filter(simple).collect();
+            let mut steads: Vec<Vec<usize>> = simple.iter().map(|&option| vec![option]).collect();
+            for (index, &a) in simple.iter().enumerate() {
+                let partners = simple[index + 1..].iter().filter(|&&b| self.is_pair(a, b));
+                steads.extend(partners.map(|&b| vec![a, b]));
+            }
+            let fits = |stead: &Vec<usize>| stead.len() <= term.kept.len();
+            let trials = steads.into_par_iter().filter(fits).filter_map(|stead| {
+                let terms = self.possible(&others, &stead)?;
+                let whole = terms.len() == others.len() + stead.len();
+                whole.then(|| self.state(terms))
+            });
+            // Two names for what one says do not cost more.
+            self.best(trials, f64::INFINITY)
+                .filter(|simpler| simpler.left < state.left + TIE)
+        })
+    }
+
+    fn with_one_other(&self, state: &State, reach: usize) -> Option<State> {
+        let options = self.within(reach);
+        let pairs = (0..state.terms.len())
+            .into_par_iter()
+            .flat_map(|index| options.par_iter().map(move |&option| (index, option)));
+        let trials = pairs.filter_map(|(index, option)| {
+            let mut others = state.terms.clone();
+            let own = others.remove(index);
+            let candidate = |option: usize| self.options[option].candidate;
+            let taken = |term: &Chosen| candidate(term.option) == candidate(option);
+            if own.option == option || others.iter().any(taken) {
+                return None;
+            }
+            self.possible(&others, &[option])
+        });
+        self.best(trials.map(|terms| self.state(terms)), state.cost - MARGIN)
+    }
+
+    /// The terms with some options more, of all those columns whose strengths nature allows;
+    /// `None` if nothing is left of one of them.
+    fn possible(&self, terms: &[Chosen], more: &[usize]) -> Option<Vec<Chosen>> {
+        let mut with = terms.to_vec();
+        for &option in more {
+            let columns = &self.options[option].columns;
+            let visible = |&i: &usize| self.visible[columns[i]];
+            let kept: Vec<usize> = (0..columns.len()).filter(visible).collect();
+            with.push(Chosen { option, kept });
+        }
+        loop {
+            with.retain(|term| !term.kept.is_empty());
+            let present = |option: &usize| with.iter().any(|term| term.option == *option);
+            if !more.iter().all(present) {
+                return None;
+            }
+            let (_, strengths) = self.strengths(&with);
+            let mut next = strengths.into_iter();
+            let mut wrong = Vec::new();
+            for (index, term) in with.iter().enumerate() {
+                let candidate = self.options[term.option].candidate;
+                let own = &self.dictionary.candidates[candidate].strengths;
+                for (position, &i) in term.kept.iter().enumerate() {
+                    let step = next.next().unwrap_or(f64::NAN);
+                    if !self.is_possible(own[i], step) {
+                        wrong.push((index, position));
+                    }
+                }
+            }
+            // What is new gives way first.
+            let Some(&(index, position)) = wrong.last() else {
+                return (!self.is_the_same(terms, &with[with.len() - more.len()..]))
+                    .then_some(with);
+            };
+            with[index].kept.remove(position);
+        }
+    }
+
+    /// Whether a new term says little that another does not say at the same place.
+    fn is_the_same(&self, terms: &[Chosen], new: &[Chosen]) -> bool {
+        let on = |term: &Chosen| {
+            let candidate = self.options[term.option].candidate;
+            self.dictionary.candidates[candidate].subject.on()
+        };
+        new.iter().any(|term| {
+            let there: Vec<Chosen> = terms
+                .iter()
+                .filter(|t| on(t) == on(term))
+                .cloned()
+                .collect();
+            let known = self.columns(&there);
+            let own: Vec<usize> = self.own_columns(term).collect();
+            let (part, _) = self.part(&[&known[..], &own].concat());
+            let others: Vec<usize> = (0..known.len()).collect();
+            (0..own.len()).all(|i| part.explained_by(known.len() + i, &others) > THE_SAME)
+        })
+    }
+
+    fn is_possible(&self, parameter: usize, step: f64) -> bool {
+        let value = self.dictionary.defaults[parameter] + step;
+        let bounds = &self.dictionary.machine.compiled.model.parameters[parameter];
+        value >= bounds.lower && value <= bounds.upper
+    }
+}
+
+/// Whether squares fall far enough in some coordinate.
+fn is_enough(before: &[f64], after: &[f64]) -> bool {
+    let mut pairs = before.iter().zip(after);
+    pairs.any(|(before, after)| *after < (1.0 - LEAST_REMOVED) * before)
+}
+
+/// The terms without one of them, or without one strength of one.
+fn less(terms: &[Chosen]) -> Vec<Vec<Chosen>> {
+    let without = |index: usize, part: Option<usize>| {
+        let mut fewer = terms.to_vec();
+        match part {
+            Some(position) => drop(fewer[index].kept.remove(position)),
+            None => drop(fewer.remove(index)),
+        }
+        fewer
+    };
+    let all = terms.iter().enumerate().flat_map(|(index, term)| {
+        let several = term.kept.len() > 1;
+        let strengths = (0..term.kept.len()).filter(move |_| several).map(Some);
+        let parts = strengths.chain([None]);
+        parts.map(move |part| without(index, part))
+    });
+    all.collect()
+}
+
+/// How many kinds of reach there are.
+const REACHES: usize = 3;
+
+/// How far each candidate reaches: none in one coordinate's drive (the force does not depend
+/// on positions), one in what two coordinates share, two in the machine's structure. What is
+/// nearer is simpler, and tried first: of a machine that lacks a lot, a wrong centre of mass
+/// explains some of nearly everything.
+pub(super) fn reaches(dictionary: &Dictionary) -> Vec<usize> {
+    let compiled = &dictionary.machine.compiled;
+    let mut model = compiled.model.clone();
+    let mut outputs = compiled.system.force.clone();
+    outputs.extend(compiled.system.mass_matrix.iter().flatten());
+    let positions: Vec<_> = model.coordinates.iter().map(|c| c.position).collect();
+    let of = |candidate: &Candidate| {
+        let mut in_positions = false;
+        for &parameter in &candidate.strengths {
+            let symbol = model.parameters[parameter].symbol;
+            let seeds = model.parameter_seeds(symbol);
+            let slopes = model.graph.directional(&outputs, &seeds);
+            let depends = |&slope| {
+                positions
+                    .iter()
+                    .any(|&q| model.graph.depends_on(&[slope], q))
+            };
+            in_positions |= slopes.iter().any(depends);
+        }
+        if in_positions {
+            REACHES - 1
+        } else {
+            usize::from(candidate.subject.on().len() != 1)
+        }
+    };
+    dictionary.candidates.iter().map(of).collect()
+}

@@ -1,0 +1,173 @@
+//! Linear equations `missing = Σ columns · strengths`, whitened per coordinate.
+
+use super::balance::Forces;
+use crate::regression::{BLOCKS, Gram, INVISIBLE};
+use nalgebra::DMatrix;
+use std::ops::Range;
+
+/// The equations along a log, one row per kept sample and coordinate.
+#[derive(Debug, Clone)]
+pub(super) struct Equations {
+    /// `[missing | columns]` in units of the scale, samples outside, coordinates inside.
+    rows: DMatrix<f64>,
+    /// Per coordinate: root mean square of what the columns are thought to leave.
+    scale: Vec<f64>,
+    /// Effective over actual number of equations per coordinate: errors follow one another.
+    news: Vec<f64>,
+}
+
+impl Equations {
+    /// In units of what is missing.
+    pub fn new(missing: &Forces, columns: &[Forces]) -> Self {
+        let (n, samples) = (missing.len(), missing.first().map_or(0, Vec::len));
+        let scale: Vec<f64> = missing.iter().map(|force| positive(rms(force))).collect();
+        let mut rows = DMatrix::zeros(n * samples, 1 + columns.len());
+        for (column, forces) in std::iter::once(missing).chain(columns).enumerate() {
+            let mut target = rows.column_mut(column);
+            for (i, force) in forces.iter().enumerate() {
+                for (k, value) in force.iter().enumerate() {
+                    target[k * n + i] = value / scale[i];
+                }
+            }
+        }
+        Self {
+            rows,
+            news: vec![1.0; scale.len()],
+            scale,
+        }
+    }
+
+    /// Products of rows, block by block.
+    pub fn gram(&self) -> Gram {
+        let n = self.scale.len();
+        let rows = |samples: Range<usize>| n * samples.start..n * samples.end;
+        let blocks: Vec<Range<usize>> = (0..BLOCKS).map(|b| rows(self.block(b))).collect();
+        Gram::new(&self.rows, &blocks)
+    }
+
+    /// Number of equations that say something of their own.
+    pub fn effective(&self) -> f64 {
+        let mean = self.news.iter().sum::<f64>() / self.news.len().max(1) as f64;
+        (self.rows.nrows() as f64 * mean).max(1.0)
+    }
+
+    /// Takes scale and memory of the errors from what `columns` with `strengths` leave.
+    pub fn reweigh(&mut self, columns: &[usize], strengths: &[f64]) {
+        let mut left = self.rows.column(0).into_owned();
+        for (&column, &strength) in columns.iter().zip(strengths) {
+            left.axpy(-strength, &self.rows.column(column + 1), 1.0);
+        }
+        let n = self.scale.len();
+        for i in 0..n {
+            let own: Vec<f64> = left.iter().skip(i).step_by(n).copied().collect();
+            // An autoregressive error of first order.
+            let correlation = follow(&own);
+            let news = (1.0 - correlation) / (1.0 + correlation);
+            let size = positive(rms(&own));
+            let factor = news.sqrt() / size;
+            self.scale[i] *= size / self.news[i].sqrt();
+            self.news[i] = news;
+            for k in (i..self.rows.nrows()).step_by(n) {
+                self.rows.row_mut(k).scale_mut(factor);
+            }
+        }
+    }
+
+    /// Other forces and columns of the same log in the same units.
+    pub fn alike(&self, missing: &Forces, columns: &[Forces]) -> Self {
+        let mut other = Self::new(missing, columns);
+        for i in 0..self.scale.len() {
+            let factor = self.news[i].sqrt() * other.scale[i] / self.scale[i];
+            for k in (i..other.rows.nrows()).step_by(self.scale.len()) {
+                other.rows.row_mut(k).scale_mut(factor);
+            }
+        }
+        other.scale.clone_from(&self.scale);
+        other.news.clone_from(&self.news);
+        other
+    }
+
+    /// Squares left per coordinate by `columns`, with their strengths on all samples.
+    pub fn left(&self, columns: &[usize], strengths: &[f64]) -> Vec<f64> {
+        self.left_of(0..self.samples(), columns, strengths)
+    }
+
+    /// The same of blocks that the strengths were not fitted to.
+    pub fn held_out(&self, gram: &Gram, columns: &[usize]) -> Vec<f64> {
+        let part = gram.part(columns);
+        let mut left = vec![0.0; self.scale.len()];
+        for (block, strengths) in part.fits_without_block().iter().enumerate() {
+            let of = self.left_of(self.block(block), columns, strengths.as_slice());
+            left.iter_mut().zip(of).for_each(|(sum, more)| *sum += more);
+        }
+        left
+    }
+
+    fn left_of(&self, samples: Range<usize>, columns: &[usize], strengths: &[f64]) -> Vec<f64> {
+        let n = self.scale.len();
+        let rows = n * samples.start..n * samples.end;
+        let part = |column: usize| {
+            self.rows
+                .column(column)
+                .rows_range(rows.clone())
+                .into_owned()
+        };
+        let mut left = part(0);
+        for (&column, &strength) in columns.iter().zip(strengths) {
+            left.axpy(-strength, &part(column + 1), 1.0);
+        }
+        let squares = |i: usize| left.iter().skip(i).step_by(n).map(|x| x * x).sum();
+        (0..n).map(squares).collect()
+    }
+
+    fn samples(&self) -> usize {
+        self.rows.nrows() / self.scale.len().max(1)
+    }
+
+    /// The samples of a block.
+    fn block(&self, index: usize) -> Range<usize> {
+        let bound = |block: usize| block * self.samples() / BLOCKS;
+        bound(index)..bound(index + 1)
+    }
+
+    /// Root mean square per coordinate of what the columns are thought to leave.
+    pub fn scale(&self) -> &[f64] {
+        &self.scale
+    }
+
+    /// Per column, whether it shows in more than a few places of the log: in at least
+    /// [`SHOWN`] of the samples, counted by how evenly its squares are spread
+    /// (`(Σx²)²/Σx⁴`).
+    pub fn visible(&self) -> Vec<bool> {
+        let shown = |column: usize| {
+            let x = self.rows.column(column);
+            let squares: f64 = x.iter().map(|x| x * x).sum();
+            let fourth: f64 = x.iter().map(|x| x.powi(4)).sum();
+            let samples = self.rows.nrows() as f64 / self.scale.len().max(1) as f64;
+            squares > INVISIBLE && squares * squares > SHOWN * samples * fourth
+        };
+        (1..self.rows.ncols()).map(shown).collect()
+    }
+}
+
+/// See [`Equations::visible`].
+const SHOWN: f64 = 0.02;
+
+/// Autocorrelation between neighbours.
+fn follow(values: &[f64]) -> f64 {
+    let products = values.windows(2).map(|pair| pair[0] * pair[1]);
+    let squares: f64 = values.iter().map(|x| x * x).sum();
+    if squares > 0.0 {
+        (products.sum::<f64>() / squares).clamp(0.0, 0.999)
+    } else {
+        0.0
+    }
+}
+
+pub(super) fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
+fn positive(x: f64) -> f64 {
+    x.max(f64::MIN_POSITIVE.sqrt())
+}

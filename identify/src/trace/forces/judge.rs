@@ -1,0 +1,124 @@
+//! Errors of forces on a log that nothing was fitted to.
+
+use super::balance::{Balance, Forces};
+use super::equations::rms;
+use crate::log::Record;
+use crate::regression::Hold;
+use crate::smooth::{SmoothError, savgol_states};
+use crate::trace::dictionary::Dictionary;
+use crate::trace::estimate::Observed;
+use crate::trace::run::{Request, TraceError};
+use crate::trace::score::{
+    Errors, Look, Predicted, RolloutErrors, Score, ScoreError, Scoring, deviation, inner_samples,
+    with_noise,
+};
+use crate::trace::select::Selection;
+use crate::trace::series::Series;
+
+/// Before, after, and the floor. The force is what the balance `M a − Q` leaves, in the band
+/// that the log shows; accelerations and predictions are as everywhere, and infinitely wrong
+/// where a model cannot move.
+///
+/// # Errors
+/// If the log cannot be smoothed, or an equation of motion has no solution along it.
+pub(in crate::trace) fn judge(
+    dictionary: &Dictionary,
+    selection: &Selection,
+    test: &Record,
+    request: &Request<'_>,
+    hold: Hold,
+) -> Result<([Score; 3], Series), TraceError> {
+    let located = |error| TraceError::at(error, &test.t);
+    let accepted = selection.accepted();
+    let (given, patched) = (dictionary.focus(&[]), dictionary.focus(&accepted));
+    let (given_values, patched_values) = (
+        given.values(&dictionary.defaults),
+        patched.values(&selection.values),
+    );
+    let balance = Balance::new(test, hold)?;
+    let exerted = balance
+        .exerted(&patched.machine, &patched_values)
+        .map_err(located)?;
+    let scale: Vec<f64> = exerted.iter().map(|force| deviation(force)).collect();
+    let errors = |forces: &Forces| {
+        Errors::of(
+            test,
+            &forces.iter().map(|f| rms(f)).collect::<Vec<_>>(),
+            &scale,
+        )
+    };
+    let look = |machine, values| -> Result<Look, TraceError> {
+        let scoring = Scoring {
+            machine,
+            values,
+            hold,
+            horizon: request.horizon,
+        };
+        let mut look = match scoring.look(test) {
+            Ok(look) => look,
+            Err(ScoreError::Smooth(error)) => return Err(error.into()),
+            Err(ScoreError::Solve(_)) => motionless(test, request.horizon)?,
+        };
+        let forces = balance.missing(machine, values).map_err(located)?;
+        look.score.force = errors(&forces);
+        look.missing = balance
+            .missing_everywhere(machine, values)
+            .map_err(located)?;
+        Ok(look)
+    };
+    let before = look(&given.machine, &given_values)?;
+    let after = look(&patched.machine, &patched_values)?;
+    let observed = Observed::new(test.clone(), hold)?;
+    let scoring = Scoring {
+        machine: &patched.machine,
+        values: &patched_values,
+        hold,
+        horizon: request.horizon,
+    };
+    let mut floor = match scoring.noise_floor(&observed, true, request.seed) {
+        Ok(floor) => floor,
+        Err(ScoreError::Smooth(error)) => return Err(error.into()),
+        Err(ScoreError::Solve(_)) => motionless(test, request.horizon)?.score,
+    };
+    let obeying = balance
+        .obeying(test, &patched.machine, &patched_values)
+        .map_err(located)?;
+    let noisy = Balance::new(&with_noise(obeying, &observed, request.seed), hold)?;
+    let forces = noisy
+        .missing(&patched.machine, &patched_values)
+        .map_err(located)?;
+    floor.force = errors(&forces);
+    let models = [
+        (&*given, &dictionary.defaults[..]),
+        (&*patched, &selection.values[..]),
+    ];
+    let series = Series::new(models, &observed, &before, &after).map_err(located)?;
+    Ok(([before.score, after.score, floor], series))
+}
+
+/// The look of a model that cannot move.
+fn motionless(record: &Record, horizon: f64) -> Result<Look, SmoothError> {
+    let states = savgol_states(record)?;
+    let n = record.q.len();
+    let nowhere = Errors::of(record, &vec![f64::INFINITY; n], &vec![1.0; n]);
+    Ok(Look {
+        inner: inner_samples(record, &states),
+        score: Score {
+            acceleration: nowhere.clone(),
+            force: nowhere.clone(),
+            rollout: RolloutErrors {
+                horizon,
+                windows: 0,
+                diverged: 0,
+                errors: nowhere,
+            },
+        },
+        missing: vec![vec![f64::NAN; record.len()]; n],
+        predicted: Predicted {
+            q: vec![vec![f64::NAN; record.len()]; n],
+            starts: Vec::new(),
+            length: 0,
+        },
+        states,
+    })
+}

@@ -1,0 +1,192 @@
+//! Machines that lack many things at once, and whose forces were measured.
+//!
+//! A real arm has friction, a rotor and an offset in every drive. Beside so much that is
+//! missing no single effect makes its motion likely, and where a link has no inertia of its own
+//! the model as given does not move at all. The balance of forces `M a − Q` needs no motion: what is
+//! missing in it is linear in the strengths of all effects, so that many can be found together.
+//! The price are accelerations, known only in the band that the log shows, and inputs that
+//! must be right: they are what is explained here, so that nothing is said about channels.
+
+mod balance;
+mod choose;
+mod equations;
+mod judge;
+mod settle;
+
+pub(super) use judge::judge;
+
+use super::dictionary::Dictionary;
+use super::estimate::Observed;
+use super::refine::Estimate;
+use super::run::TraceError;
+use super::screen::{ShapedCandidate, options};
+use super::select::{Remaining, Selection, Term};
+use crate::machine::SolveError;
+use crate::regression::ProcessNoise;
+use balance::{Balance, Forces};
+use choose::{Choice, reaches};
+use equations::{Equations, rms};
+use nalgebra::DVector;
+
+/// Terms at most.
+const MOST_TERMS: usize = 60;
+/// Fewer findings than this are better looked for in the motion, which is known more exactly.
+const MANY: usize = 5;
+/// Of the forces that the model as given leaves, terms must explain this share.
+const WORTH_IT: f64 = 0.5;
+/// Damping of the fit of everything at once.
+const EVERYTHING: f64 = 1e-6;
+/// How often scales are adapted to what everything together leaves.
+const ROUNDS: usize = 2;
+
+/// What a machine lacks, if its forces were measured and it lacks a lot, or cannot move as
+/// given (`immobile`); `None` otherwise.
+///
+/// # Errors
+/// If the log cannot be smoothed, or a state's equation has no solution along it.
+pub(super) fn learn(
+    dictionary: &Dictionary,
+    observed: &Observed,
+    immobile: bool,
+) -> Result<Option<Selection>, TraceError> {
+    let machine = &dictionary.machine;
+    if machine.input_count() == 0 || machine.constraint_count() > 0 {
+        return Ok(None);
+    }
+    let located = |error| TraceError::at(error, &observed.record.t);
+    let balance = Balance::new(&observed.record, observed.hold)?;
+    let missing = (balance.missing(machine, &dictionary.defaults)).map_err(located)?;
+    let columns = columns(dictionary, &balance).map_err(located)?;
+    let options = force_options(dictionary);
+    let equations = weighed(Equations::new(&missing, &columns), &options);
+    let choice = Choice {
+        dictionary,
+        options: &options,
+        gram: equations.gram(),
+        visible: equations.visible(),
+        equations: &equations,
+        reaches: reaches(dictionary),
+        most: MOST_TERMS,
+    };
+    let state = choice.choose();
+    let before = 0.5 * choice.gram.data_misfit();
+    let many = state.terms.len() >= if immobile { 1 } else { MANY };
+    if !many || state.left > (1.0 - WORTH_IT) * before {
+        return Ok(None);
+    }
+    let accepted: Vec<usize> = state
+        .terms
+        .iter()
+        .map(|t| options[t.option].candidate)
+        .collect();
+    let mut values = dictionary.defaults.clone();
+    let (_, strengths) = choice.strengths(&state.terms);
+    let mut strengths = strengths.into_iter();
+    for term in &state.terms {
+        let option = &options[term.option];
+        let candidate = &dictionary.candidates[option.candidate];
+        for &(parameter, value) in &candidate.shapes[option.shape] {
+            values[parameter] = value;
+        }
+        for (&i, strength) in term.kept.iter().zip(strengths.by_ref()) {
+            values[candidate.strengths[i]] += strength;
+        }
+    }
+    let settled =
+        settle::settle(dictionary, &balance, &equations, &accepted, values).map_err(located)?;
+    let questioned = choice.questioned(&state);
+    let mut terms: Vec<Term> = accepted
+        .iter()
+        .zip(questioned)
+        .map(|(&candidate, (evidence, rivals))| Term {
+            candidate,
+            evidence,
+            rivals: rivals
+                .into_iter()
+                .map(|(rival, better)| (dictionary.candidates[rival].subject.clone(), better))
+                .collect(),
+        })
+        .collect();
+    terms.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    let focus = dictionary.focus(&accepted);
+    let own = focus.values(&settled.values);
+    let left = balance.missing(&focus.machine, &own).map_err(located)?;
+    let exerted = balance.exerted(&focus.machine, &own).map_err(located)?;
+    let rows = equations.effective();
+    Ok(Some(Selection {
+        terms,
+        estimate: Estimate {
+            parameters: dictionary.parameters_of(&accepted),
+            covariance: settled.covariance,
+            cost: settled.left,
+            rows: rows as usize,
+            unexplained: share(&left, &exerted).powi(2),
+        },
+        values: settled.values,
+        reduced_misfit: 2.0 * settled.left / rows,
+        nominal_misfit: 2.0 * before / rows,
+        noise: ProcessNoise {
+            force_sd: DVector::from_column_slice(equations.scale()),
+        },
+        remaining: Remaining {
+            share_before: share(&missing, &exerted),
+            share_after: share(&left, &exerted),
+            evidence: 0.0,
+        },
+        considered: choice.considered(),
+        observed: observed.clone(),
+    }))
+}
+
+/// The columns of all options, shape after shape, as [`options`] counts them.
+fn columns(dictionary: &Dictionary, balance: &Balance) -> Result<Vec<Forces>, SolveError> {
+    let (machine, defaults) = (&dictionary.machine, &dictionary.defaults);
+    let mut columns = balance.added(machine, &dictionary.by_parameter, defaults)?;
+    for (shape, (_, tape)) in dictionary.by_shape.iter().enumerate() {
+        let mut values = defaults.clone();
+        for candidate in &dictionary.candidates {
+            for &(parameter, value) in candidate.shapes.get(shape + 1).into_iter().flatten() {
+                values[parameter] = value;
+            }
+        }
+        columns.extend(balance.added(machine, tape, &values)?);
+    }
+    Ok(columns)
+}
+
+/// What acts as a force and forgets: with a gain of nothing an input would leave nothing to
+/// explain, and of a hysteresis the ripple of measured forces shows little.
+fn force_options(dictionary: &Dictionary) -> Vec<ShapedCandidate> {
+    let states = &dictionary.machine.compiled.model.states;
+    let mut options = options(dictionary, &[]);
+    options.retain(|option| {
+        let candidate = &dictionary.candidates[option.candidate];
+        let (name, on) = (candidate.subject.name(), candidate.subject.on());
+        let prefix = format!("{name}_{}_", on.join("_"));
+        !candidate.channel && !states.iter().any(|state| state.name.starts_with(&prefix))
+    });
+    options
+}
+
+/// The equations in units of what all options in their first shape leave together: what one
+/// alone leaves is not noise yet.
+fn weighed(mut equations: Equations, options: &[ShapedCandidate]) -> Equations {
+    let first = options.iter().filter(|option| option.shape == 0);
+    let mut all: Vec<usize> = first.flat_map(|option| option.columns.clone()).collect();
+    all.sort_unstable();
+    all.dedup();
+    for _ in 0..ROUNDS {
+        let part = equations.gram().part(&all);
+        let own: Vec<usize> = (0..all.len()).collect();
+        let fit = part.damped_fit(&own, EVERYTHING);
+        equations.reweigh(&all, fit.coefficients.as_slice());
+    }
+    equations
+}
+
+/// Root mean square over coordinates of forces as shares of others.
+fn share(forces: &Forces, of: &Forces) -> f64 {
+    let pairs = forces.iter().zip(of).filter(|(_, of)| rms(of) > 0.0);
+    let squares: Vec<f64> = pairs.map(|(f, of)| (rms(f) / rms(of)).powi(2)).collect();
+    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+}
