@@ -2,7 +2,8 @@
 
 use dynamics_codegen::Library;
 use identify::log::Log;
-use identify::trace::{Outcome, Request, Verdict, trace};
+use identify::trace::{Basis, Finding, Outcome, Request, Score, Verdict, trace};
+use integration_tests::shared;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -220,4 +221,69 @@ fn friction_of_a_real_pendulum() {
         after.errors.total < before.errors.total / 3.0,
         "{before:?} {after:?}"
     );
+}
+
+/// A real arm with its nominal inertias, of which nothing is known but motor torques: dry and
+/// viscous friction, rotors, and two wrist joints that share a drive. Its last link has no
+/// inertia, so that the model as given cannot move. The last third is held out.
+#[test]
+fn everything_that_a_real_arm_lacks() {
+    let Some(urdf) = shared::file("data/measured/tx40/tx40.urdf") else {
+        return;
+    };
+    let text = "model tx40;\nurdf \"tx40.urdf\";";
+    let mut library = Library::builtin();
+    library.look_in(urdf.parent().expect("a folder"));
+    let log = Log::read(urdf.with_file_name("log.csv.gz")).expect("a log");
+    let request = Request {
+        model_name: "tx40",
+        model_text: text,
+        library: &library,
+        parameters: BTreeMap::new(),
+        train: &log,
+        test: None,
+        hold: None,
+        horizon: 0.5,
+        seed: 1,
+        progress: &identify::trace::Silent,
+    };
+    let outcome = trace(&request).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(
+        (outcome.verdict, outcome.basis),
+        (Verdict::Effect, Basis::Forces)
+    );
+    let found = |effects: &[&str], joint: &str| {
+        let mut findings = outcome.findings.iter();
+        findings.any(|f| effects.contains(&f.effect.as_str()) && f.on.iter().any(|on| on == joint))
+    };
+    for joint in [
+        "joint_1", "joint_2", "joint_3", "joint_4", "joint_5", "joint_6",
+    ] {
+        assert!(
+            found(&["coulomb", "stribeck", "joint_coupling"], joint),
+            "{joint}"
+        );
+    }
+    for joint in ["joint_1", "joint_2", "joint_3", "joint_4"] {
+        assert!(found(&["armature"], joint), "{joint}");
+    }
+    let wrist = |f: &&Finding| f.effect == "joint_coupling" && f.on == ["joint_5", "joint_6"];
+    assert!(
+        outcome.findings.iter().any(|f| wrist(&f)),
+        "{:#?}",
+        outcome.findings
+    );
+    let estimates = outcome.findings.iter().flat_map(|f| f.parameters.values());
+    assert!(estimates.clone().all(|p| p.std.is_finite() && p.std > 0.0));
+    let total = |score: &Score| {
+        let squares = score.force.per_coordinate.values().map(|rms| rms * rms);
+        (squares.sum::<f64>() / 6.0).sqrt()
+    };
+    assert!(
+        total(&outcome.before) > 10.0 && total(&outcome.after) < 2.2,
+        "N*m"
+    );
+    // A model that cannot move has no accelerations; with what was found it has.
+    assert!(outcome.before.acceleration.total.is_infinite());
+    assert!(outcome.after.rollout.errors.total < 0.5);
 }

@@ -2,8 +2,8 @@
 
 use super::figures::{Figure, Figures};
 use super::unnamed;
-use super::{sentence, short, stated_unit};
-use crate::trace::{Errors, Finding, Outcome, Score, Verdict};
+use super::{BY_FORCES, at, sentence, short, stated_unit};
+use crate::trace::{Basis, Finding, Outcome, Score, Verdict};
 use dynamics_codegen::Model;
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior};
@@ -101,6 +101,7 @@ pub fn html(page: &Page<'_>) -> Result<String, PageError> {
             Some(unnamed) => unnamed::sentences(unnamed, model),
             None => Vec::new(),
         },
+        "by_forces": outcome.basis == Basis::Forces,
         "misfit": [short(outcome.misfit_before), short(outcome.misfit_after)],
         "shares": [
             short(100.0 * outcome.remaining.share_before),
@@ -142,6 +143,7 @@ fn remains(outcome: &Outcome) -> &'static str {
             "Forces remain that sensor noise does not explain and that no effect of the \
              library describes; the model file is left as it is."
         }
+        _ if outcome.basis == Basis::Forces => BY_FORCES,
         _ if outcome.misfit_after < NEARLY_NOISE => {
             "What remains is about what the sensors' noise explains."
         }
@@ -174,10 +176,6 @@ fn rows(outcome: &Outcome, model: &Model) -> Vec<Row> {
             floor,
             total,
         }
-    };
-    let at = |errors: &Errors, name: &str| {
-        let error = errors.per_coordinate.get(name);
-        error.copied().unwrap_or(f64::NAN)
     };
     let one = || "1 (share of its scale)".to_string();
     let units = || {

@@ -9,8 +9,9 @@ mod unnamed;
 
 pub use html::{Page, PageError, html};
 
-use crate::trace::{Errors, Finding, Outcome, Score, Verdict};
+use crate::trace::{Basis, Errors, Finding, Outcome, Score, Verdict};
 use dynamics_codegen::Model;
+use figures::force_unit;
 use std::fmt::Write;
 
 /// The outcome on one page of plain text.
@@ -46,32 +47,59 @@ pub fn summary(outcome: &Outcome, model: &Model) -> String {
             [&outcome.before, &outcome.after, &outcome.noise_floor].map(|score| short(pick(score)));
         line(format!("  {name:34}{before:>11}{after:>11}{floor:>13}"));
     };
+    let by_forces = outcome.basis == Basis::Forces;
     row("acceleration, share of its scale".into(), &|s| {
         s.acceleration.total
     });
-    for coordinate in &model.coordinates {
-        let name = &coordinate.name;
-        let at = |errors: &Errors| errors.per_coordinate.get(name).copied().unwrap_or(f64::NAN);
+    for coordinate in model.coordinates.iter().filter(|_| !by_forces) {
         let unit = stated_unit(&coordinate.unit);
-        row(format!("  {name}, {unit}/s^2"), &|s| at(&s.acceleration));
+        let name = &coordinate.name;
+        row(format!("  {name}, {unit}/s^2"), &|s| {
+            at(&s.acceleration, name)
+        });
     }
     row("force, share of its scale".into(), &|s| s.force.total);
+    for coordinate in model.coordinates.iter().filter(|_| by_forces) {
+        let unit = force_unit(stated_unit(&coordinate.unit));
+        let name = &coordinate.name;
+        row(format!("  {name}, {unit}"), &|s| at(&s.force, name));
+    }
     let horizon = outcome.before.rollout.horizon;
     row(format!("prediction over {horizon:.2} s"), &|s| {
         s.rollout.errors.total
     });
     line(String::new());
-    line(format!(
-        "Learnt from {} samples of {}; mean squared prediction error in units of sensor noise {} -> {}; \
-         unexplained: {} % of the accelerations. Seed {}.",
-        split.train_samples,
-        split.train_log,
-        short(outcome.misfit_before),
-        short(outcome.misfit_after),
-        short(100.0 * outcome.remaining.share_after),
-        outcome.seed
-    ));
+    if by_forces {
+        line(BY_FORCES.to_string());
+        line(String::new());
+    }
+    let learnt = format!(
+        "Learnt from {} samples of {}",
+        split.train_samples, split.train_log
+    );
+    let [before, after] = [outcome.misfit_before, outcome.misfit_after].map(short);
+    let left = short(100.0 * outcome.remaining.share_after);
+    let seed = outcome.seed;
+    line(match outcome.basis {
+        Basis::Motion => format!(
+            "{learnt}; mean squared prediction error in units of sensor noise {before} -> {after}; \
+             unexplained: {left} % of the accelerations. Seed {seed}."
+        ),
+        Basis::Forces => format!(
+            "{learnt}; mean squared force error in units of what all effects together leave \
+             {before} -> {after}; unexplained: {left} % of what the inputs exert. Seed {seed}."
+        ),
+    });
     page
+}
+
+/// What a reader should know where effects were found in the balance of forces.
+const BY_FORCES: &str = "So much is missing that no effect alone makes the motion likely: all were \
+    found together in the balance of the measured forces. Inputs are taken to be right; a model that \
+    cannot move as given has no accelerations and predictions (-).";
+
+fn at(errors: &Errors, name: &str) -> f64 {
+    errors.per_coordinate.get(name).copied().unwrap_or(f64::NAN)
 }
 
 /// The unit as the model writes it; a question mark if it does not.
@@ -86,7 +114,10 @@ fn sentence(outcome: &Outcome) -> String {
         .iter()
         .map(|finding| format!("{} ({})", finding.effect, finding.on.join(", ")))
         .collect();
-    let names = names.join(" and ");
+    let names = match names.split_last() {
+        Some((last, others)) if !others.is_empty() => format!("{} and {last}", others.join(", ")),
+        _ => names.concat(),
+    };
     match outcome.verdict {
         Verdict::None => "The log agrees with the model: nothing is missing.".to_string(),
         Verdict::Effect => format!("The model lacks {names}."),
@@ -126,8 +157,11 @@ fn describe(finding: &Finding) -> Vec<String> {
     lines
 }
 
-/// Four digits.
+/// Four digits; a dash where there is no number.
 fn short(value: f64) -> String {
+    if !value.is_finite() {
+        return "-".to_string();
+    }
     if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
         let digits = if value == 0.0 {
             0

@@ -491,3 +491,51 @@ fn places(model: &dynamics_codegen::Model, library: &Library) -> Vec<(String, Ve
     }
     places
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::States;
+
+    /// A link whose mass lies on the joint's axis: its inertia about the axis grows with the
+    /// square of what its centre leaves it by, so that no slope at the default shows it.
+    const ON_THE_AXIS: &str = "model on_the_axis;
+        coordinate a: rad; coordinate b: rad;
+        input a: N*m; input b: N*m;
+        constant l: m = 0.4;
+        body upright { frame: rotate_z(a); mass: 3; inertia: diag(0.1, 0.1, 0.1); }
+        body out { frame: rotate_z(a)*translate(l, 0, 0)*rotate_y(b); mass: 1; center: (0.2, 0, 0);
+                   inertia: diag(0.01, 0.02, 0.02); }
+        gravity (0, 0, -9.81);
+        force a = input(a); force b = input(b);";
+
+    #[test]
+    fn candidates_do_nothing_at_their_defaults() {
+        let library = Library::builtin();
+        let ranges = Ranges {
+            positions: vec![vec![-1.0, 0.0, 1.0]; 2],
+            speeds: vec![1.0; 2],
+            inputs: vec![vec![0.0, 1.0, 2.0]; 2],
+        };
+        let none = BTreeMap::new();
+        let dictionary =
+            Dictionary::new("on_the_axis", ON_THE_AXIS, &library, &none, &ranges).unwrap();
+        let states = States {
+            t: vec![0.0],
+            q: vec![vec![0.3], vec![-0.8]],
+            v: vec![vec![1.1], vec![-0.7]],
+            u: vec![vec![2.0], vec![-1.0]],
+            ..States::default()
+        };
+        let extended = &dictionary
+            .machine
+            .motion(&states, &dictionary.defaults)
+            .unwrap()[0];
+        let focus = dictionary.focus(&[]);
+        let plain = focus.values(&dictionary.defaults);
+        let plain = &focus.machine.motion(&states, &plain).unwrap()[0];
+        let apart = &extended.terms.mass_matrix - &plain.terms.mass_matrix;
+        assert!(apart.amax() < 1e-12, "{apart}");
+        assert!((&extended.acceleration - &plain.acceleration).amax() < 1e-10);
+    }
+}

@@ -286,14 +286,21 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         }
         _ => None,
     };
+    let (kind, [error_before, error_after]) = match basis {
+        Basis::Motion => (
+            "acceleration",
+            [&before, &after].map(|s| s.acceleration.total),
+        ),
+        Basis::Forces => ("force", [&before, &after].map(|s| s.force.total)),
+    };
+    let rollouts = [&before, &after].map(|s| s.rollout.errors.total);
+    let rollouts = match rollouts {
+        [before, after] if before.is_finite() => format!(", rollout {before:.3} -> {after:.3}"),
+        _ => String::new(),
+    };
     let provenance = format!(
-        "dynamics trace, {}: held-out acceleration error {:.3} -> {:.3}, rollout {:.3} -> {:.3} (seed {})",
-        split.train_log,
-        before.acceleration.total,
-        after.acceleration.total,
-        before.rollout.errors.total,
-        after.rollout.errors.total,
-        request.seed
+        "dynamics trace, {}: held-out {kind} error {error_before:.3} -> {error_after:.3}{rollouts} (seed {})",
+        split.train_log, request.seed
     );
     Ok(Outcome {
         verdict,
