@@ -287,3 +287,34 @@ fn everything_that_a_real_arm_lacks() {
     assert!(outcome.before.acceleration.total.is_infinite());
     assert!(outcome.after.rollout.errors.total < 0.5);
 }
+
+/// A real drive that follows its command one and a third samples late. Somebody pushes the
+/// pendulum by hand, which no effect is; the delay is found all the same, on the channel.
+#[test]
+fn the_delay_of_a_real_drive() {
+    let Some(log) = shared::file("data/measured/dfki_pendulum/log.csv.gz") else {
+        return;
+    };
+    let text = std::fs::read_to_string(format!("{ROOT}/data/measured/dfki_pendulum.model"));
+    let log = Log::read(&log).unwrap();
+    let (text, parameters) = (text.unwrap(), BTreeMap::new());
+    let outcome = run("dfki_pendulum", &text, parameters, &log, None, 0.5);
+    let late = |f: &&Finding| f.effect == "input_delay" && f.on == ["u_1"];
+    let found = outcome.findings.iter().find(late).expect("a delay");
+    let tau = &found.parameters["tau"];
+    // Cross-correlation of the two columns: more than one sample of 5 ms, less than two.
+    assert!(
+        (0.005..0.010).contains(&tau.value) && tau.std < 1e-3,
+        "{tau:?}"
+    );
+    let friction = [
+        "coulomb",
+        "stribeck",
+        "asymmetric_coulomb",
+        "viscous",
+        "lugre",
+    ];
+    let mut findings = outcome.findings.iter();
+    assert!(!findings.any(|f| friction.contains(&f.effect.as_str())));
+    assert!(outcome.patched_model.contains("effect input_delay(u_1)"));
+}

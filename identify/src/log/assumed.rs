@@ -16,7 +16,8 @@ impl Log {
             return;
         }
         for column in columns {
-            if !self.channels.contains_key(&column) {
+            let commanded = column.replacen("u_", "ucmd_", 1);
+            if !self.channels.contains_key(&column) && !self.channels.contains_key(&commanded) {
                 self.warnings.push(Warning::AssumedZero {
                     column: column.clone(),
                 });

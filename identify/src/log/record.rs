@@ -27,6 +27,8 @@ pub struct Record {
     pub ddq: Vec<Option<Vec<f64>>>,
     /// Inputs \[N or N·m\] (p × n).
     pub u: Vec<Vec<f64>>,
+    /// The same as commanded, where both were logged (p × n): `ucmd_<input>`.
+    pub commanded: Vec<Option<Vec<f64>>>,
     /// What should be known about these channels.
     pub warnings: Vec<Warning>,
 }
@@ -67,6 +69,7 @@ impl Record {
             dq: self.dq.iter().map(thin_optional).collect(),
             ddq: self.ddq.iter().map(thin_optional).collect(),
             u: self.u.iter().map(thin).collect(),
+            commanded: self.commanded.iter().map(thin_optional).collect(),
             warnings: self.warnings.clone(),
         }
     }
@@ -91,6 +94,7 @@ impl Record {
             dq: self.dq.iter().map(cut_optional).collect(),
             ddq: self.ddq.iter().map(cut_optional).collect(),
             u: self.u.iter().map(cut).collect(),
+            commanded: self.commanded.iter().map(cut_optional).collect(),
             warnings: self.warnings.clone(),
         }
     }
@@ -148,23 +152,30 @@ pub(super) fn select(
     let mut u: Vec<Vec<f64>> = Vec::new();
     for name in inputs {
         let role = || format!("the input `{name}`");
-        u.extend(required(log, "u_", name, role, &mut problems));
+        // What nobody measured is as it was commanded.
+        let commanded = column(log, "ucmd_", name);
+        let prefix = match log.channels.contains_key(&column(log, "u_", name)) {
+            false if log.channels.contains_key(&commanded) => "ucmd_",
+            _ => "u_",
+        };
+        u.extend(required(log, prefix, name, role, &mut problems));
     }
     if !problems.is_empty() {
         return Err(problems.into_error(&log.path));
     }
-    let optional = |prefix: &str| {
+    let optional = |prefix: &str, names: &[String]| {
         let column = |name: &String| log.channels.get(&column(log, prefix, name)).cloned();
-        coordinates.iter().map(column).collect()
+        names.iter().map(column).collect()
     };
     let mut record = Record {
         coordinates: coordinates.to_vec(),
         inputs: inputs.to_vec(),
         t: log.t.clone(),
         q,
-        dq: optional("dq_"),
-        ddq: optional("ddq_"),
+        dq: optional("dq_", coordinates),
+        ddq: optional("ddq_", coordinates),
         u,
+        commanded: optional("ucmd_", inputs),
         warnings: log.warnings.clone(),
     };
     health::examine(&mut record);
@@ -176,7 +187,7 @@ pub(super) fn select(
 /// itself: `q_1`, with the velocity `dq_1`; likewise an input `u_1`.
 fn column(log: &Log, prefix: &str, name: &str) -> String {
     let plain = format!("{prefix}{name}");
-    let own = if prefix == "u_" { "u_" } else { "q_" };
+    let own = if prefix.starts_with('u') { "u_" } else { "q_" };
     match name.strip_prefix(own).map(|rest| format!("{prefix}{rest}")) {
         Some(whole) if !log.channels.contains_key(&plain) => whole,
         _ => plain,

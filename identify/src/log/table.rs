@@ -10,7 +10,7 @@ use std::collections::HashMap;
 const SHOWN: usize = 40;
 
 /// Prefixes of the columns whose every cell must be a finite number.
-const MEASURED: [&str; 4] = ["q_", "dq_", "ddq_", "u_"];
+const MEASURED: [&str; 5] = ["q_", "dq_", "ddq_", "u_", "ucmd_"];
 
 /// What the column of time stamps is called elsewhere.
 const TIME_NAMES: [&str; 6] = ["T", "time", "_time", "timestamp", "stamp", "t_s"];

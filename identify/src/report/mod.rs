@@ -109,26 +109,42 @@ fn stated_unit(unit: &str) -> &str {
 
 /// What was found, in one sentence.
 fn sentence(outcome: &Outcome) -> String {
-    let names: Vec<String> = outcome
-        .findings
-        .iter()
-        .map(|finding| format!("{} ({})", finding.effect, finding.on.join(", ")))
-        .collect();
-    let names = match names.split_last() {
-        Some((last, others)) if !others.is_empty() => format!("{} and {last}", others.join(", ")),
-        _ => names.concat(),
-    };
+    let names = names(outcome.findings.iter());
+    if outcome.verdict == Verdict::Unknown {
+        let (drives, nearest): (Vec<&Finding>, Vec<&Finding>) = outcome
+            .findings
+            .iter()
+            .partition(|finding| finding.is_measured);
+        let mut sentence = match drives.is_empty() {
+            true => "Something is missing".to_string(),
+            false => format!(
+                "A drive does not do what it is told: {}. Beside that something is missing",
+                self::names(drives.into_iter())
+            ),
+        };
+        sentence.push_str(" that no effect of the library explains");
+        if !nearest.is_empty() {
+            let nearest = self::names(nearest.into_iter());
+            sentence.push_str(&format!("; nearest, but not near: {nearest}"));
+        }
+        return sentence + ".";
+    }
     match outcome.verdict {
         Verdict::None => "The log agrees with the model: nothing is missing.".to_string(),
         Verdict::Effect => format!("The model lacks {names}."),
         Verdict::Channel => format!("A channel is not what it seems: {names}."),
         Verdict::Parameter => format!("Only the value of a parameter is off: {names}."),
-        Verdict::Unknown if names.is_empty() => {
-            "Something is missing that no effect of the library explains.".to_string()
-        }
-        Verdict::Unknown => format!(
-            "Something is missing that no effect of the library explains; nearest, but not near: {names}."
-        ),
+        Verdict::Unknown => String::new(),
+    }
+}
+
+/// Effects with their places, as a list.
+fn names<'a>(findings: impl Iterator<Item = &'a Finding>) -> String {
+    let names = findings.map(|f| format!("{} ({})", f.effect, f.on.join(", ")));
+    let names: Vec<String> = names.collect();
+    match names.split_last() {
+        Some((last, others)) if !others.is_empty() => format!("{} and {last}", others.join(", ")),
+        _ => names.concat(),
     }
 }
 

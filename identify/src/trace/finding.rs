@@ -61,6 +61,10 @@ pub struct Finding {
     pub evidence: f64,
     /// What explains the log about as well.
     pub confounded_with: Vec<Rival>,
+    /// Whether two measured columns say so, a command and what the drive made of it, whatever
+    /// else is missing.
+    #[serde(skip)]
+    pub is_measured: bool,
 }
 
 /// What remains is a finding if the log is this many nats more likely with it,
@@ -173,5 +177,6 @@ fn finding(dictionary: &Dictionary, selection: &Selection, term: &Term) -> Findi
         parameters: parameters.collect(),
         evidence: term.evidence,
         confounded_with: term.rivals.iter().map(rival).collect(),
+        is_measured: false,
     }
 }

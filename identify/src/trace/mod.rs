@@ -1,5 +1,6 @@
 //! From a log to the named effects that the model lacks.
 
+mod command;
 mod corrected;
 mod dictionary;
 mod estimate;

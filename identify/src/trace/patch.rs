@@ -139,6 +139,7 @@ mod tests {
             parameters: BTreeMap::from([(name.into(), estimate)]),
             evidence: 12.3,
             confounded_with: Vec::new(),
+            is_measured: false,
         }
     }
 

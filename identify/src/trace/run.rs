@@ -1,5 +1,6 @@
 //! The whole loop: log in, findings and patched model out.
 
+use super::command::drives;
 use super::corrected::corrected;
 use super::dictionary::Dictionary;
 use super::estimate::Observed;
@@ -16,6 +17,7 @@ use crate::machine::SolveError;
 use crate::regression::Hold;
 use crate::smooth::SmoothError;
 use dynamics_codegen::model::ConstraintKind;
+use dynamics_codegen::syntax::PortKind;
 use dynamics_codegen::{Compiled, Library, Report};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -198,6 +200,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     check_overrides(&plain, &request.parameters)?;
     let (train, test, split) = split(request, &plain)?;
     let train = thinned(train);
+    let (train, test) = as_driven(&plain, train, test);
     let mut observed = Observed::new(train, request.hold.unwrap_or(Hold::Linear))?;
     let ranges = observed.ranges();
     progress.enter(Stage::Derive, &[]);
@@ -219,7 +222,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         Some(_) => Basis::Forces,
         None => Basis::Motion,
     };
-    let selection = match by_forces {
+    let mut selection = match by_forces {
         Some(selection) => selection,
         None => {
             if request.hold.is_none() {
@@ -229,29 +232,39 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
                 .map_err(located)?
         }
     };
-    let observed = &selection.observed;
-    let hold = observed.hold;
-    let found = findings(&dictionary, &selection);
+    let hold = selection.observed.hold;
     progress.enter(Stage::Judge, &[]);
-    let (scores, series) = match basis {
-        Basis::Forces => forces::judge(&dictionary, &selection, &test, request, hold)?,
-        Basis::Motion => judge(&dictionary, &selection, &test, request, hold)?,
+    let judged = |selection: &Selection| match basis {
+        Basis::Forces => forces::judge(&dictionary, selection, &test, request, hold),
+        Basis::Motion => judge(&dictionary, selection, &test, request, hold),
     };
-    let [before, after, noise_floor] = scores;
+    let mut judgement = judged(&selection)?;
+    // What predicts worse than the model as given explains nothing, whatever its evidence.
+    let worse = is_worse(basis, &judgement.0);
+    if worse {
+        selection = selection.without_terms(&dictionary);
+        judgement = judged(&selection)?;
+    }
+    let ([before, after, noise_floor], series) = judgement;
+    let observed = &selection.observed;
+    let drives = drives(&dictionary, &observed.record);
+    let told = |f: &Finding| {
+        drives
+            .iter()
+            .any(|d| (&d.effect, &d.on) == (&f.effect, &f.on))
+    };
+    let by_motion = findings(&dictionary, &selection).into_iter();
+    let found: Vec<Finding> = (drives.iter().cloned())
+        .chain(by_motion.filter(|finding| !told(finding)))
+        .collect();
     let at_floor = after.acceleration.total < AT_FLOOR * noise_floor.acceleration.total;
-    // What predicts worse than the model as given explains nothing, whatever its evidence. Both
-    // measures must say so: where little moves, accelerations are mostly the filter's corners.
-    let worse = match basis {
-        Basis::Forces => after.force.total > before.force.total,
-        Basis::Motion => {
-            after.acceleration.total > WORSE * before.acceleration.total
-                && after.rollout.errors.total > before.rollout.errors.total
-        }
-    };
     let verdict = if worse {
         Verdict::Unknown
     } else {
-        verdict(&dictionary, &selection, at_floor || basis == Basis::Forces)
+        match verdict(&dictionary, &selection, at_floor || basis == Basis::Forces) {
+            Verdict::None | Verdict::Parameter if !drives.is_empty() => Verdict::Channel,
+            verdict => verdict,
+        }
     };
     let sources = observed.record.warnings.iter().chain(&test.warnings);
     let mut warnings: Vec<String> = sources.map(ToString::to_string).collect();
@@ -305,9 +318,10 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     Ok(Outcome {
         verdict,
         basis,
-        // What does not explain the log is not written into the model.
+        // What does not explain the log is not written into the model; what two measured
+        // columns say of a drive is.
         patched_model: match verdict {
-            Verdict::Unknown => model_text.to_string(),
+            Verdict::Unknown => patch(model_text, &drives, &provenance),
             _ => patch(model_text, &found, &provenance),
         },
         findings: found,
@@ -430,6 +444,37 @@ impl TraceError {
         Self::Solve {
             time: times.get(sample).copied().unwrap_or(f64::NAN),
             source,
+        }
+    }
+}
+
+/// The records with the command as the input wherever the model says what the drive makes of
+/// it: elsewhere the input is what was measured.
+fn as_driven(plain: &Compiled, train: Record, test: Record) -> (Record, Record) {
+    let driven = |record: Record| {
+        let mut record = record;
+        let inputs = record.inputs.clone();
+        for (i, name) in inputs.iter().enumerate() {
+            let mut effects = plain.model.effects.iter();
+            let on_it = |kind: &PortKind, on: &String| *kind == PortKind::Input && on == name;
+            let is_driven = effects.any(|e| e.on.iter().any(|(kind, on)| on_it(kind, on)));
+            if is_driven && let Some(command) = record.commanded[i].take() {
+                record.u[i] = command;
+            }
+        }
+        record
+    };
+    (driven(train), driven(test))
+}
+
+/// Whether the patched model predicts worse. Both measures must say so: where little moves,
+/// accelerations are mostly the filter's corners.
+fn is_worse(basis: Basis, [before, after, _]: &[Score; 3]) -> bool {
+    match basis {
+        Basis::Forces => after.force.total > before.force.total,
+        Basis::Motion => {
+            after.acceleration.total > WORSE * before.acceleration.total
+                && after.rollout.errors.total > before.rollout.errors.total
         }
     }
 }

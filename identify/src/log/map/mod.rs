@@ -99,6 +99,8 @@ enum Wrap {
 
 /// Prefixes of channels.
 const PREFIXES: [&str; 4] = ["q_", "dq_", "ddq_", "u_"];
+/// What comes before the name of an input as it was commanded.
+const COMMANDED: &str = "ucmd_";
 
 impl Map {
     /// Where the map of a log is looked for: `arm.toml` beside `arm.csv`, `arm.csv.gz`,
@@ -214,6 +216,7 @@ impl Reader<'_> {
         let text = name.get_ref();
         if !PREFIXES
             .iter()
+            .chain(&[COMMANDED])
             .any(|prefix| text.len() > prefix.len() && text.starts_with(prefix))
         {
             let message = format!("`{text}` is no channel");

@@ -179,6 +179,26 @@ impl Selection {
         self.estimate.unexplained > search::NO_EXCESS * SMALLEST_SHARE * SMALLEST_SHARE
     }
 
+    /// The same with nothing accepted.
+    pub(super) fn without_terms(self, dictionary: &Dictionary) -> Self {
+        Self {
+            terms: Vec::new(),
+            values: dictionary.defaults.clone(),
+            reduced_misfit: self.nominal_misfit,
+            estimate: Estimate {
+                parameters: Vec::new(),
+                covariance: nalgebra::DMatrix::zeros(0, 0),
+                unexplained: self.remaining.share_before.powi(2),
+                ..self.estimate
+            },
+            remaining: Remaining {
+                share_after: self.remaining.share_before,
+                ..self.remaining
+            },
+            ..self
+        }
+    }
+
     /// Which candidates were accepted.
     pub fn accepted(&self) -> Vec<usize> {
         self.terms.iter().map(|term| term.candidate).collect()
