@@ -195,6 +195,8 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--skip", default="", help="systems to leave out, by comma")
+    parser.add_argument("--at-least", type=float, default=0.0, metavar="SHARE",
+                        help="fail if fewer machines than this share are accepted")
     parser.add_argument("--verbose", action="store_true")
     a = parser.parse_args()
     if a.read:
@@ -223,6 +225,10 @@ def main():
                 print(json.dumps({k: line[k] for k in ("id", "wanted", "verdict", "truth", "found", "seconds")}),
                       flush=True)
     table(lines)
+    accepted = sum(line["accepted"] for line in lines)
+    if accepted < a.at_least * len(lines):
+        print(f"{accepted} of {len(lines)} accepted; at least {100 * a.at_least:.0f} % are demanded", file=sys.stderr)
+        return 1
     return 0
 
 

@@ -3,22 +3,23 @@
 use super::command::drives;
 use super::corrected::corrected;
 use super::dictionary::Dictionary;
+use super::error::TraceError;
 use super::estimate::Observed;
 use super::finding::{Finding, Verdict, findings, verdict};
 use super::forces;
+use super::judge::{is_worse, judge};
 use super::microscope::{Unnamed, look};
 use super::patch::patch;
 use super::progress::{Progress, Stage};
-use super::score::{Score, ScoreError, Scoring};
-use super::select::{Remaining, Selection, likelier_hold, select, smooth};
-use super::series::{Details, Series, weighed};
-use crate::log::{Log, LogError, Record};
+use super::score::{Score, Scoring};
+use super::select::{Remaining, Selection, likelier_hold, select};
+use super::series::{Details, weighed};
+use crate::log::{Log, Record};
 use crate::machine::SolveError;
 use crate::regression::Hold;
-use crate::smooth::SmoothError;
 use dynamics_codegen::model::ConstraintKind;
 use dynamics_codegen::syntax::PortKind;
-use dynamics_codegen::{Compiled, Library, Report};
+use dynamics_codegen::{Compiled, Library};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -114,67 +115,6 @@ pub struct Outcome {
     pub details: Details,
 }
 
-/// Why a log could not be traced.
-#[derive(Debug, thiserror::Error)]
-pub enum TraceError {
-    /// The log cannot be used.
-    #[error(transparent)]
-    Log(#[from] LogError),
-    /// The log cannot be smoothed.
-    #[error(transparent)]
-    Smooth(#[from] SmoothError),
-    /// The model's text is wrong.
-    #[error(transparent)]
-    Model(#[from] Box<Report>),
-    /// The equation of motion has no solution somewhere along the log.
-    #[error("the model cannot be evaluated along the log at t = {time} s: {source}")]
-    Solve {
-        /// When.
-        time: f64,
-        /// Why.
-        source: SolveError,
-    },
-    /// A parameter to override does not exist.
-    #[error("the model has no parameter `{name}`; it has: {known}")]
-    UnknownParameter {
-        /// What was asked for.
-        name: String,
-        /// What there is.
-        known: String,
-    },
-    /// The log does not obey a constraint of the model.
-    #[error(
-        "the log does not fulfil constraint `{constraint}`: it is off by {violation:.3e} (root mean \
-         square), at t = {time} s by {worst:.3e}, but the sensors' noise explains {expected:.3e} only; \
-         check that the columns, signs and geometry belong to this machine"
-    )]
-    Constraint {
-        /// Which.
-        constraint: String,
-        /// Root mean square of `c`.
-        violation: f64,
-        /// What noise makes of it.
-        expected: f64,
-        /// When it is worst.
-        time: f64,
-        /// By how much.
-        worst: f64,
-    },
-    /// Too little to split.
-    #[error(
-        "the log has {samples} samples; at least {needed} are needed to keep a third apart: give a \
-         longer log or a second one with `--test`"
-    )]
-    TooShort {
-        /// What there is.
-        samples: usize,
-        /// What is needed.
-        needed: usize,
-    },
-}
-
-/// An error above this many times that of the model as given is worse.
-const WORSE: f64 = 1.1;
 /// An error below this many times the noise floor is the floor.
 const AT_FLOOR: f64 = 1.05;
 /// Fewest samples for learning, and for judging.
@@ -213,7 +153,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     )
     .map_err(Box::new)?;
     let times = observed.record.t.clone();
-    let located = |source: SolveError| locate(source, &times);
+    let located = |source: SolveError| TraceError::at(source, &times);
     check_constraints(&dictionary, &observed)?;
     progress.enter(Stage::Fit, &[]);
     let immobile = is_immobile(&dictionary, &observed);
@@ -430,24 +370,6 @@ fn check_overrides(plain: &Compiled, given: &BTreeMap<String, f64>) -> Result<()
     }
 }
 
-fn locate(source: SolveError, times: &[f64]) -> TraceError {
-    TraceError::at(source, times)
-}
-
-impl TraceError {
-    /// With the time of the sample.
-    pub(super) fn at(source: SolveError, times: &[f64]) -> Self {
-        let (SolveError::Singular { sample }
-        | SolveError::Inconsistent { sample, .. }
-        | SolveError::Unsettled { sample }
-        | SolveError::NotFinite { sample }) = source;
-        Self::Solve {
-            time: times.get(sample).copied().unwrap_or(f64::NAN),
-            source,
-        }
-    }
-}
-
 /// The records with the command as the input wherever the model says what the drive makes of
 /// it: elsewhere the input is what was measured.
 fn as_driven(plain: &Compiled, train: Record, test: Record) -> (Record, Record) {
@@ -465,18 +387,6 @@ fn as_driven(plain: &Compiled, train: Record, test: Record) -> (Record, Record) 
         record
     };
     (driven(train), driven(test))
-}
-
-/// Whether the patched model predicts worse. Both measures must say so: where little moves,
-/// accelerations are mostly the filter's corners.
-fn is_worse(basis: Basis, [before, after, _]: &[Score; 3]) -> bool {
-    match basis {
-        Basis::Forces => after.force.total > before.force.total,
-        Basis::Motion => {
-            after.acceleration.total > WORSE * before.acceleration.total
-                && after.rollout.errors.total > before.rollout.errors.total
-        }
-    }
 }
 
 /// Whether the model as given cannot be solved for accelerations along the log.
@@ -589,53 +499,6 @@ fn check_constraints(dictionary: &Dictionary, observed: &Observed) -> Result<(),
 /// A violation below this share of the coordinates' travel (a turn counts as 1 rad) may be a geometry that
 /// is a little off; above, it is another machine.
 const GROSS_VIOLATION: f64 = 0.05;
-
-/// Before, after, and the floor, on data that nothing was fitted to.
-fn judge(
-    dictionary: &Dictionary,
-    selection: &Selection,
-    test: &Record,
-    request: &Request<'_>,
-    hold: Hold,
-) -> Result<([Score; 3], Series), TraceError> {
-    let failed = |error: ScoreError| match error {
-        ScoreError::Smooth(error) => TraceError::Smooth(error),
-        ScoreError::Solve(error) => locate(error, &test.t),
-    };
-    let accepted = selection.accepted();
-    let (given, patched) = (dictionary.focus(&[]), dictionary.focus(&accepted));
-    let (given_values, patched_values) = (
-        given.values(&dictionary.defaults),
-        patched.values(&selection.values),
-    );
-    let scoring = |machine, values| Scoring {
-        machine,
-        values,
-        hold,
-        horizon: request.horizon,
-    };
-    let before = scoring(&given.machine, &given_values);
-    let after = scoring(&patched.machine, &patched_values);
-    let floor = after;
-    let before = before.look(test).map_err(failed)?;
-    let faultless = corrected(test, &patched, &patched_values)?;
-    let after = after.look(&faultless).map_err(failed)?;
-    // The states of the test log as the patched model sees them.
-    let observed = Observed::new(test.clone(), hold)?;
-    let observed = smooth(dictionary, &accepted, observed, &selection.values)
-        .map_err(|error| locate(error, &test.t))?;
-    let forces_remain = selection.forces_remain();
-    let floor = floor
-        .noise_floor(&observed, forces_remain, request.seed)
-        .map_err(failed)?;
-    let models = [
-        (&*given, &dictionary.defaults[..]),
-        (&*patched, &selection.values[..]),
-    ];
-    let series =
-        Series::new(models, &observed, &before, &after).map_err(|error| locate(error, &test.t))?;
-    Ok(([before.score, after.score, floor], series))
-}
 
 fn sensor_noise(observed: &Observed) -> BTreeMap<String, f64> {
     let record = &observed.record;

@@ -6,8 +6,9 @@ use crate::log::Record;
 use crate::regression::Hold;
 use crate::smooth::{SmoothError, savgol_states};
 use crate::trace::dictionary::Dictionary;
+use crate::trace::error::TraceError;
 use crate::trace::estimate::Observed;
-use crate::trace::run::{Request, TraceError};
+use crate::trace::run::Request;
 use crate::trace::score::{
     Errors, Look, Predicted, RolloutErrors, Score, ScoreError, Scoring, deviation, inner_samples,
     with_noise,

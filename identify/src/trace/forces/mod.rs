@@ -16,9 +16,9 @@ mod settle;
 pub(super) use judge::judge;
 
 use super::dictionary::Dictionary;
+use super::error::TraceError;
 use super::estimate::Observed;
 use super::refine::Estimate;
-use super::run::TraceError;
 use super::screen::{ShapedCandidate, options};
 use super::select::{Remaining, Selection, Term};
 use crate::machine::SolveError;

@@ -1,0 +1,79 @@
+//! Why a log could not be traced.
+
+use crate::log::LogError;
+use crate::machine::SolveError;
+use crate::smooth::SmoothError;
+use dynamics_codegen::Report;
+
+/// Why a log could not be traced.
+#[derive(Debug, thiserror::Error)]
+pub enum TraceError {
+    /// The log cannot be used.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// The log cannot be smoothed.
+    #[error(transparent)]
+    Smooth(#[from] SmoothError),
+    /// The model's text is wrong.
+    #[error(transparent)]
+    Model(#[from] Box<Report>),
+    /// The equation of motion has no solution somewhere along the log.
+    #[error("the model cannot be evaluated along the log at t = {time} s: {source}")]
+    Solve {
+        /// When.
+        time: f64,
+        /// Why.
+        source: SolveError,
+    },
+    /// A parameter to override does not exist.
+    #[error("the model has no parameter `{name}`; it has: {known}")]
+    UnknownParameter {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: String,
+    },
+    /// The log does not obey a constraint of the model.
+    #[error(
+        "the log does not fulfil constraint `{constraint}`: it is off by {violation:.3e} (root mean \
+         square), at t = {time} s by {worst:.3e}, but the sensors' noise explains {expected:.3e} only; \
+         check that the columns, signs and geometry belong to this machine"
+    )]
+    Constraint {
+        /// Which.
+        constraint: String,
+        /// Root mean square of `c`.
+        violation: f64,
+        /// What noise makes of it.
+        expected: f64,
+        /// When it is worst.
+        time: f64,
+        /// By how much.
+        worst: f64,
+    },
+    /// Too little to split.
+    #[error(
+        "the log has {samples} samples; at least {needed} are needed to keep a third apart: give a \
+         longer log or a second one with `--test`"
+    )]
+    TooShort {
+        /// What there is.
+        samples: usize,
+        /// What is needed.
+        needed: usize,
+    },
+}
+
+impl TraceError {
+    /// With the time of the sample.
+    pub(super) fn at(source: SolveError, times: &[f64]) -> Self {
+        let (SolveError::Singular { sample }
+        | SolveError::Inconsistent { sample, .. }
+        | SolveError::Unsettled { sample }
+        | SolveError::NotFinite { sample }) = source;
+        Self::Solve {
+            time: times.get(sample).copied().unwrap_or(f64::NAN),
+            source,
+        }
+    }
+}
