@@ -21,6 +21,10 @@ pub struct Readings {
     pub acceleration: Vec<Option<Vec<f64>>>,
     /// Standard deviation of the acceleration sensors.
     pub acceleration_sd: Vec<f64>,
+    /// `Σ ln |∂y/∂x|` over all readings `y` of sensors that do not show `x` itself: what makes
+    /// densities of corrected readings comparable with those of others. Without it a sensor
+    /// that is thought to magnify would always be right, as all errors shrink.
+    pub log_slope: f64,
 }
 
 /// The size of forces that nothing explains: `f` of [`ErrorDynamics`].
@@ -68,7 +72,7 @@ impl<'a> Whitener<'a> {
             readings,
             updates: Vec::new(),
             covariance: Vec::with_capacity(dynamics.t.len()),
-            log_sd: 0.0,
+            log_sd: readings.log_slope,
             gaps: gaps(&dynamics.t),
         };
         let initial = whitener.initial_covariance(noise);
@@ -173,7 +177,7 @@ impl<'a> Whitener<'a> {
         });
     }
 
-    /// `Σ ln sd` of all innovations: the part of the negative log likelihood that
+    /// `Σ ln sd` of all innovations, of readings as they stand on the dials: the part of the negative log likelihood that
     /// does not depend on the fit.
     pub fn log_sd(&self) -> f64 {
         self.log_sd

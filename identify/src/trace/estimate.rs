@@ -129,6 +129,16 @@ impl Observed {
             let (q, v, slope) = channels(i);
             readings.position[i] = beside(&self.record.q[i], q, slope);
             readings.velocity[i] = self.record.dq[i].as_ref().map(|y| beside(y, v, slope));
+            // Noise is what it is on the dial: behind a sensor that magnifies it is less.
+            let magnified = slope.iter().map(|s| s.abs().max(f64::MIN_POSITIVE));
+            let log_slope: f64 = magnified.map(f64::ln).sum();
+            let mean = (log_slope / slope.len().max(1) as f64).exp();
+            readings.position_sd[i] /= mean;
+            readings.velocity_sd[i] /= mean;
+            readings.acceleration_sd[i] /= mean;
+            let others = [&self.record.dq[i], &self.record.ddq[i]];
+            let channels = 1 + others.iter().filter(|channel| channel.is_some()).count();
+            readings.log_slope += channels as f64 * log_slope;
             // What is read of the acceleration beyond the acceleration itself.
             let (curve_v, t) = (&self.curve.v[i], &self.curve.t);
             let beyond: Vec<f64> = v.iter().zip(curve_v).map(|(read, v)| read - v).collect();
@@ -157,6 +167,7 @@ impl Observed {
             velocity_sd: self.velocity_sd.clone(),
             acceleration: self.record.ddq.clone(),
             acceleration_sd: self.acceleration_sd.clone(),
+            log_slope: 0.0,
         }
     }
 
