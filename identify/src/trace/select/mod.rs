@@ -5,6 +5,7 @@
 //! anew: the right name leaves sensor noise alone, a wrong one leaves forces.
 
 mod fitting;
+mod gather;
 mod hold;
 mod leaders;
 mod pairs;
@@ -130,6 +131,10 @@ pub fn select(
     while let Some(simpler) = search.simplified(&search.current, &search.accepted) {
         search.accepted.clone_from(&simpler.candidates);
         search.current = simpler;
+    }
+    if let Some(gathered) = search.gathered() {
+        search.accepted.clone_from(&gathered.candidates);
+        search.current = gathered;
     }
     let evidence = search.prune();
     let mut alike = rivals(dictionary, &search.current.explanation, &search.accepted)?;

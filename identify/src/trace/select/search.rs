@@ -158,7 +158,7 @@ impl Search<'_> {
     }
 
     /// The same with one more; where its best shape leads nowhere, in its other ones.
-    fn attempt_in_some_shape(&self, leader: &Considered) -> Result<Attempt, SolveError> {
+    pub(super) fn attempt_in_some_shape(&self, leader: &Considered) -> Result<Attempt, SolveError> {
         let best = self.attempt(&[leader]);
         let leads = |a: &Attempt| a.cost < self.current.cost;
         if best.as_ref().is_ok_and(leads) {
