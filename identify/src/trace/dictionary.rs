@@ -342,7 +342,41 @@ impl Dictionary {
                 Role::Inert
             }
         };
-        parameters.iter().map(role).collect()
+        let mut roles: Vec<Role> = parameters.iter().map(role).collect();
+        // A load at the axis of its link does nothing to first order, wherever the default puts
+        // it: what makes all of its other parameters meaningless is its strength all the same.
+        let idle = self.candidates.iter().filter(|candidate| {
+            let strong = |&index: &usize| roles[index] == Role::Strength;
+            !candidate.parameters.iter().any(strong)
+        });
+        let mut switches = Vec::new();
+        for Candidate {
+            parameters: own, ..
+        } in idle
+        {
+            let mut free = replacements.clone();
+            free.retain(|symbol, _| !own.iter().any(|&index| parameters[index].symbol == *symbol));
+            for &switch in own.iter().filter(|&&index| roles[index] == Role::Shape) {
+                let mut off = free.clone();
+                let symbol = parameters[switch].symbol;
+                off.insert(symbol, replacements[&symbol]);
+                let others = own.iter().filter(|&&index| index != switch);
+                let mut meaningless = true;
+                for &other in others {
+                    let seeds = model.parameter_seeds(parameters[other].symbol);
+                    let slopes = model.graph.directional(&outputs[..moving], &seeds);
+                    let slopes = model.graph.substitute(&slopes, &off);
+                    meaningless &= slopes.iter().all(|&s| model.graph.is_zero(s));
+                }
+                if meaningless && own.len() > 1 {
+                    switches.push(switch);
+                }
+            }
+        }
+        switches
+            .into_iter()
+            .for_each(|index| roles[index] = Role::Strength);
+        roles
     }
 
     /// Where to look for the value of a shape parameter.
