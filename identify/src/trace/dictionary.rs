@@ -543,17 +543,44 @@ mod tests {
         gravity (0, 0, -9.81);
         force a = input(a); force b = input(b);";
 
-    #[test]
-    fn candidates_do_nothing_at_their_defaults() {
-        let library = Library::builtin();
+    fn dictionary() -> Dictionary {
         let ranges = Ranges {
             positions: vec![vec![-1.0, 0.0, 1.0]; 2],
             speeds: vec![1.0; 2],
             inputs: vec![vec![0.0, 1.0, 2.0]; 2],
         };
-        let none = BTreeMap::new();
-        let dictionary =
-            Dictionary::new("on_the_axis", ON_THE_AXIS, &library, &none, &ranges).unwrap();
+        let (library, none) = (Library::builtin(), BTreeMap::new());
+        Dictionary::new("on_the_axis", ON_THE_AXIS, &library, &none, &ranges).unwrap()
+    }
+
+    /// A load where the template's default puts it, at the link's axis, does nothing to first
+    /// order; its mass is a strength all the same, and where it is its shape.
+    #[test]
+    fn a_load_on_the_first_link_has_a_strength() {
+        let dictionary = dictionary();
+        for body in ["upright", "out"] {
+            let subject = Subject::Effect {
+                template: "payload".to_string(),
+                on: vec![body.to_string()],
+            };
+            let mut all = dictionary.candidates.iter();
+            let load = all.position(|c| c.subject == subject).unwrap();
+            let names = dictionary.short_names(load);
+            let Candidate {
+                parameters,
+                strengths,
+                shapes,
+                ..
+            } = &dictionary.candidates[load];
+            let mass = names.iter().position(|&name| name == "m").unwrap();
+            assert_eq!(strengths, &[parameters[mass]], "{body}: {names:?}");
+            assert!(shapes.len() > 1);
+        }
+    }
+
+    #[test]
+    fn candidates_do_nothing_at_their_defaults() {
+        let dictionary = dictionary();
         let states = States {
             t: vec![0.0],
             q: vec![vec![0.3], vec![-0.8]],
