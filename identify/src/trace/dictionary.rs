@@ -566,15 +566,10 @@ mod tests {
             let mut all = dictionary.candidates.iter();
             let load = all.position(|c| c.subject == subject).unwrap();
             let names = dictionary.short_names(load);
-            let Candidate {
-                parameters,
-                strengths,
-                shapes,
-                ..
-            } = &dictionary.candidates[load];
+            let load = &dictionary.candidates[load];
             let mass = names.iter().position(|&name| name == "m").unwrap();
-            assert_eq!(strengths, &[parameters[mass]], "{body}: {names:?}");
-            assert!(shapes.len() > 1);
+            assert_eq!(load.strengths, [load.parameters[mass]], "{body}: {names:?}");
+            assert!(load.shapes.len() > 1);
         }
     }
 
