@@ -3,7 +3,7 @@
 use super::FitError;
 use super::columns::Columns;
 use super::frame::Frame;
-use crate::log::Record;
+use crate::log::{Record, rms};
 use crate::machine::{Machine, States};
 use crate::regression::Band;
 use crate::smooth::smooth;
@@ -55,13 +55,7 @@ impl Equations {
         fastest: Option<&[f64]>,
     ) -> Result<Self, FitError> {
         let smoothed = smooth(record)?;
-        let states = States {
-            t: record.t.clone(),
-            q: smoothed.iter().map(|s| s.q.clone()).collect(),
-            v: smoothed.iter().map(|s| s.v.clone()).collect(),
-            u: record.u.clone(),
-            ..States::default()
-        };
+        let states = States::along(record, &smoothed);
         let a: Vec<Vec<f64>> = smoothed.iter().map(|s| s.a.clone()).collect();
         let terms = machine.terms(&states, parameters);
         let n = machine.coordinate_count();
@@ -79,14 +73,7 @@ impl Equations {
         }
         let fastest = fastest.map_or_else(|| fastest_of(&states.v), <[f64]>::to_vec);
         let columns = columns.along(machine, &states, parameters, &a, &fastest);
-        let step = record.step();
-        let response = smoothed.iter().map(|s| s.smoother.response(step));
-        let band = Band::new(
-            response.fold(0.0, f64::max),
-            step,
-            record.len(),
-            MOST_SAMPLES,
-        );
+        let band = Band::of(record, &smoothed, MOST_SAMPLES);
         let residual: Vec<Vec<f64>> = residual.iter().map(|r| band.limit(r)).collect();
         let columns: Vec<Vec<Vec<f64>>> = (columns.par_iter())
             .map(|column| column.iter().map(|c| band.limit(c)).collect())
@@ -229,10 +216,6 @@ fn fastest_of(v: &[Vec<f64>]) -> Vec<f64> {
     v.iter()
         .map(|v| v.iter().fold(0.0_f64, |m, x| m.max(x.abs())))
         .collect()
-}
-
-fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 fn positive(x: f64) -> f64 {

@@ -55,7 +55,7 @@ pub use map::{Map, MapError, template};
 pub use quantum::quantisation_step;
 pub use record::Record;
 pub(crate) use record::{longest_step, median_step, segments, stretches};
-pub(crate) use statistics::{mad_sd, median};
+pub(crate) use statistics::{mad_sd, median, rms, share_of_news};
 pub use warning::Warning;
 
 use std::collections::BTreeMap;

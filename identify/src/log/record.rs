@@ -27,7 +27,7 @@ pub struct Record {
     pub ddq: Vec<Option<Vec<f64>>>,
     /// Inputs \[N or N·m\] (p × n).
     pub u: Vec<Vec<f64>>,
-    /// The same as commanded, where both were logged (p × n): `ucmd_<input>`.
+    /// The inputs as commanded \[N or N·m\], where that was logged, `ucmd_<input>` (p × n).
     pub commanded: Vec<Option<Vec<f64>>>,
     /// What should be known about these channels.
     pub warnings: Vec<Warning>,

@@ -2,6 +2,8 @@
 
 use super::hold::Hold;
 use super::memory::Memory;
+use crate::log::Record;
+use crate::smooth::Smoothed;
 use dynamics_codegen::Column;
 use std::sync::Arc;
 
@@ -32,6 +34,17 @@ pub struct History {
 }
 
 impl States {
+    /// The smoothed motion of a record with its inputs, without memory.
+    pub fn along(record: &Record, smoothed: &[Smoothed]) -> Self {
+        Self {
+            t: record.t.clone(),
+            q: smoothed.iter().map(|s| s.q.clone()).collect(),
+            v: smoothed.iter().map(|s| s.v.clone()).collect(),
+            u: record.u.clone(),
+            ..Self::default()
+        }
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.t.len()

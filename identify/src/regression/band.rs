@@ -1,5 +1,8 @@
 //! The band in which a log shows accelerations at all.
 
+use crate::log::Record;
+use crate::smooth::Smoothed;
+
 /// The band in which accelerations are known: forces outside it cannot be explained, and
 /// both sides of the equation are limited to it by the same window, without phase.
 #[derive(Debug, Clone)]
@@ -9,9 +12,15 @@ pub struct Band {
 }
 
 impl Band {
-    /// For motion that answers within `response` s, at samples `step` s apart, of which at
-    /// most `most` are kept.
-    pub fn new(response: f64, step: f64, samples: usize, most: usize) -> Self {
+    /// Of a record whose coordinates were smoothed, of which at most `most` samples are kept.
+    pub fn of(record: &Record, smoothed: &[Smoothed], most: usize) -> Self {
+        let step = record.step();
+        let response = smoothed.iter().map(|s| s.smoother.response(step));
+        Self::new(response.fold(0.0, f64::max), step, record.len(), most)
+    }
+
+    /// For motion that answers within `response` s, at samples `step` s apart.
+    fn new(response: f64, step: f64, samples: usize, most: usize) -> Self {
         let half = if step > 0.0 {
             (response / step).round() as usize
         } else {

@@ -12,7 +12,7 @@
 
 use super::dictionary::{Dictionary, Subject};
 use super::finding::{Finding, ParameterEstimate};
-use crate::log::Record;
+use crate::log::{Record, median_step, rms, share_of_news};
 use crate::machine::{Hold, Signal};
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
@@ -122,8 +122,7 @@ impl Drive<'_> {
 
     /// The best of all four, where asked for.
     fn fit(&self, used: [bool; 4]) -> Fitted {
-        let steps: Vec<f64> = self.t.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let step = crate::log::median(&steps).unwrap_or(0.0);
+        let step = median_step(self.t);
         let most = (LATEST / step / 0.5).min(TRIED as f64) as usize;
         let mut best = self.at(0.0, 0.0, used);
         for k in (0..=most).filter(|_| used[0]) {
@@ -177,17 +176,10 @@ impl Drive<'_> {
         }
     }
 
-    /// Readings that say something of their own, if this is what is left.
-    fn effective(&self, left: &[f64]) -> f64 {
-        let squares: f64 = left.iter().map(|x| x * x).sum();
-        let follow: f64 = left.windows(2).map(|pair| pair[0] * pair[1]).sum();
-        let correlation = (follow / squares.max(f64::MIN_POSITIVE)).clamp(0.0, 0.999);
-        left.len() as f64 * (1.0 - correlation) / (1.0 + correlation)
-    }
-
     /// Nats by which the answer is more likely after one more parameter, less its price.
     fn nats(&self, before: &Fitted, after: &Fitted) -> f64 {
-        let count = self.effective(&self.left(after.values));
+        let left = self.left(after.values);
+        let count = left.len() as f64 * share_of_news(&left);
         let tiny = f64::MIN_POSITIVE;
         let ratio = before.squares.max(tiny) / after.squares.max(tiny);
         0.5 * count * ratio.ln() - 0.5 * count.max(1.0).ln()
@@ -258,9 +250,8 @@ impl Drive<'_> {
                 DVector::from_vec(slope.collect())
             })
             .collect();
-        let count = self.effective(&left);
-        let variance = left.iter().map(|x| x * x).sum::<f64>() / left.len() as f64;
-        let share = count / left.len() as f64;
+        let variance = rms(&left).powi(2);
+        let share = share_of_news(&left);
         let normal = DMatrix::from_fn(parts.len(), parts.len(), |i, j| {
             share * columns[i].dot(&columns[j])
         });

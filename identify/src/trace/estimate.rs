@@ -44,13 +44,7 @@ impl Observed {
                 .map(|s| pick(&s.noise).unwrap_or(f64::INFINITY))
                 .collect()
         };
-        let curve = States {
-            t: record.t.clone(),
-            q: smoothed.iter().map(|s| s.q.clone()).collect(),
-            v: smoothed.iter().map(|s| s.v.clone()).collect(),
-            u: record.u.clone(),
-            ..States::default()
-        };
+        let curve = States::along(&record, &smoothed);
         let position_sd = noise(|n| Some(n.sd_q));
         let velocity_sd = noise(|n| n.sd_dq);
         let acceleration_sd = noise(|n| n.sd_ddq);

@@ -22,25 +22,14 @@ pub(super) struct Balance {
 }
 
 impl Balance {
+    /// Of a log whose inputs do this between samples.
+    ///
     /// # Errors
     /// If the log cannot be smoothed.
     pub fn new(record: &Record, hold: Hold) -> Result<Self, SmoothError> {
         let smoothed = smooth(record)?;
-        let step = record.step();
-        let response = smoothed.iter().map(|s| s.smoother.response(step));
-        let band = Band::new(
-            response.fold(0.0, f64::max),
-            step,
-            record.len(),
-            MOST_SAMPLES,
-        );
-        let states = States {
-            t: record.t.clone(),
-            q: smoothed.iter().map(|s| s.q.clone()).collect(),
-            v: smoothed.iter().map(|s| s.v.clone()).collect(),
-            u: record.u.clone(),
-            ..States::default()
-        };
+        let band = Band::of(record, &smoothed, MOST_SAMPLES);
+        let states = States::along(record, &smoothed);
         Ok(Self {
             states,
             accelerations: smoothed.into_iter().map(|s| s.a).collect(),

@@ -26,8 +26,6 @@ pub(super) struct Choice<'a> {
     pub visible: Vec<bool>,
     /// Per candidate: how far its reach is, see [`reaches`].
     pub reaches: Vec<usize>,
-    /// Terms at most.
-    pub most: usize,
 }
 
 /// Terms, and how far from the log they are.
@@ -40,6 +38,8 @@ pub(super) struct State {
     cost: f64,
 }
 
+/// Terms at most.
+const MOST_TERMS: usize = 60;
 /// A term must remove this share of the squares that are left in some coordinate, also of
 /// blocks that it was not fitted to: something small can be said about any machine.
 const LEAST_REMOVED: f64 = 0.05;
@@ -53,7 +53,7 @@ impl Choice<'_> {
         let mut state = self.state(Vec::new());
         for reach in 0..REACHES {
             loop {
-                while state.terms.len() < self.most {
+                while state.terms.len() < MOST_TERMS {
                     let Some(more) = self.with_one_more(&state, reach) else {
                         break;
                     };

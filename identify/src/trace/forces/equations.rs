@@ -1,8 +1,9 @@
 //! Linear equations `missing = Σ columns · strengths`, whitened per coordinate.
 
 use super::balance::Forces;
+use crate::log::{rms, share_of_news};
 use crate::regression::{BLOCKS, Gram, INVISIBLE};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
 /// The equations along a log, one row per kept sample and coordinate.
@@ -53,16 +54,11 @@ impl Equations {
 
     /// Takes scale and memory of the errors from what `columns` with `strengths` leave.
     pub fn reweigh(&mut self, columns: &[usize], strengths: &[f64]) {
-        let mut left = self.rows.column(0).into_owned();
-        for (&column, &strength) in columns.iter().zip(strengths) {
-            left.axpy(-strength, &self.rows.column(column + 1), 1.0);
-        }
+        let left = self.errors(0..self.samples(), columns, strengths);
         let n = self.scale.len();
         for i in 0..n {
             let own: Vec<f64> = left.iter().skip(i).step_by(n).copied().collect();
-            // An autoregressive error of first order.
-            let correlation = follow(&own);
-            let news = (1.0 - correlation) / (1.0 + correlation);
+            let news = share_of_news(&own);
             let size = positive(rms(&own));
             let factor = news.sqrt() / size;
             self.scale[i] *= size / self.news[i].sqrt();
@@ -104,20 +100,24 @@ impl Equations {
     }
 
     fn left_of(&self, samples: Range<usize>, columns: &[usize], strengths: &[f64]) -> Vec<f64> {
+        let (n, left) = (self.scale.len(), self.errors(samples, columns, strengths));
+        let squares = |i: usize| left.iter().skip(i).step_by(n).map(|x| x * x).sum();
+        (0..n).map(squares).collect()
+    }
+
+    /// What `columns` with these strengths leave of some samples, coordinates inside.
+    fn errors(&self, samples: Range<usize>, columns: &[usize], strengths: &[f64]) -> DVector<f64> {
         let n = self.scale.len();
         let rows = n * samples.start..n * samples.end;
         let part = |column: usize| {
-            self.rows
-                .column(column)
-                .rows_range(rows.clone())
-                .into_owned()
+            let whole = self.rows.column(column);
+            whole.rows_range(rows.clone()).into_owned()
         };
         let mut left = part(0);
         for (&column, &strength) in columns.iter().zip(strengths) {
             left.axpy(-strength, &part(column + 1), 1.0);
         }
-        let squares = |i: usize| left.iter().skip(i).step_by(n).map(|x| x * x).sum();
-        (0..n).map(squares).collect()
+        left
     }
 
     fn samples(&self) -> usize {
@@ -143,8 +143,7 @@ impl Equations {
             let x = self.rows.column(column);
             let squares: f64 = x.iter().map(|x| x * x).sum();
             let fourth: f64 = x.iter().map(|x| x.powi(4)).sum();
-            let samples = self.rows.nrows() as f64 / self.scale.len().max(1) as f64;
-            squares > INVISIBLE && squares * squares > SHOWN * samples * fourth
+            squares > INVISIBLE && squares * squares > SHOWN * self.samples() as f64 * fourth
         };
         (1..self.rows.ncols()).map(shown).collect()
     }
@@ -152,21 +151,6 @@ impl Equations {
 
 /// See [`Equations::visible`].
 const SHOWN: f64 = 0.02;
-
-/// Autocorrelation between neighbours.
-fn follow(values: &[f64]) -> f64 {
-    let products = values.windows(2).map(|pair| pair[0] * pair[1]);
-    let squares: f64 = values.iter().map(|x| x * x).sum();
-    if squares > 0.0 {
-        (products.sum::<f64>() / squares).clamp(0.0, 0.999)
-    } else {
-        0.0
-    }
-}
-
-pub(super) fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
-}
 
 fn positive(x: f64) -> f64 {
     x.max(f64::MIN_POSITIVE.sqrt())

@@ -1,17 +1,16 @@
 //! Errors of forces on a log that nothing was fitted to.
 
 use super::balance::{Balance, Forces};
-use super::equations::rms;
-use crate::log::Record;
+use crate::log::{Record, rms};
 use crate::regression::Hold;
 use crate::smooth::{SmoothError, savgol_states};
 use crate::trace::dictionary::Dictionary;
 use crate::trace::error::TraceError;
 use crate::trace::estimate::Observed;
+use crate::trace::judge::{Judged, Models};
 use crate::trace::run::Request;
 use crate::trace::score::{
-    Errors, Look, Predicted, RolloutErrors, Score, ScoreError, Scoring, deviation, inner_samples,
-    with_noise,
+    Errors, Look, Predicted, RolloutErrors, Score, ScoreError, deviation, inner_samples, with_noise,
 };
 use crate::trace::select::Selection;
 use crate::trace::series::Series;
@@ -30,32 +29,18 @@ pub(in crate::trace) fn judge(
     hold: Hold,
 ) -> Result<([Score; 3], Series), TraceError> {
     let located = |error| TraceError::at(error, &test.t);
-    let accepted = selection.accepted();
-    let (given, patched) = (dictionary.focus(&[]), dictionary.focus(&accepted));
-    let (given_values, patched_values) = (
-        given.values(&dictionary.defaults),
-        patched.values(&selection.values),
-    );
+    let models = Models::new(dictionary, selection);
+    let (machine, values) = (&models.patched.focus.machine, &models.patched.values);
     let balance = Balance::new(test, hold)?;
-    let exerted = balance
-        .exerted(&patched.machine, &patched_values)
-        .map_err(located)?;
+    let exerted = balance.exerted(machine, values).map_err(located)?;
     let scale: Vec<f64> = exerted.iter().map(|force| deviation(force)).collect();
     let errors = |forces: &Forces| {
-        Errors::of(
-            test,
-            &forces.iter().map(|f| rms(f)).collect::<Vec<_>>(),
-            &scale,
-        )
+        let sizes: Vec<f64> = forces.iter().map(|force| rms(force)).collect();
+        Errors::of(test, &sizes, &scale)
     };
-    let look = |machine, values| -> Result<Look, TraceError> {
-        let scoring = Scoring {
-            machine,
-            values,
-            hold,
-            horizon: request.horizon,
-        };
-        let mut look = match scoring.look(test) {
+    let look = |model: &Judged<'_>| -> Result<Look, TraceError> {
+        let (machine, values) = (&model.focus.machine, &model.values);
+        let mut look = match model.scoring(hold, request.horizon).look(test) {
             Ok(look) => look,
             Err(ScoreError::Smooth(error)) => return Err(error.into()),
             Err(ScoreError::Solve(_)) => motionless(test, request.horizon)?,
@@ -67,33 +52,19 @@ pub(in crate::trace) fn judge(
             .map_err(located)?;
         Ok(look)
     };
-    let before = look(&given.machine, &given_values)?;
-    let after = look(&patched.machine, &patched_values)?;
+    let (before, after) = (look(&models.given)?, look(&models.patched)?);
     let observed = Observed::new(test.clone(), hold)?;
-    let scoring = Scoring {
-        machine: &patched.machine,
-        values: &patched_values,
-        hold,
-        horizon: request.horizon,
-    };
+    let scoring = models.patched.scoring(hold, request.horizon);
     let mut floor = match scoring.noise_floor(&observed, true, request.seed) {
         Ok(floor) => floor,
         Err(ScoreError::Smooth(error)) => return Err(error.into()),
         Err(ScoreError::Solve(_)) => motionless(test, request.horizon)?.score,
     };
-    let obeying = balance
-        .obeying(test, &patched.machine, &patched_values)
-        .map_err(located)?;
+    let obeying = balance.obeying(test, machine, values).map_err(located)?;
     let noisy = Balance::new(&with_noise(obeying, &observed, request.seed), hold)?;
-    let forces = noisy
-        .missing(&patched.machine, &patched_values)
-        .map_err(located)?;
+    let forces = noisy.missing(machine, values).map_err(located)?;
     floor.force = errors(&forces);
-    let models = [
-        (&*given, &dictionary.defaults[..]),
-        (&*patched, &selection.values[..]),
-    ];
-    let series = Series::new(models, &observed, &before, &after).map_err(located)?;
+    let series = Series::new(models.in_series(), &observed, &before, &after).map_err(located)?;
     Ok(([before.score, after.score, floor], series))
 }
 

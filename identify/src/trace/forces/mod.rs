@@ -21,15 +21,14 @@ use super::estimate::Observed;
 use super::refine::Estimate;
 use super::screen::{ShapedCandidate, options};
 use super::select::{Remaining, Selection, Term};
+use crate::log::rms;
 use crate::machine::SolveError;
 use crate::regression::ProcessNoise;
 use balance::{Balance, Forces};
-use choose::{Choice, reaches};
-use equations::{Equations, rms};
+use choose::{Choice, State, reaches};
+use equations::Equations;
 use nalgebra::DVector;
 
-/// Terms at most.
-const MOST_TERMS: usize = 60;
 /// Fewer findings than this are better looked for in the motion, which is known more exactly.
 const MANY: usize = 5;
 /// Of the forces that the model as given leaves, terms must explain this share.
@@ -66,7 +65,6 @@ pub(super) fn learn(
         visible: equations.visible(),
         equations: &equations,
         reaches: reaches(dictionary),
-        most: MOST_TERMS,
     };
     let state = choice.choose();
     let before = 0.5 * choice.gram.data_misfit();
@@ -79,42 +77,16 @@ pub(super) fn learn(
         .iter()
         .map(|t| options[t.option].candidate)
         .collect();
-    let mut values = dictionary.defaults.clone();
-    let (_, strengths) = choice.strengths(&state.terms);
-    let mut strengths = strengths.into_iter();
-    for term in &state.terms {
-        let option = &options[term.option];
-        let candidate = &dictionary.candidates[option.candidate];
-        for &(parameter, value) in &candidate.shapes[option.shape] {
-            values[parameter] = value;
-        }
-        for (&i, strength) in term.kept.iter().zip(strengths.by_ref()) {
-            values[candidate.strengths[i]] += strength;
-        }
-    }
+    let values = values(&choice, &state);
     let settled =
         settle::settle(dictionary, &balance, &equations, &accepted, values).map_err(located)?;
-    let questioned = choice.questioned(&state);
-    let mut terms: Vec<Term> = accepted
-        .iter()
-        .zip(questioned)
-        .map(|(&candidate, (evidence, rivals))| Term {
-            candidate,
-            evidence,
-            rivals: rivals
-                .into_iter()
-                .map(|(rival, better)| (dictionary.candidates[rival].subject.clone(), better))
-                .collect(),
-        })
-        .collect();
-    terms.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
     let focus = dictionary.focus(&accepted);
     let own = focus.values(&settled.values);
     let left = balance.missing(&focus.machine, &own).map_err(located)?;
     let exerted = balance.exerted(&focus.machine, &own).map_err(located)?;
     let rows = equations.effective();
     Ok(Some(Selection {
-        terms,
+        terms: terms(&choice, &state),
         estimate: Estimate {
             parameters: dictionary.parameters_of(&accepted),
             covariance: settled.covariance,
@@ -136,6 +108,41 @@ pub(super) fn learn(
         considered: choice.considered(),
         observed: observed.clone(),
     }))
+}
+
+/// Values of all parameters by the linear fit.
+fn values(choice: &Choice<'_>, state: &State) -> Vec<f64> {
+    let mut values = choice.dictionary.defaults.clone();
+    let (_, strengths) = choice.strengths(&state.terms);
+    let mut strengths = strengths.into_iter();
+    for term in &state.terms {
+        let option = &choice.options[term.option];
+        let candidate = &choice.dictionary.candidates[option.candidate];
+        for &(parameter, value) in &candidate.shapes[option.shape] {
+            values[parameter] = value;
+        }
+        for (&i, strength) in term.kept.iter().zip(strengths.by_ref()) {
+            values[candidate.strengths[i]] += strength;
+        }
+    }
+    values
+}
+
+/// The terms with what they are worth and what would do as well, strongest first.
+fn terms(choice: &Choice<'_>, state: &State) -> Vec<Term> {
+    let subject = |candidate: usize| choice.dictionary.candidates[candidate].subject.clone();
+    let each = state.terms.iter().zip(choice.questioned(state));
+    let terms = each.map(|(term, (evidence, rivals))| Term {
+        candidate: choice.options[term.option].candidate,
+        evidence,
+        rivals: rivals
+            .into_iter()
+            .map(|(rival, better)| (subject(rival), better))
+            .collect(),
+    });
+    let mut terms: Vec<Term> = terms.collect();
+    terms.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    terms
 }
 
 /// The columns of all options, shape after shape, as [`options`] counts them.
