@@ -16,6 +16,7 @@ FOLDER holds machines as simulate.py writes them. A machine counts as
 import argparse
 import json
 import math
+import re
 import subprocess
 import sys
 import time
@@ -38,7 +39,10 @@ def model_of(folder, truth):
     if name == "duffing":
         name += "_" + truth["variant"]
     if name == "planar_arm":
-        return folder / "model.urdf"
+        # On top of the robot description, so that a wrong mass can be called that.
+        model = folder / "arm.model"
+        model.write_text('model arm;\nurdf "model.urdf" { parameters: all; }\n')
+        return model
     return ROOT / "models" / f"{name}.model"
 
 
@@ -68,6 +72,16 @@ def key(effect, on):
     return effect, tuple(sorted(on))
 
 
+def true_key(truth, effect):
+    """The same of a true effect; an arm's parameters are called as its description's."""
+    names = {"m": "mass", "lc": "cz", "I": "iyy"}
+    on = effect["on"]
+    if truth["system"] == "planar_arm" and effect["type"] == "parameter":
+        split = [re.fullmatch(r"([a-zA-Z]+)(\d+)", name) for name in on]
+        on = [f"link{m[2]}_{names.get(m[1], m[1])}" for m in split]
+    return key(effect["type"], on)
+
+
 def wanted_verdict(truth, known):
     """What the report should say; `unknown` where the library lacks the effect."""
     if truth["class"] in ("none", "parameter"):
@@ -84,7 +98,7 @@ def judge(truth, report, took, known):
     """One line of results."""
     line = {"id": truth["id"], "system": truth["system"], "class": truth["class"], "seconds": round(took, 2),
             "noise": truth["noise_level"], "hold": truth["hold"],
-            "truth": [key(e["type"], e["on"]) for e in truth["effects"]],
+            "truth": [true_key(truth, e) for e in truth["effects"]],
             "size": min((e["visibility"] for e in truth["effects"]), default=None)}
     wanted = wanted_verdict(truth, known)
     line["wanted"] = sorted(wanted)[0]
@@ -94,7 +108,7 @@ def judge(truth, report, took, known):
     found = [key(f["effect"], f["on"]) for f in report["findings"]]
     rivals = [{key(r["effect"], r["on"]) for r in f["confounded_with"]} | {own}
               for f, own in zip(report["findings"], found)]
-    near = [{key(n["type"], n["on"]) for n in e["near_equivalents"]} for e in truth["effects"]]
+    near = [{true_key(truth, n) for n in e["near_equivalents"]} for e in truth["effects"]]
     true = line["truth"]
     right = report["verdict"] in wanted
     exact = right and sorted(found) == sorted(true)

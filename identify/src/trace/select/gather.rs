@@ -1,8 +1,9 @@
-//! One effect in the stead of several parameters.
+//! One effect on a body in the stead of several terms.
 //!
 //! A load on a link changes its mass, its centre of mass and its inertia. Each of them alone
-//! explains part of it, so that one after the other is taken for wrong. One cause is simpler
-//! than two or three values that happen to be off at once.
+//! explains part of it, so that one after the other is taken for wrong; a load on another link
+//! and a spring do as much. One cause is simpler than two or three that happen to be there at
+//! once.
 
 use super::TIE;
 use super::fitting::fit;
@@ -12,21 +13,20 @@ use crate::trace::rivals::Alternative;
 use crate::trace::screen::{Considered, Screen};
 use rayon::prelude::*;
 
-/// How many effects are tried for each set of parameters.
+/// How many effects are tried for each set of terms.
 const TRIED: usize = 3;
 
 impl Search<'_> {
-    /// The accepted terms with some parameters replaced by one effect on a body, if that
-    /// explains the log about as well.
+    /// The accepted terms with some replaced by one effect on a body, if that explains the
+    /// log about as well.
     pub(super) fn gathered(&self) -> Option<Attempt> {
-        let parameters: Vec<usize> = self
-            .accepted
-            .iter()
-            .copied()
-            .filter(|&c| self.is_parameter(c))
-            .collect();
+        let is_massive = |&c: &usize| self.is_parameter(c) || self.is_on_a_body(c);
+        let accepted = || self.accepted.iter().copied();
+        let massive: Vec<usize> = accepted().filter(is_massive).collect();
+        let forces = accepted().filter(|c| !is_massive(c) && !self.is_channel(*c));
+        let forces: Vec<usize> = forces.collect();
         let search_price = (self.dictionary.candidates.len() as f64).ln();
-        let gathered = sets(&parameters).into_iter().flat_map(|set| {
+        let gathered = sets(&massive, &forces).into_iter().flat_map(|set| {
             let limit = self.current.cost + TIE + (set.len() - 1) as f64 * search_price;
             let instead = self.instead_of(&set, TRIED).unwrap_or_default();
             instead
@@ -71,8 +71,12 @@ impl Search<'_> {
         matches!(subject, Subject::Parameter(_))
     }
 
+    fn is_channel(&self, candidate: usize) -> bool {
+        self.dictionary.candidates[candidate].channel
+    }
+
     /// Whether a candidate is an effect that acts on one body.
-    fn is_on_a_body(&self, candidate: usize) -> bool {
+    pub(super) fn is_on_a_body(&self, candidate: usize) -> bool {
         let on = self.dictionary.candidates[candidate].subject.on();
         let mut bodies = self.dictionary.machine.compiled.model.moving_bodies();
         !self.is_parameter(candidate) && on.len() == 1 && bodies.any(|body| body.name == on[0])
@@ -108,14 +112,16 @@ impl Search<'_> {
     }
 }
 
-/// All of them, and every two.
-fn sets(all: &[usize]) -> Vec<Vec<usize>> {
-    if all.len() < 2 {
-        return Vec::new();
+/// What may be one cause: all that is `massive`, every two of it, and one of it with one of
+/// the `forces`.
+fn sets(massive: &[usize], forces: &[usize]) -> Vec<Vec<usize>> {
+    let mut sets = Vec::new();
+    if massive.len() > 2 {
+        sets.push(massive.to_vec());
     }
-    let mut sets = vec![all.to_vec()];
-    for (i, &a) in all.iter().enumerate().filter(|_| all.len() > 2) {
-        sets.extend(all[i + 1..].iter().map(|&b| vec![a, b]));
+    for (i, &a) in massive.iter().enumerate() {
+        let others = massive[i + 1..].iter().chain(forces);
+        sets.extend(others.map(|&b| vec![a, b]));
     }
     sets
 }
@@ -125,10 +131,12 @@ mod tests {
     use super::sets;
 
     #[test]
-    fn sets_are_all_and_every_two() {
-        assert!(sets(&[1]).is_empty());
-        assert_eq!(sets(&[1, 2]), [[1, 2]]);
+    fn sets_have_two_members_or_all() {
+        assert!(sets(&[1], &[]).is_empty());
+        assert!(sets(&[], &[7, 8]).is_empty());
+        assert_eq!(sets(&[1, 2], &[]), [[1, 2]]);
+        assert_eq!(sets(&[1], &[7, 8]), [[1, 7], [1, 8]]);
         let of_three = [vec![1, 2, 3], vec![1, 2], vec![1, 3], vec![2, 3]];
-        assert_eq!(sets(&[1, 2, 3]), of_three);
+        assert_eq!(sets(&[1, 2, 3], &[]), of_three);
     }
 }

@@ -7,8 +7,10 @@
 mod fitting;
 mod gather;
 mod hold;
+mod kin;
 mod leaders;
 mod pairs;
+mod position;
 mod resisting;
 mod search;
 mod simplify;

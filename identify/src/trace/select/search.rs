@@ -21,6 +21,8 @@ pub(super) const LEAST_REMOVED: f64 = 0.3;
 const LEAP: f64 = 0.05;
 /// Unexplained variance below this many times the smallest is none.
 pub(super) const NO_EXCESS: f64 = 3.0;
+/// Attempts that gain this share of what the best one gains come near it.
+const NEAR_MISS: f64 = 0.5;
 /// Share of the unexplained force, and steps, with which a fit is tried once more.
 const SHARPER: f64 = 0.1;
 const SHARP_STEPS: usize = 4;
@@ -93,6 +95,7 @@ impl Search<'_> {
         let mut tried: Vec<Attempt> = tried.collect::<Vec<_>>().into_iter().flatten().collect();
         tried.extend(self.swaps(&considered));
         tried.retain(|attempt| self.is_possible(attempt) && self.earns(attempt));
+        let mut tried = self.sharpened_near_misses(tried);
         let lowest = tried.iter().map(|a| a.cost).min_by(f64::total_cmp);
         let Some(lowest) = lowest else {
             return Ok((considered, None));
@@ -117,10 +120,29 @@ impl Search<'_> {
         let chosen = self.sharpened(chosen);
         let is_new = |c: &usize| !self.accepted.contains(c);
         let new: Vec<usize> = chosen.candidates.iter().copied().filter(is_new).collect();
+        let chosen = self.with_kin(&chosen, &new).unwrap_or(chosen);
+        let new: Vec<usize> = chosen.candidates.iter().copied().filter(is_new).collect();
         let chosen = self.simplified(&chosen, &new).unwrap_or(chosen);
         let both = self.at_once(&screen, &chosen, &considered);
         let both = both.map(|both| self.sharpened(both));
         Ok((considered, Some(both.unwrap_or(chosen))))
+    }
+
+    /// Where none of the attempts leaves sensor noise alone, those that come near the best one
+    /// get the same chance to go on.
+    fn sharpened_near_misses(&self, tried: Vec<Attempt>) -> Vec<Attempt> {
+        let best = tried.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
+        let Some(limit) = best.map(|best| {
+            let gain = self.current.cost - best.cost;
+            leaves_forces(best).then_some(self.current.cost - NEAR_MISS * gain)
+        }) else {
+            return tried;
+        };
+        let tried = tried.into_par_iter().map(|attempt| match limit {
+            Some(limit) if attempt.cost < limit => self.sharpened(attempt),
+            _ => attempt,
+        });
+        tried.collect()
     }
 
     /// Whether an attempt is worth its price.
@@ -161,8 +183,12 @@ impl Search<'_> {
     pub(super) fn attempt_in_some_shape(&self, leader: &Considered) -> Result<Attempt, SolveError> {
         let best = self.attempt(&[leader]);
         let leads = |a: &Attempt| a.cost < self.current.cost;
-        if best.as_ref().is_ok_and(leads) {
-            return best;
+        if let Ok(attempt) = &best
+            && leads(attempt)
+        {
+            let is_placed = leaves_forces(attempt) && self.is_on_a_body(leader.candidate);
+            let placed = is_placed.then(|| self.placed_better(leader, attempt));
+            return placed.flatten().map_or(best, Ok);
         }
         let others = leader.other_shapes.par_iter().take(OTHER_SHAPES);
         let others = others.map(|shape| self.attempt(&[shape]).ok());
@@ -221,7 +247,7 @@ impl Search<'_> {
     /// The attempt fitted once more, also under less noise: as long as much counts as
     /// unexplained, the fit may rest too early.
     pub(super) fn sharpened(&self, attempt: Attempt) -> Attempt {
-        if attempt.estimate.unexplained <= NO_EXCESS * SMALLEST_SHARE * SMALLEST_SHARE {
+        if !leaves_forces(&attempt) {
             return attempt;
         }
         let mut attempt = attempt;
@@ -276,6 +302,11 @@ impl Search<'_> {
             }
         }
     }
+}
+
+/// Whether more than sensor noise remains.
+fn leaves_forces(attempt: &Attempt) -> bool {
+    attempt.estimate.unexplained > NO_EXCESS * SMALLEST_SHARE * SMALLEST_SHARE
 }
 
 pub(super) fn reset(dictionary: &Dictionary, explanation: &mut Explanation, candidate: usize) {
