@@ -177,24 +177,32 @@ fn rows(outcome: &Outcome, model: &Model) -> Vec<Row> {
             total,
         }
     };
-    let one = || "1 (share of its scale)".to_string();
+    let one = || "1".to_string();
     let units = || {
         model
             .coordinates
             .iter()
             .map(|c| (&c.name, stated_unit(&c.unit)))
     };
-    let mut rows = vec![row("acceleration", one(), true, &|s| s.acceleration.total)];
+    let mut rows = vec![row("acceleration, share of its scale", one(), true, &|s| {
+        s.acceleration.total
+    })];
     for (name, unit) in units() {
         let unit = format!("{unit}/s²");
         rows.push(row(name, unit, false, &|s| at(&s.acceleration, name)));
     }
-    rows.push(row("generalised force", one(), true, &|s| s.force.total));
+    rows.push(row(
+        "generalised force, share of its scale",
+        one(),
+        true,
+        &|s| s.force.total,
+    ));
     for (name, unit) in units() {
         let unit = super::figures::force_unit(unit);
         rows.push(row(name, unit, false, &|s| at(&s.force, name)));
     }
-    let title = format!("prediction over {:.2} s", outcome.before.rollout.horizon);
+    let horizon = outcome.before.rollout.horizon;
+    let title = format!("prediction over {horizon:.2} s, share of its scale");
     rows.push(row(&title, one(), true, &|s| s.rollout.errors.total));
     for (name, unit) in units() {
         let unit = unit.to_string();
