@@ -25,7 +25,7 @@ const NUMBERS: usize = 8;
 impl Axis {
     /// An axis over a range in its unit.
     pub fn new((low, high): (f64, f64)) -> Self {
-        let power = power(low.abs().max(high.abs()));
+        let power = power(low.abs().max(high.abs()), high - low);
         let mut axis = Self {
             power,
             span: (low, high),
@@ -149,9 +149,12 @@ fn fitting(letters: &[char], width: f64) -> usize {
     count.max(letters.len().min(1))
 }
 
-/// Zero for sizes that are read easily, else a multiple of three.
-fn power(size: f64) -> i32 {
-    if size == 0.0 || !size.is_finite() || (1e-2..1e5).contains(&size) {
+/// Zero for sizes that are read easily and for what hardly differs, as seconds since
+/// 1970 do, else a multiple of three.
+fn power(size: f64, span: f64) -> i32 {
+    let is_easy = (1e-2..1e5).contains(&size);
+    let is_far_off = (1e5..1e12).contains(&size) && span < 1e-3 * size;
+    if size == 0.0 || !size.is_finite() || is_easy || is_far_off {
         return 0;
     }
     3 * (size.log10() / 3.0).floor() as i32
@@ -191,6 +194,7 @@ mod tests {
         );
         assert_eq!(labels(1e6, 3e6), labels(1.0, 3.0));
         assert_eq!(labels(-2e-9, 1e-9), labels(-2.0, 1.0));
+        assert_eq!(labels(1.7e9, 1.7e9 + 20.0)[1], "1700000005");
         for range in [
             (1.7e9, 1.7e9 + 20.0),
             (0.999, 1.0),

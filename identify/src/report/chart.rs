@@ -82,8 +82,8 @@ impl Layout {
         Self {
             x_title: wrapped(&x.title(&chart.x), across),
             y_title: wrapped(&y.title(&chart.y), across),
-            left,
-            // The last number may stand at the very end of its axis.
+            // Numbers may stand at the very ends of their axis.
+            left: left.max((x.widest() / 2.0) as u32),
             right: MARGIN + (x.widest() / 2.0) as u32,
             x,
             y,
@@ -231,7 +231,7 @@ fn with_margin((low, high): (f64, f64), share: f64) -> (f64, f64) {
     if size == 0.0 {
         return (-1.0, 1.0);
     }
-    let more = (share * (high - low)).max(1e-9 * size);
+    let more = (share * (high - low)).max(1e-10 * size);
     (low - more, high + more)
 }
 

@@ -107,7 +107,7 @@ pub fn html(page: &Page<'_>) -> Result<String, PageError> {
             short(100.0 * outcome.remaining.share_before),
             short(100.0 * outcome.remaining.share_after),
         ],
-        "remaining_evidence": format!("{:.0}", outcome.remaining.evidence),
+        "remaining_evidence": nats(outcome.remaining.evidence, 0),
         "over_time": figures.over_time().map_err(figure_error)?,
         "predictions": figures.predictions().map_err(figure_error)?,
         "whiteness": figures.whiteness().map_err(figure_error)?,
@@ -227,7 +227,7 @@ fn describe(finding: &Finding, figure: Option<Figure>) -> Found {
     Found {
         effect: finding.effect.clone(),
         on: finding.on.join(", "),
-        evidence: format!("{:.0}", finding.evidence),
+        evidence: nats(finding.evidence, 0),
         parameters: parameters.collect(),
         rivals: rivals.collect(),
         figure,
@@ -243,19 +243,25 @@ fn considered(outcome: &Outcome) -> Vec<([String; 5], bool)> {
             .findings
             .iter()
             .any(|f| f.effect == candidate.effect && f.on == candidate.on);
-        let nats = |value: f64| format!("{value:.1}");
         let texts = [
             candidate.effect.clone(),
             candidate.on.join(", "),
-            nats(candidate.evidence),
-            nats(candidate.gain),
+            nats(candidate.evidence, 1),
+            nats(candidate.gain, 1),
             candidate
                 .held_out_gain
-                .map_or_else(|| "one place".into(), nats),
+                .map_or_else(|| "one place".into(), |gain| nats(gain, 1)),
         ];
         (texts, accepted)
     })
     .collect()
+}
+
+/// With so many decimals, and no sign before zero.
+fn nats(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    let is_zero = text.trim_start_matches(['-', '0', '.']).is_empty();
+    if is_zero { text.replace('-', "") } else { text }
 }
 
 /// Lines of a diff with the class that colours them.
