@@ -1,6 +1,7 @@
 //! What a user reads when frames, bodies or a robot description are wrong.
 
-use dynamics_codegen::{Library, compile};
+use dynamics_codegen::{Library, Variables, compile, compile_keeping};
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 const HEAD: &str = "\
@@ -152,6 +153,14 @@ fn robot_descriptions() {
                 "unknown joint",
                 "urdf \"lever.urdf\"; effect viscous(hing);"
             ),
+            (
+                "a link that weighs less than nothing",
+                "urdf \"lever.urdf\" { parameters: all; } parameter lever_mass = -1;"
+            ),
+            (
+                "a mass stated twice",
+                "urdf \"lever.urdf\" { parameters: all; } parameter lever_mass = 1; parameter lever_mass = 2;"
+            ),
         ]
     ));
 }
@@ -185,6 +194,23 @@ fn inertia_becomes_parameters() {
         .collect();
     assert_eq!(names.len(), 10);
     assert_eq!(names[..2], [("lever_mass", 2.0), ("lever_cx", 0.1)]);
+}
+
+/// A model may say another mass than the description, also where parameters are folded in.
+#[test]
+fn a_description_is_corrected_by_the_model() {
+    let text = "model arm; urdf \"lever.urdf\" { parameters: all } parameter lever_mass = 3;";
+    for variables in [Variables::All, Variables::Only(BTreeSet::new())] {
+        let compiled = compile_keeping("arm.model", text, &library(), &variables).unwrap();
+        let graph = &compiled.model.graph;
+        let mut values = vec![0.0; graph.symbol_count()];
+        for parameter in &compiled.model.parameters {
+            values[parameter.symbol.index()] = parameter.nominal;
+        }
+        let inertia = graph.evaluate(&[compiled.system.mass_matrix[0][0]], &values)[0];
+        // Iyy about the centre and the mass off the axis, m cx².
+        assert!((inertia - 0.01 - 3.0 * 0.01).abs() < 1e-12, "{inertia}");
+    }
 }
 
 /// A chain of ten thousand links is refused in good order.

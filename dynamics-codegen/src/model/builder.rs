@@ -74,6 +74,8 @@ pub(super) struct Builder<'a> {
     /// Whether the robot description underneath could not be read: what it holds is
     /// not there, and not to be complained about.
     pub unreadable_base: bool,
+    /// Values of the model's own for what the description says.
+    pub(super) restated: super::restated::Restated,
 }
 
 impl<'a> Builder<'a> {
@@ -129,6 +131,7 @@ impl<'a> Builder<'a> {
             too_large: false,
             states_gravity: false,
             unreadable_base: false,
+            restated: super::restated::Restated::default(),
         }
     }
 

@@ -17,6 +17,7 @@ impl Builder<'_> {
         sources: &mut Sources,
         library: &super::Library,
     ) {
+        self.note_restated(statements);
         for statement in statements {
             match &statement.kind {
                 StatementKind::Urdf { file, options } => {
@@ -51,6 +52,7 @@ impl Builder<'_> {
                 prior,
                 tries,
             } = &statement.kind
+                && !self.is_restated(name)
             {
                 self.declare_parameter(
                     name,

@@ -21,6 +21,7 @@ mod output;
 mod parameter;
 mod place;
 mod quantity;
+mod restated;
 mod robot;
 mod set;
 mod state;

@@ -538,6 +538,7 @@ impl Builder<'_> {
         value: f64,
     ) -> ExprId {
         let full_name = format!("{}_{what}", identifier(&body.link));
+        let value = self.stated_for_link(&full_name, lower, value);
         let name = Name {
             text: full_name.clone(),
             span: body.span,

@@ -93,6 +93,12 @@ impl States {
         }
     }
 
+    /// About `count` samples, evenly spread, without memory.
+    pub fn spread(&self, count: usize) -> Self {
+        let stride = self.len().div_ceil(count.max(1)).max(1);
+        self.pick(&(0..self.len()).step_by(stride).collect::<Vec<usize>>())
+    }
+
     /// The curve a share (none, half, all) of the way from each sample in `range` to the next: cubic in
     /// `q` (Hermite), so that its rate is the velocity at both ends. Without memory. Where
     /// the next sample is more than `longest` seconds away, nobody knows the way there: the

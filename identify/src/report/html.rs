@@ -2,7 +2,7 @@
 
 use super::figures::{Figure, Figures};
 use super::unnamed;
-use super::{BY_FORCES, at, sentence, short, stated_unit};
+use super::{BY_FORCES, at, sentence, short, stated_unit, would_tell};
 use crate::trace::{Basis, Finding, Outcome, Score, Verdict};
 use dynamics_codegen::Model;
 use minijinja::value::Serde;
@@ -53,7 +53,7 @@ struct Found {
     on: String,
     evidence: String,
     parameters: Vec<[String; 4]>,
-    rivals: Vec<[String; 2]>,
+    rivals: Vec<[String; 3]>,
     figure: Option<Figure>,
 }
 
@@ -222,7 +222,9 @@ fn describe(finding: &Finding, figure: Option<Figure>) -> Found {
     });
     let rivals = finding.confounded_with.iter().map(|rival| {
         let name = format!("{} ({})", rival.effect, rival.on.join(", "));
-        [name, format!("{:+.1}", rival.evidence_difference)]
+        let motion = rival.separating_motion.as_ref();
+        let motion = motion.map_or_else(|| "—".to_string(), would_tell);
+        [name, format!("{:+.1}", rival.evidence_difference), motion]
     });
     Found {
         effect: finding.effect.clone(),

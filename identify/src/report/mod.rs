@@ -10,7 +10,7 @@ mod unnamed;
 
 pub use html::{Page, PageError, html};
 
-use crate::trace::{Basis, Errors, Finding, Outcome, Score, Verdict};
+use crate::trace::{Basis, Errors, Finding, Outcome, Score, SeparatingMotion, Verdict};
 use dynamics_codegen::Model;
 use figures::force_unit;
 use std::fmt::Write;
@@ -165,13 +165,25 @@ fn describe(finding: &Finding) -> Vec<String> {
         ));
     }
     for rival in &finding.confounded_with {
-        lines.push(format!(
-            "    cannot be told from {} ({}) with this log",
-            rival.effect,
-            rival.on.join(", ")
-        ));
+        let name = format!("{} ({})", rival.effect, rival.on.join(", "));
+        lines.push(format!("    cannot be told from {name} with this log"));
+        if let Some(motion) = &rival.separating_motion {
+            lines.push(format!("      {}", would_tell(motion)));
+        }
     }
     lines
+}
+
+/// What to do to tell two explanations apart, and how much that does.
+fn would_tell(motion: &SeparatingMotion) -> String {
+    format!(
+        "the same motion {} would tell: {} {} apart in {}, here {}",
+        motion.motion,
+        short(motion.apart),
+        motion.unit,
+        motion.coordinate,
+        short(motion.apart_in_log)
+    )
 }
 
 /// Four digits; a dash where there is no number.

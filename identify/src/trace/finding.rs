@@ -3,6 +3,7 @@
 use super::dictionary::{Dictionary, Subject};
 use super::one_clock::on_one_clock;
 use super::select::{Remaining, Selection, Term};
+use super::separate::SeparatingMotion;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -42,6 +43,20 @@ pub struct Rival {
     pub on: Vec<String>,
     /// Nats by which it explains the log better (or, if negative, worse).
     pub evidence_difference: f64,
+    /// A motion that would tell the two apart, if a simple change of the logged one would.
+    pub separating_motion: Option<SeparatingMotion>,
+}
+
+impl Rival {
+    /// A subject that explains the log better by some nats, with nothing known that would tell.
+    pub(super) fn new(subject: &Subject, better: f64) -> Self {
+        Self {
+            effect: subject.name().to_string(),
+            on: subject.on(),
+            evidence_difference: better,
+            separating_motion: None,
+        }
+    }
 }
 
 /// One thing the model lacks.
@@ -165,18 +180,13 @@ fn finding(dictionary: &Dictionary, selection: &Selection, term: &Term) -> Findi
                 },
             )
         });
-    let rival = |(subject, evidence): &(super::Subject, f64)| Rival {
-        effect: subject.name().to_string(),
-        on: subject.on(),
-        evidence_difference: *evidence,
-    };
     Finding {
         effect: candidate.subject.name().to_string(),
         on: candidate.subject.on(),
         places: vec![candidate.subject.on()],
         parameters: parameters.collect(),
         evidence: term.evidence,
-        confounded_with: term.rivals.iter().map(rival).collect(),
+        confounded_with: term.rivals.clone(),
         is_measured: false,
     }
 }

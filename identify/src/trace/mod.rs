@@ -19,6 +19,7 @@ mod run;
 mod score;
 mod screen;
 mod select;
+mod separate;
 mod series;
 
 pub use dictionary::{Candidate, Dictionary, Ranges, Subject};
@@ -35,4 +36,5 @@ pub use score::{Errors, RolloutErrors, Score};
 pub(crate) use score::{deviation, errors, filtered, inner_samples};
 pub use screen::Considered;
 pub use select::{Remaining, Selection, Term, likelier_hold, select};
+pub use separate::SeparatingMotion;
 pub use series::{CoordinateSeries, Details, InputSeries, Prediction, Series, Weighed};

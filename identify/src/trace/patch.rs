@@ -80,11 +80,36 @@ fn with_parameter(text: &str, finding: &Finding, provenance: &str) -> String {
                         &text[expr.span.end..]
                     );
                 }
+                if let Some(own) = name.strip_prefix(&prefix) {
+                    let (start, end) = (statement.span.start, statement.span.end);
+                    let value = format!("{own} = {}", number(estimate));
+                    let changed = with_value(&text[start..end], values.is_empty(), &value);
+                    return format!("{}{changed}{}", &text[..start], &text[end..]);
+                }
             }
             _ => {}
         }
     }
-    text.to_string()
+    // What the model does not state itself, its robot description does.
+    let line = if text.ends_with('\n') { "" } else { "\n" };
+    format!(
+        "{text}{line}\n// {provenance}; evidence {:.0} nats.\nparameter {name} = {};\n",
+        finding.evidence,
+        number(estimate)
+    )
+}
+
+/// An effect's statement with one more value in its braces, `first` if there is none yet.
+fn with_value(statement: &str, first: bool, value: &str) -> String {
+    let statement = statement.trim_end().trim_end_matches(';').trim_end();
+    match statement.strip_suffix('}') {
+        Some(open) if first => format!("{}{{ {value} }}", open.trim_end().trim_end_matches('{')),
+        Some(open) => {
+            let open = open.trim_end().trim_end_matches([',', ';']);
+            format!("{open}, {value} }}")
+        }
+        None => format!("{statement} {{ {value} }}"),
+    }
 }
 
 /// Parameters of `viscous(j2)` are called `viscous_j2_<name>`.
@@ -153,6 +178,40 @@ mod tests {
         assert_eq!(
             patched,
             "model a;\n\n// logx; evidence 12 nats.\neffect viscous(j2) { d = 0.01998 }\n"
+        );
+    }
+
+    #[test]
+    fn an_effect_gets_the_value_that_it_had_by_default() {
+        let found = finding("parameter", "viscous_j_d", "viscous_j_d", 0.25, 0.01);
+        for (effect, changed) in [
+            ("effect viscous(j);", "effect viscous(j) { d = 0.25 }"),
+            ("effect viscous(j) {}", "effect viscous(j) { d = 0.25 }"),
+        ] {
+            let text = |effect: &str| {
+                format!(
+                    "model a;\ncoordinate j: m;\nparameter m: kg = 1;\nkinetic m/2*dot(j)^2;\n{effect}\n"
+                )
+            };
+            let patched = patch(&text(effect), std::slice::from_ref(&found), "log");
+            assert_eq!(patched, text(changed));
+            let library = dynamics_codegen::Library::builtin();
+            assert!(dynamics_codegen::compile("a", &patched, &library).is_ok());
+        }
+    }
+
+    #[test]
+    fn what_only_a_robot_description_says_is_stated_anew() {
+        let found = finding("parameter", "rod_mass", "rod_mass", 1.25, 0.01);
+        let patched = patch(
+            "model a;\nurdf \"a.urdf\" { parameters: all; }",
+            &[found],
+            "log",
+        );
+        assert_eq!(
+            patched,
+            "model a;\nurdf \"a.urdf\" { parameters: all; }\n\n\
+             // log; evidence 12 nats.\nparameter rod_mass = 1.25;\n"
         );
     }
 

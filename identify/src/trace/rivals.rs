@@ -1,13 +1,23 @@
 //! Explanations that the log cannot tell apart.
 
-use super::dictionary::{Dictionary, Subject};
+use super::dictionary::Dictionary;
 use super::refine::Explanation;
-use super::screen::Screen;
+use super::screen::{Assignment, Screen};
 use super::select::TIE;
 use crate::machine::SolveError;
 
-/// Per accepted candidate: the subjects that could stand in its place, with the nats by
-/// which each explains the log better (if negative, worse), best first. To first order
+/// What could stand in the place of an accepted candidate.
+#[derive(Debug, Clone)]
+pub(super) struct Alternative {
+    /// Which candidate.
+    pub candidate: usize,
+    /// Nats by which it explains the log better (if negative, worse).
+    pub better: f64,
+    /// All the dictionary's parameters with it in that place.
+    pub values: Vec<f64>,
+}
+
+/// Per accepted candidate: what could stand in its place, best first. To first order
 /// about `explanation`, under its noise.
 ///
 /// # Errors
@@ -16,7 +26,7 @@ pub(super) fn rivals(
     dictionary: &Dictionary,
     explanation: &Explanation,
     accepted: &[usize],
-) -> Result<Vec<Vec<(Subject, f64)>>, SolveError> {
+) -> Result<Vec<Vec<Alternative>>, SolveError> {
     if accepted.is_empty() {
         return Ok(Vec::new());
     }
@@ -44,30 +54,57 @@ pub(super) fn rivals(
                 )
             })
             .collect();
-        let mut found: Vec<Option<f64>> = vec![None; dictionary.candidates.len()];
+        let mut found: Vec<Option<Alternative>> = vec![None; dictionary.candidates.len()];
         for (option, gram) in screen.options.iter().zip(&grams) {
             let whole = gram.fit(&base).misfit;
             let shifted = gram.with_data_shifted(&shift);
             let scale = (whole / rows).max(1.0);
-            let Some(kept) = screen.instead(&shifted, &others, option) else {
+            let Some((kept, own_values)) = screen.instead(&shifted, &others, option) else {
                 continue;
             };
             let mut with = others.clone();
             with.extend(kept.iter().map(|i| base.len() + i));
             let size = dictionary.candidates[option.candidate].parameters.len() as f64;
             let price = 0.5 * (size - candidate.parameters.len() as f64) * rows.ln();
-            let better = 0.5 * (whole - shifted.fit(&with).misfit) / scale - price;
-            if better > -TIE && found[option.candidate].is_none_or(|known| better > known) {
-                found[option.candidate] = Some(better);
+            let fit = shifted.fit(&with);
+            let better = 0.5 * (whole - fit.misfit) / scale - price;
+            let known = found[option.candidate].as_ref().map(|known| known.better);
+            if better > -TIE && known.is_none_or(|known| better > known) {
+                let beside = others.iter().map(|&i| screen.base[i]);
+                let moved: Assignment = beside.zip(fit.coefficients.iter().copied()).collect();
+                found[option.candidate] = Some(Alternative {
+                    candidate: option.candidate,
+                    better,
+                    values: with_instead(dictionary, explanation, term, &moved, &own_values),
+                });
             }
         }
-        let mut found: Vec<(Subject, f64)> = found
-            .into_iter()
-            .enumerate()
-            .filter_map(|(i, better)| Some((dictionary.candidates[i].subject.clone(), better?)))
-            .collect();
-        found.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let mut found: Vec<Alternative> = found.into_iter().flatten().collect();
+        found.sort_by(|a, b| b.better.total_cmp(&a.better));
         all.push(found);
     }
     Ok(all)
+}
+
+/// The explanation's values without `term`, with others `moved` and another's `own`.
+fn with_instead(
+    dictionary: &Dictionary,
+    explanation: &Explanation,
+    term: usize,
+    moved: &Assignment,
+    own: &Assignment,
+) -> Vec<f64> {
+    let bounds = &dictionary.machine.compiled.model.parameters;
+    let mut values = explanation.values.clone();
+    for &parameter in &dictionary.candidates[term].parameters {
+        values[parameter] = dictionary.defaults[parameter];
+    }
+    for &(parameter, step) in moved {
+        let (lower, upper) = (bounds[parameter].lower, bounds[parameter].upper);
+        values[parameter] = (values[parameter] + step).clamp(lower, upper);
+    }
+    for &(parameter, value) in own {
+        values[parameter] = value;
+    }
+    values
 }

@@ -247,22 +247,21 @@ impl<'a> Screen<'a> {
         option: &ShapedCandidate,
     ) -> Option<(Vec<usize>, Assignment)> {
         let base: Vec<usize> = (0..self.base.len()).collect();
-        let (kept, strengths) = self.strengths(gram, &base, option)?;
-        let candidate = &self.dictionary.candidates[option.candidate];
-        let mut values = candidate.shapes[option.shape].clone();
-        values.extend(strengths);
-        Some((kept, values))
+        self.instead(gram, &base, option)
     }
 
-    /// Which of the option's columns are possible in place of an accepted term, beside
-    /// the `others`.
+    /// As [`possible`](Self::possible), in place of an accepted term, beside the `others`.
     pub fn instead(
         &self,
         gram: &Gram,
         others: &[usize],
         option: &ShapedCandidate,
-    ) -> Option<Vec<usize>> {
-        Some(self.strengths(gram, others, option)?.0)
+    ) -> Option<(Vec<usize>, Assignment)> {
+        let (kept, strengths) = self.strengths(gram, others, option)?;
+        let candidate = &self.dictionary.candidates[option.candidate];
+        let mut values = candidate.shapes[option.shape].clone();
+        values.extend(strengths);
+        Some((kept, values))
     }
 
     /// The option's columns with possible strengths beside `base`, and these.

@@ -18,6 +18,7 @@ pub(super) use judge::judge;
 use super::dictionary::Dictionary;
 use super::error::TraceError;
 use super::estimate::Observed;
+use super::finding::Rival;
 use super::refine::Estimate;
 use super::screen::{ShapedCandidate, options};
 use super::select::{Remaining, Selection, Term};
@@ -130,15 +131,14 @@ fn values(choice: &Choice<'_>, state: &State) -> Vec<f64> {
 
 /// The terms with what they are worth and what would do as well, strongest first.
 fn terms(choice: &Choice<'_>, state: &State) -> Vec<Term> {
-    let subject = |candidate: usize| choice.dictionary.candidates[candidate].subject.clone();
+    let rival = |(candidate, better): (usize, f64)| {
+        Rival::new(&choice.dictionary.candidates[candidate].subject, better)
+    };
     let each = state.terms.iter().zip(choice.questioned(state));
     let terms = each.map(|(term, (evidence, rivals))| Term {
         candidate: choice.options[term.option].candidate,
         evidence,
-        rivals: rivals
-            .into_iter()
-            .map(|(rival, better)| (subject(rival), better))
-            .collect(),
+        rivals: rivals.into_iter().map(rival).collect(),
     });
     let mut terms: Vec<Term> = terms.collect();
     terms.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));

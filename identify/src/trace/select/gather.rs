@@ -8,6 +8,7 @@ use super::TIE;
 use super::fitting::fit;
 use super::search::{Attempt, Search, reset};
 use crate::trace::dictionary::Subject;
+use crate::trace::rivals::Alternative;
 use crate::trace::screen::{Considered, Screen};
 use rayon::prelude::*;
 
@@ -27,7 +28,7 @@ impl Search<'_> {
         let search_price = (self.dictionary.candidates.len() as f64).ln();
         let gathered = sets(&parameters).into_iter().flat_map(|set| {
             let limit = self.current.cost + TIE + (set.len() - 1) as f64 * search_price;
-            let instead = self.instead_of(&set).unwrap_or_default();
+            let instead = self.instead_of(&set, TRIED).unwrap_or_default();
             instead
                 .into_iter()
                 .filter(move |attempt| attempt.cost < limit)
@@ -39,6 +40,30 @@ impl Search<'_> {
                 .cmp(&b.candidates.len())
                 .then(a.cost.total_cmp(&b.cost))
         })
+    }
+
+    /// Adds to the `alternatives` of each accepted parameter a load that explains the log no
+    /// worse, where that has more parameters: it costs more, but nothing speaks against it.
+    pub(super) fn add_loads(&self, alternatives: &mut [Vec<Alternative>]) {
+        for (i, &term) in self.accepted.iter().enumerate() {
+            if !self.is_parameter(term) {
+                continue;
+            }
+            let loads = self.instead_of(&[term], TRIED).unwrap_or_default();
+            let as_good = |load: &Attempt| load.estimate.cost < self.current.estimate.cost;
+            for load in loads.into_iter().filter(as_good) {
+                let Some(&candidate) = load.candidates.last() else {
+                    continue;
+                };
+                alternatives[i].retain(|known| known.candidate != candidate);
+                alternatives[i].push(Alternative {
+                    candidate,
+                    better: self.current.cost - load.cost,
+                    values: load.explanation.values,
+                });
+            }
+            alternatives[i].sort_by(|a, b| b.better.total_cmp(&a.better));
+        }
     }
 
     fn is_parameter(&self, candidate: usize) -> bool {
@@ -53,8 +78,8 @@ impl Search<'_> {
         !self.is_parameter(candidate) && on.len() == 1 && bodies.any(|body| body.name == on[0])
     }
 
-    /// Attempts without `set` and with one effect on a body.
-    fn instead_of(&self, set: &[usize]) -> Option<Vec<Attempt>> {
+    /// Attempts without `set` and with one effect on a body, so many of them at most.
+    fn instead_of(&self, set: &[usize], most: usize) -> Option<Vec<Attempt>> {
         let mut explanation = self.current.explanation.clone();
         set.iter()
             .for_each(|&c| reset(self.dictionary, &mut explanation, c));
@@ -74,7 +99,7 @@ impl Search<'_> {
         let screen = Screen::new(self.dictionary, &without.current.explanation, &others).ok()?;
         let considered = screen.considered(&screen.grams());
         let whole = |c: &&Considered| self.is_on_a_body(c.candidate);
-        let wholes: Vec<&Considered> = considered.iter().filter(whole).take(TRIED).collect();
+        let wholes: Vec<&Considered> = considered.iter().filter(whole).take(most).collect();
         let tried = wholes.into_par_iter().map(|c| {
             let attempt = without.attempt_in_some_shape(c).ok()?;
             Some(without.sharpened(attempt))

@@ -9,6 +9,7 @@ mod gather;
 mod hold;
 mod leaders;
 mod pairs;
+mod resisting;
 mod search;
 mod simplify;
 
@@ -16,12 +17,14 @@ pub(super) use fitting::{linearised, smooth};
 pub use hold::likelier_hold;
 pub(super) use search::MARGIN;
 
-use super::dictionary::{Dictionary, Subject};
+use super::dictionary::Dictionary;
 use super::estimate::Observed;
+use super::finding::Rival;
 use super::progress::{Progress, Stage};
 use super::refine::{Estimate, Explanation, SMALLEST_SHARE};
-use super::rivals::rivals;
+use super::rivals::{Alternative, rivals};
 use super::screen::Considered;
+use super::separate::separating_motion;
 use crate::machine::SolveError;
 use crate::regression::ProcessNoise;
 use fitting::{first_noise, fit};
@@ -35,9 +38,8 @@ pub struct Term {
     /// Evidence in nats: how much worse the log would be explained without it,
     /// less what its parameters cost.
     pub evidence: f64,
-    /// Subjects that explain what it explains about as well, with the evidence
-    /// each would have had in its stead.
-    pub rivals: Vec<(Subject, f64)>,
+    /// What explains about as well what it explains.
+    pub rivals: Vec<Rival>,
 }
 
 /// What the accepted terms leave.
@@ -136,8 +138,17 @@ pub fn select(
         search.accepted.clone_from(&gathered.candidates);
         search.current = gathered;
     }
-    let evidence = search.prune();
-    let mut alike = rivals(dictionary, &search.current.explanation, &search.accepted)?;
+    let mut evidence = search.prune();
+    let alike =
+        |search: &Search<'_>| rivals(dictionary, &search.current.explanation, &search.accepted);
+    let mut alternatives = alike(&search)?;
+    while let Some(resisting) = search.resisting(&alternatives) {
+        search.accepted.clone_from(&resisting.candidates);
+        search.current = resisting;
+        evidence = search.prune();
+        alternatives = alike(&search)?;
+    }
+    search.add_loads(&mut alternatives);
     if is_part {
         search.enter(Stage::Settle);
         search.look_at(observed.clone())?;
@@ -156,7 +167,7 @@ pub fn select(
         .map(|(i, &candidate)| Term {
             candidate,
             evidence: evidence[i],
-            rivals: std::mem::take(&mut alike[i]),
+            rivals: search.told_apart(&alternatives[i]),
         })
         .collect();
     terms.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
@@ -176,6 +187,31 @@ pub fn select(
         considered: search.first_round,
         observed: explanation.observed,
     })
+}
+
+/// For how many alternatives of a term a motion is sought that tells them apart.
+const TOLD_APART: usize = 4;
+
+impl Search<'_> {
+    /// The alternatives of an accepted term, with motions that would tell them from it.
+    fn told_apart(&self, alternatives: &[Alternative]) -> Vec<Rival> {
+        let Explanation {
+            observed, values, ..
+        } = &self.current.explanation;
+        let each = alternatives.iter().enumerate().map(|(i, alternative)| {
+            let subject = &self.dictionary.candidates[alternative.candidate].subject;
+            let mut rival = Rival::new(subject, alternative.better);
+            if i < TOLD_APART {
+                let mut both = self.accepted.clone();
+                both.push(alternative.candidate);
+                let values = [values.as_slice(), &alternative.values];
+                rival.separating_motion =
+                    separating_motion(self.dictionary, observed, &both, values);
+            }
+            rival
+        });
+        each.collect()
+    }
 }
 
 impl Selection {
