@@ -4,7 +4,9 @@ mod browser;
 mod pages;
 
 use browser::{Browser, Problem, Seen};
-use identify::trace::{Dependence, Finding, Outcome, Unnamed, UnnamedForce, Verdict};
+use identify::trace::{
+    Dependence, Finding, Outcome, Rival, SeparatingMotion, Unnamed, UnnamedForce, Verdict,
+};
 use pages::{Traced, machine, page, pendulum};
 
 /// A desk's window and a telephone's, px.
@@ -159,6 +161,22 @@ const NAMES: [&str; 7] = [
 /// Sizes of what the coordinates and their forces are.
 const SCALES: [f64; 7] = [1e-9, 1e6, 1.0, 3e-300, 0.02, 8e4, 0.0];
 
+/// Something else that is about a coordinate, and how one would know.
+fn rival(name: &str) -> Rival {
+    Rival {
+        effect: "asymmetric_coulomb".into(),
+        on: vec![name.into()],
+        evidence_difference: -1.5,
+        separating_motion: Some(SeparatingMotion {
+            motion: "twice as fast".into(),
+            coordinate: name.into(),
+            apart: 2.5,
+            apart_in_log: 1e-9,
+            unit: "rad/s²".into(),
+        }),
+    }
+}
+
 /// A machine with seven coordinates of long names, sizes apart, and three times as many
 /// findings as it has: laid out, not true.
 fn crowded() -> Traced {
@@ -207,7 +225,8 @@ fn crowded() -> Traced {
             errors.per_coordinate = scaled.map(|(n, scale)| (n.into(), error * scale)).collect();
         }
     }
-    let finding = outcome.findings[0].clone();
+    let mut finding = outcome.findings[0].clone();
+    finding.confounded_with = NAMES.map(rival).into();
     let about = |name: &str| Finding {
         on: vec![name.into()],
         ..finding.clone()
@@ -254,7 +273,7 @@ fn a_crowded_page() {
 }
 
 /// What the page must not be, and the rule that says so.
-const FAULTS: [(&str, &str); 13] = [
+const FAULTS: [(&str, &str); 14] = [
     ("figure text overlaps", "“first” and “second”"),
     ("figure text leaves", "“outside”"),
     ("figure text is drawn over", "“first”"),
@@ -270,6 +289,7 @@ const FAULTS: [(&str, &str); 13] = [
         "<div#under> “under” and <div#over> “over”",
     ),
     ("text overlaps", "“under” and “over”"),
+    ("cell is squeezed", "<td>"),
     ("request", "example.invalid/picture.png"),
 ];
 const FAULTY: &str = r#"<!DOCTYPE html><html><head><meta charset="utf-8"></head><body><h1></h1>
@@ -279,6 +299,7 @@ const FAULTY: &str = r#"<!DOCTYPE html><html><head><meta charset="utf-8"></head>
 <p id="wide" style="width: 3000px">wide</p>
 <div id="cut" style="width: 60px; overflow: hidden; white-space: nowrap">longer than its box</div>
 <div id="under">under</div><div id="over" style="margin-top: -12px">over</div>
+<table style="width: 20px; overflow-wrap: anywhere"><tr><td>longer than it is wide</td></tr></table>
 <p>NaN</p><img src="http://example.invalid/picture.png" alt="">
 </body></html>"#;
 

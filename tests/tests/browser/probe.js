@@ -109,6 +109,15 @@ function siblings(elements) {
   }
 }
 
+// A column must hold a few letters side by side.
+function cells() {
+  for (const cell of document.querySelectorAll("td, th")) {
+    const { clientWidth, innerText } = cell;
+    const isNarrow = clientWidth < 3 * parseFloat(getComputedStyle(cell).fontSize);
+    if (isNarrow && innerText.trim().length > 9) report("cell is squeezed", named(cell));
+  }
+}
+
 // Lines of text outside figures, as far as they are not scrolled out of sight.
 function lines() {
   const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
@@ -140,6 +149,7 @@ function measure() {
     e instanceof HTMLElement && e.tagName !== "SCRIPT");
   blocks(elements);
   siblings([document.body, ...elements]);
+  cells();
   words();
   const figures = [...document.querySelectorAll("svg")].map(figure);
   const headings = [...document.querySelectorAll("h1, h2, h3")];
