@@ -1,63 +1,14 @@
 //! The page of `dynamics trace`: complete, the same every time, and safe from names.
 
-use dynamics_codegen::{Compiled, Library, compile};
-use identify::log::Log;
-use identify::report::{Page, diff, html, summary};
-use identify::trace::{Outcome, Request, trace};
-use std::collections::BTreeMap;
-use std::sync::OnceLock;
+mod pages;
 
-const MODEL: &str = include_str!("../../models/pendulum2.model");
-
-/// A pendulum with friction in its second joint, traced once for all tests.
-fn traced() -> &'static (Compiled, Outcome) {
-    static TRACED: OnceLock<(Compiled, Outcome)> = OnceLock::new();
-    TRACED.get_or_init(|| {
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/data/scenarios/o01_pendulum2");
-        let text = std::fs::read_to_string(format!("{folder}/parameters.json")).unwrap();
-        let parameters: BTreeMap<String, f64> = serde_json::from_str(&text).unwrap();
-        let read = |name: &str| Log::read(format!("{folder}/{name}")).unwrap();
-        let (train, test) = (read("train.csv.gz"), read("test.csv.gz"));
-        let library = Library::builtin();
-        let outcome = trace(&Request {
-            model_name: "pendulum2",
-            model_text: MODEL,
-            library: &library,
-            parameters,
-            train: &train,
-            test: Some(&test),
-            hold: None,
-            horizon: 0.5,
-            seed: 1,
-            progress: &identify::trace::Silent,
-        });
-        (
-            compile("pendulum2", MODEL, &library).unwrap(),
-            outcome.unwrap(),
-        )
-    })
-}
-
-fn page(compiled: &Compiled, outcome: &Outcome, command: &str) -> String {
-    let file = "pendulum2.model";
-    let page = Page {
-        outcome,
-        model: &compiled.model,
-        file,
-        diff: &diff(file, MODEL, &outcome.patched_model),
-        command,
-    };
-    html(&page).unwrap()
-}
+use identify::report::summary;
+use pages::{Traced, page, pendulum};
 
 #[test]
 fn the_page_says_everything_and_needs_nothing() {
-    let (compiled, outcome) = traced();
-    let page = page(
-        compiled,
-        outcome,
-        "dynamics trace pendulum2.model log.csv --seed 1",
-    );
+    let traced = pendulum();
+    let page = page(traced, "dynamics trace pendulum2.model log.csv --seed 1");
     let sections = [
         "errors",
         "findings",
@@ -77,7 +28,7 @@ fn the_page_says_everything_and_needs_nothing() {
         );
     }
     // Every number of the summary is on the page.
-    let summary = summary(outcome, &compiled.model);
+    let summary = summary(&traced.outcome, &traced.compiled.model);
     let words = summary.split_whitespace();
     let numbers: Vec<&str> = words
         .map(|word| word.trim_end_matches([',', ';', '.', ':']))
@@ -115,7 +66,7 @@ fn the_page_says_everything_and_needs_nothing() {
 
 #[test]
 fn residuals_are_white_after_and_not_before() {
-    let series = &traced().1.details.series;
+    let series = &pendulum().outcome.details.series;
     for coordinate in &series.coordinates {
         let outside = |values: &[f64]| {
             let count = values
@@ -132,17 +83,18 @@ fn residuals_are_white_after_and_not_before() {
 
 #[test]
 fn the_page_is_the_same_every_time() {
-    let (compiled, outcome) = traced();
-    let once = page(compiled, outcome, "dynamics trace");
-    assert_eq!(once, page(compiled, outcome, "dynamics trace"));
+    let once = page(pendulum(), "dynamics trace");
+    assert_eq!(once, page(pendulum(), "dynamics trace"));
 }
 
 /// A robot description may call a joint anything.
 #[test]
 fn names_stay_text() {
     const EVIL: &str = "</svg><script>alert('1')</script>&";
-    let (compiled, outcome) = traced();
-    let (mut compiled, mut outcome) = (compiled.clone(), outcome.clone());
+    let mut evil = pendulum().clone();
+    let Traced {
+        compiled, outcome, ..
+    } = &mut evil;
     compiled.model.coordinates[1].name = EVIL.into();
     outcome.details.series.coordinates[1].name = EVIL.into();
     outcome.findings[0].on = vec![EVIL.into()];
@@ -151,7 +103,7 @@ fn names_stay_text() {
     outcome.split.train_log = EVIL.into();
     outcome.warnings.push(EVIL.into());
     outcome.patched_model.push_str(EVIL);
-    let page = page(&compiled, &outcome, EVIL);
+    let page = page(&evil, EVIL);
     assert!(!page.contains("<script") && !page.contains("alert('1')"));
     assert_eq!(
         page.matches("</svg>").count(),

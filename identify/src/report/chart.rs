@@ -1,6 +1,10 @@
 //! One pair of axes with lines, dots and a band, as SVG to stand in a page.
 
+use super::axis::{Axis, EM, width, wrapped};
+use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 /// How the points of a layer are shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -41,66 +45,132 @@ pub(super) const MEASURED: RGBColor = RGBColor(196, 200, 206);
 const BAND: RGBColor = RGBColor(0, 158, 115);
 
 /// Drawn at twice the size at which it is usually seen: coordinates are whole pixels.
-const SIZE: (u32, u32) = (1120, 560);
-const FONT: u32 = 24;
+const WIDTH: u32 = 1120;
+/// Between the axes, before titles of more than a line.
+const PLOT_HEIGHT: u32 = 400;
+const LINE_HEIGHT: u32 = 40;
+const MARGIN: u32 = 12;
+/// From the axis over its numbers to its title.
+const NUMBERS_HEIGHT: u32 = 64;
+const TICK: u32 = 10;
+/// The library's size of a font over the size of its letters.
+const FONT: f64 = 1.24 * EM;
 
 /// Why a figure could not be drawn.
 pub(super) type ChartError = Box<dyn std::error::Error + Send + Sync>;
 
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Plot<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
+/// Where things are: axes, their titles in lines, and the place left of the plot.
+struct Layout {
+    x: Axis,
+    y: Axis,
+    x_title: Vec<String>,
+    y_title: Vec<String>,
+    left: u32,
+    right: u32,
+}
+
+impl Layout {
+    fn new(chart: &Chart, x: (f64, f64), y: (f64, f64)) -> Self {
+        let (x, y) = (Axis::new(x), Axis::new(y));
+        let left = (y.widest() + 3.0 * f64::from(TICK)) as u32;
+        let plot = f64::from(WIDTH - 3 * MARGIN) - f64::from(left);
+        let x = x.within(plot);
+        let across = f64::from(WIDTH - 2 * MARGIN);
+        Self {
+            x_title: wrapped(&x.title(&chart.x), across),
+            y_title: wrapped(&y.title(&chart.y), across),
+            // Numbers may stand at the very ends of their axis.
+            left: left.max((x.widest() / 2.0) as u32),
+            right: MARGIN + (x.widest() / 2.0) as u32,
+            x,
+            y,
+        }
+    }
+
+    /// Height of the title of the ordinates, above the plot.
+    fn above(&self) -> u32 {
+        2 * MARGIN + LINE_HEIGHT * self.y_title.len() as u32
+    }
+
+    /// Height of the title of the abscissas, below their numbers.
+    fn below(&self) -> u32 {
+        MARGIN + LINE_HEIGHT * self.x_title.len() as u32
+    }
+
+    fn height(&self) -> u32 {
+        self.above() + PLOT_HEIGHT + NUMBERS_HEIGHT + self.below()
+    }
+
+    fn titles(&self, root: &Area<'_>) -> Result<(), ChartError> {
+        let middle = (MARGIN + self.left + WIDTH - self.right) / 2;
+        let widest = self.x_title.iter().map(|line| width(line));
+        let half = (widest.fold(0.0, f64::max) / 2.0) as u32;
+        // Below the middle of the axis, as far as the figure's edges allow.
+        let middle = middle.min(WIDTH - MARGIN - half).max(MARGIN + half);
+        let top = self.height() - self.below();
+        let sides = [
+            (&self.y_title, MARGIN, MARGIN, HPos::Left),
+            (&self.x_title, middle, top, HPos::Center),
+        ];
+        for (lines, x, top, side) in sides {
+            let style = ("sans-serif", FONT).into_text_style(root);
+            let style = style.pos(Pos::new(side, VPos::Top));
+            for (line, text) in (0..).zip(lines) {
+                let at = (x as i32, (top + LINE_HEIGHT * line) as i32);
+                root.draw_text(text, &style, at)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn axes<'a, 'b>(&self, root: &'a Area<'b>) -> Result<Plot<'a, 'b>, ChartError> {
+        let (x, y) = (self.x.span, self.y.span);
+        let mut plot = ChartBuilder::on(root)
+            .margin_left(MARGIN)
+            .margin_right(self.right)
+            .margin_top(self.above())
+            .margin_bottom(self.below())
+            .x_label_area_size(NUMBERS_HEIGHT)
+            .y_label_area_size(self.left)
+            .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
+        plot.configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .bold_line_style(BLACK.mix(0.1))
+            .axis_style(BLACK.mix(0.4))
+            .set_all_tick_mark_size(TICK)
+            .x_labels(self.x.count)
+            .y_labels(self.y.count)
+            .x_label_formatter(&|v| self.x.label(*v))
+            .y_label_formatter(&|v| self.y.label(*v))
+            .label_style(("sans-serif", FONT))
+            .draw()?;
+        Ok(plot)
+    }
+}
+
 impl Chart {
     /// The figure as an `svg` element; empty if no layer has a point.
     pub fn svg(&self) -> Result<String, ChartError> {
-        let Some(((x0, x1), (y0, y1))) = self.ranges() else {
+        let Some((x, y)) = self.ranges() else {
             return Ok(String::new());
         };
+        let layout = Layout::new(self, x, y);
         let mut text = String::new();
         {
-            let root = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
-            let mut chart = ChartBuilder::on(&root)
-                .margin(12)
-                .margin_right(36)
-                .x_label_area_size(80)
-                .y_label_area_size(140)
-                .build_cartesian_2d(x0..x1, y0..y1)?;
-            chart
-                .configure_mesh()
-                .light_line_style(TRANSPARENT)
-                .bold_line_style(BLACK.mix(0.1))
-                .axis_style(BLACK.mix(0.4))
-                .x_labels(8)
-                .y_labels(7)
-                .x_label_formatter(&|v| tick(*v, x1 - x0))
-                .y_label_formatter(&|v| tick(*v, y1 - y0))
-                .x_desc(&self.x)
-                .y_desc(&self.y)
-                .label_style(("sans-serif", FONT))
-                .axis_desc_style(("sans-serif", FONT + 2))
-                .draw()?;
-            if let Some(band) = self.band {
+            let size = (WIDTH, layout.height());
+            let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
+            layout.titles(&root)?;
+            let mut plot = layout.axes(&root)?;
+            if let Some(band) = self.band.map(|band| layout.y.scaled(band)) {
+                let (x0, x1) = layout.x.span;
                 let corners = [(x0, -band), (x1, band)];
-                chart.draw_series([Rectangle::new(corners, BAND.mix(0.2).filled())])?;
+                plot.draw_series([Rectangle::new(corners, BAND.mix(0.2).filled())])?;
             }
             for layer in &self.layers {
-                let width = if layer.mark == Mark::Broad { 12 } else { 3 };
-                let solid = layer.colour.stroke_width(width);
-                match layer.mark {
-                    Mark::Line | Mark::Broad => {
-                        for run in runs(&layer.points, (y0, y1)) {
-                            chart.draw_series(LineSeries::new(run, solid))?;
-                        }
-                    }
-                    Mark::Dots => {
-                        let fill = layer.colour.mix(0.55).filled();
-                        let dots = runs(&layer.points, (y0, y1)).into_iter().flatten();
-                        chart.draw_series(dots.map(|at| Circle::new(at, 4, fill)))?;
-                    }
-                    Mark::Bars => {
-                        let bars = runs(&layer.points, (y0, y1)).into_iter().flatten();
-                        chart.draw_series(
-                            bars.map(|(x, y)| PathElement::new([(x, 0.0), (x, y)], solid)),
-                        )?;
-                    }
-                }
+                layer.draw(&mut plot, &layout)?;
             }
             root.present()?;
         }
@@ -118,7 +188,35 @@ impl Chart {
             y = widened(widened(y, -band), band);
         }
         let any = x.0 <= x.1;
-        any.then(|| (x_margin(x), self.range.unwrap_or_else(|| with_margin(y))))
+        let y = || self.range.unwrap_or_else(|| with_margin(y, 0.06));
+        any.then(|| (with_margin(x, 0.01), y()))
+    }
+}
+
+impl Layer {
+    fn draw(&self, plot: &mut Plot<'_, '_>, layout: &Layout) -> Result<(), ChartError> {
+        let scale = |(x, y): &(f64, f64)| (layout.x.scaled(*x), layout.y.scaled(*y));
+        let points: Vec<(f64, f64)> = self.points.iter().map(scale).collect();
+        let runs = runs(&points, layout.y.span);
+        let width = if self.mark == Mark::Broad { 12 } else { 3 };
+        let solid = self.colour.stroke_width(width);
+        match self.mark {
+            Mark::Line | Mark::Broad => {
+                for run in runs {
+                    plot.draw_series(LineSeries::new(run, solid))?;
+                }
+            }
+            Mark::Dots => {
+                let fill = self.colour.mix(0.55).filled();
+                let dots = runs.into_iter().flatten();
+                plot.draw_series(dots.map(|at| Circle::new(at, 4, fill)))?;
+            }
+            Mark::Bars => {
+                let bars = runs.into_iter().flatten();
+                plot.draw_series(bars.map(|(x, y)| PathElement::new([(x, 0.0), (x, y)], solid)))?;
+            }
+        }
+        Ok(())
     }
 }
 
@@ -128,15 +226,12 @@ fn widened(range: (f64, f64), value: f64) -> (f64, f64) {
     (range.0.min(value), range.1.max(value))
 }
 
-fn with_margin((low, high): (f64, f64)) -> (f64, f64) {
-    let size = low.abs().max(high.abs()).max(f64::MIN_POSITIVE.sqrt());
-    let more = (0.06 * (high - low)).max(1e-9 * size);
-    (low - more, high + more)
-}
-
-fn x_margin((low, high): (f64, f64)) -> (f64, f64) {
-    let size = low.abs().max(high.abs()).max(f64::MIN_POSITIVE.sqrt());
-    let more = (0.01 * (high - low)).max(1e-9 * size);
+fn with_margin((low, high): (f64, f64), share: f64) -> (f64, f64) {
+    let size = low.abs().max(high.abs());
+    if size == 0.0 {
+        return (-1.0, 1.0);
+    }
+    let more = (share * (high - low)).max(1e-10 * size);
     (low - more, high + more)
 }
 
@@ -150,30 +245,9 @@ fn runs(points: &[(f64, f64)], (low, high): (f64, f64)) -> Vec<Vec<(f64, f64)>> 
         .collect()
 }
 
-/// A number on an axis of this span: as many digits as tell neighbours apart.
-fn tick(value: f64, span: f64) -> String {
-    let step = (span / 8.0).log10().floor();
-    if value.abs() < 1e-6 * span {
-        return "0".into();
-    }
-    if !(-4.0..5.0).contains(&step) {
-        return format!("{value:.1e}");
-    }
-    format!("{value:.precision$}", precision = (-step).max(0.0) as usize)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn ticks_tell_neighbours_apart() {
-        assert_eq!(tick(0.30000000000000004, 1.0), "0.3");
-        assert_eq!(tick(1e-18, 1.0), "0");
-        assert_eq!(tick(-0.002, 0.01), "-0.002");
-        assert_eq!(tick(25.0, 100.0), "25");
-        assert_eq!(tick(2e-7, 1e-6), "2.0e-7");
-    }
 
     #[test]
     fn a_break_parts_a_line_and_the_edge_holds_it() {

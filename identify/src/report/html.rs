@@ -107,7 +107,7 @@ pub fn html(page: &Page<'_>) -> Result<String, PageError> {
             short(100.0 * outcome.remaining.share_before),
             short(100.0 * outcome.remaining.share_after),
         ],
-        "remaining_evidence": format!("{:.0}", outcome.remaining.evidence),
+        "remaining_evidence": nats(outcome.remaining.evidence, 0),
         "over_time": figures.over_time().map_err(figure_error)?,
         "predictions": figures.predictions().map_err(figure_error)?,
         "whiteness": figures.whiteness().map_err(figure_error)?,
@@ -177,24 +177,32 @@ fn rows(outcome: &Outcome, model: &Model) -> Vec<Row> {
             total,
         }
     };
-    let one = || "1 (share of its scale)".to_string();
+    let one = || "1".to_string();
     let units = || {
         model
             .coordinates
             .iter()
             .map(|c| (&c.name, stated_unit(&c.unit)))
     };
-    let mut rows = vec![row("acceleration", one(), true, &|s| s.acceleration.total)];
+    let mut rows = vec![row("acceleration, share of its scale", one(), true, &|s| {
+        s.acceleration.total
+    })];
     for (name, unit) in units() {
         let unit = format!("{unit}/s²");
         rows.push(row(name, unit, false, &|s| at(&s.acceleration, name)));
     }
-    rows.push(row("generalised force", one(), true, &|s| s.force.total));
+    rows.push(row(
+        "generalised force, share of its scale",
+        one(),
+        true,
+        &|s| s.force.total,
+    ));
     for (name, unit) in units() {
         let unit = super::figures::force_unit(unit);
         rows.push(row(name, unit, false, &|s| at(&s.force, name)));
     }
-    let title = format!("prediction over {:.2} s", outcome.before.rollout.horizon);
+    let horizon = outcome.before.rollout.horizon;
+    let title = format!("prediction over {horizon:.2} s, share of its scale");
     rows.push(row(&title, one(), true, &|s| s.rollout.errors.total));
     for (name, unit) in units() {
         let unit = unit.to_string();
@@ -221,7 +229,7 @@ fn describe(finding: &Finding, figure: Option<Figure>) -> Found {
     Found {
         effect: finding.effect.clone(),
         on: finding.on.join(", "),
-        evidence: format!("{:.0}", finding.evidence),
+        evidence: nats(finding.evidence, 0),
         parameters: parameters.collect(),
         rivals: rivals.collect(),
         figure,
@@ -237,19 +245,25 @@ fn considered(outcome: &Outcome) -> Vec<([String; 5], bool)> {
             .findings
             .iter()
             .any(|f| f.effect == candidate.effect && f.on == candidate.on);
-        let nats = |value: f64| format!("{value:.1}");
         let texts = [
             candidate.effect.clone(),
             candidate.on.join(", "),
-            nats(candidate.evidence),
-            nats(candidate.gain),
+            nats(candidate.evidence, 1),
+            nats(candidate.gain, 1),
             candidate
                 .held_out_gain
-                .map_or_else(|| "one place".into(), nats),
+                .map_or_else(|| "one place".into(), |gain| nats(gain, 1)),
         ];
         (texts, accepted)
     })
     .collect()
+}
+
+/// With so many decimals, and no sign before zero.
+fn nats(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    let is_zero = text.trim_start_matches(['-', '0', '.']).is_empty();
+    if is_zero { text.replace('-', "") } else { text }
 }
 
 /// Lines of a diff with the class that colours them.

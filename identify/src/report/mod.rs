@@ -1,6 +1,7 @@
 //! What a person reads: a summary on one page, the change to the model, and both with
 //! figures as HTML.
 
+mod axis;
 mod chart;
 mod explain;
 mod figures;
