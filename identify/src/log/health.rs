@@ -1,5 +1,6 @@
 //! What a log's channels look like before anything is estimated from them.
 
+use super::frozen;
 use super::quantum::quantisation_step;
 use super::record::{GAP, Record, median_step};
 use super::statistics::quantile;
@@ -48,15 +49,20 @@ pub(super) fn examine(record: &mut Record) {
         warnings.extend(constant(&column, values).or_else(|| saturated(&column, values)));
     }
     record.warnings.extend(warnings);
+    frozen::leave_out(record);
+}
+
+/// Steps that look as if stamps were not in seconds.
+pub(crate) fn strange_rate(t: &[f64]) -> Option<Warning> {
+    let step = median_step(t);
+    let is_plausible = (PLAUSIBLE_STEP.0..=PLAUSIBLE_STEP.1).contains(&step);
+    (!is_plausible).then_some(Warning::StrangeRate { step })
 }
 
 /// Jitter, gaps and the order of magnitude of the steps.
 fn sampling(t: &[f64]) -> Vec<Warning> {
     let step = median_step(t);
-    let mut warnings = Vec::new();
-    if !(PLAUSIBLE_STEP.0..=PLAUSIBLE_STEP.1).contains(&step) {
-        warnings.push(Warning::StrangeRate { step });
-    }
+    let mut warnings: Vec<Warning> = strange_rate(t).into_iter().collect();
     let steps = t.windows(2).map(|pair| (pair[0], pair[1] - pair[0]));
     let (gaps, ordinary): (Vec<_>, Vec<_>) = steps.partition(|(_, length)| *length > GAP * step);
     let deviations = ordinary.iter().map(|(_, length)| (length - step).abs());

@@ -36,7 +36,8 @@
 
 mod assumed;
 mod error;
-mod health;
+mod frozen;
+pub(crate) mod health;
 mod map;
 #[cfg(feature = "mcap")]
 mod mcap;

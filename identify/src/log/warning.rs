@@ -112,6 +112,15 @@ pub enum Warning {
         /// Samples in it.
         samples: usize,
     },
+    /// A sensor froze while its coordinate moved: these samples are left out.
+    Frozen {
+        /// The column.
+        column: String,
+        /// Stamps of the first and last of them.
+        span: (f64, f64),
+        /// How many.
+        samples: usize,
+    },
     /// A channel repeats each value: it was recorded at a lower rate and held.
     Held {
         /// The column.
@@ -227,6 +236,16 @@ impl fmt::Display for Warning {
             } => write!(
                 f,
                 "`{column}` stands still from t = {:.6} s to {:.6} s ({samples} samples) while the machine moves",
+                span.0, span.1
+            ),
+            Self::Frozen {
+                column,
+                span,
+                samples,
+            } => write!(
+                f,
+                "`{column}` is frozen from t = {:.6} s to {:.6} s while its coordinate moves: these {samples} \
+                 samples are left out",
                 span.0, span.1
             ),
             Self::Held { column, repeats } => write!(

@@ -119,7 +119,7 @@ pub fn html(page: &Page<'_>) -> Result<String, PageError> {
         "noise": noise(outcome, model),
         "hold": hold(outcome),
         "seed": outcome.seed,
-        "warnings": outcome.warnings,
+        "warnings": outcome.misread.iter().chain(&outcome.warnings).collect::<Vec<_>>(),
         "command": page.command,
     });
     Ok(template.render(Serde(contents))?)

@@ -23,6 +23,10 @@ pub fn summary(outcome: &Outcome, model: &Model) -> String {
         page.push('\n');
     };
     line(sentence(outcome));
+    for mistake in &outcome.misread {
+        line(String::new());
+        line(format!("  But {mistake}."));
+    }
     for finding in &outcome.findings {
         line(String::new());
         describe(finding).into_iter().for_each(&mut line);

@@ -33,14 +33,20 @@ fn sentence(force: &UnnamedForce, model: &Model) -> String {
     } else {
         ""
     };
+    let depends = if force.explained > 0.0 {
+        format!(
+            "depends on {}, which explain {} % of it at samples not fitted",
+            on.join(", "),
+            short(100.0 * force.explained)
+        )
+    } else {
+        "depends on nothing that was measured, as far as samples not fitted tell".to_string()
+    };
     format!(
-        "A force on {}, {} {} (root mean square), depends on {}, which explain {} % of it at samples not \
-         fitted; {kind}{past}.",
+        "A force on {}, {} {} (root mean square), {depends}; {kind}{past}.",
         force.coordinate,
         short(force.size),
         unit(&force.coordinate),
-        on.join(", "),
-        short(100.0 * force.explained),
     )
 }
 
@@ -48,6 +54,11 @@ fn sentence(force: &UnnamedForce, model: &Model) -> String {
 const DISTINCT: f64 = 0.3;
 
 fn gain(unnamed: &Unnamed) -> String {
+    if unnamed.recovered.is_nan() || unnamed.recovered <= 0.0 {
+        return "As Gaussian-process terms beside the model as given, these predict the log that is judged \
+                by no better: they are of no use for prediction."
+            .to_string();
+    }
     format!(
         "As Gaussian-process terms beside the model as given, these bring the acceleration error to {} \
          of its scale: {} % of what sensor noise does not explain is gone.",

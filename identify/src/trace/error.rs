@@ -1,6 +1,6 @@
 //! Why a log could not be traced.
 
-use crate::log::LogError;
+use crate::log::{LogError, health};
 use crate::machine::SolveError;
 use crate::smooth::SmoothError;
 use dynamics_codegen::Report;
@@ -18,10 +18,12 @@ pub enum TraceError {
     #[error(transparent)]
     Model(#[from] Box<Report>),
     /// The equation of motion has no solution somewhere along the log.
-    #[error("the model cannot be evaluated along the log at t = {time} s: {source}")]
+    #[error("the model cannot be evaluated along the log at t = {time} s: {source}{hint}")]
     Solve {
         /// When.
         time: f64,
+        /// What may be wrong with the log, if something is odd about it.
+        hint: String,
         /// Why.
         source: SolveError,
     },
@@ -51,6 +53,15 @@ pub enum TraceError {
         /// By how much.
         worst: f64,
     },
+    /// A log of a machine at rest.
+    #[error(
+        "nothing moves in {log}: every position is constant. A model is judged by its motion: give a \
+         log in which the machine moves"
+    )]
+    Motionless {
+        /// Which log.
+        log: String,
+    },
     /// Too little to split.
     #[error(
         "the log has {samples} samples; at least {needed} are needed to keep a third apart: give a \
@@ -71,7 +82,10 @@ impl TraceError {
         | SolveError::Inconsistent { sample, .. }
         | SolveError::Unsettled { sample }
         | SolveError::NotFinite { sample }) = source;
+        let hint =
+            health::strange_rate(times).map_or_else(String::new, |warning| format!("; {warning}"));
         Self::Solve {
+            hint,
             time: times.get(sample).copied().unwrap_or(f64::NAN),
             source,
         }

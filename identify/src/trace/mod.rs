@@ -10,6 +10,7 @@ mod focus;
 mod forces;
 mod judge;
 mod microscope;
+mod misread;
 mod one_clock;
 mod patch;
 mod progress;

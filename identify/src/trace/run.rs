@@ -9,6 +9,7 @@ use super::finding::{Finding, Verdict, findings, verdict};
 use super::forces;
 use super::judge::{is_worse, judge};
 use super::microscope::{Unnamed, look};
+use super::misread::misread;
 use super::patch::patch;
 use super::progress::{Progress, Stage};
 use super::score::{Score, Scoring};
@@ -106,6 +107,9 @@ pub struct Outcome {
     pub split: Split,
     /// Seed of everything random.
     pub seed: u64,
+    /// Mistakes in the columns of the log under which the model would explain it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub misread: Vec<String>,
     /// What should be known about the logs.
     pub warnings: Vec<String>,
     /// The model with the findings written in.
@@ -154,7 +158,10 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     .map_err(Box::new)?;
     let times = observed.record.t.clone();
     let located = |source: SolveError| TraceError::at(source, &times);
+    check_motion(&observed.record, &split.train_log)?;
+    check_motion(&test, &split.test_log)?;
     check_constraints(&dictionary, &observed)?;
+    let misread = misread(&dictionary, &observed.record);
     progress.enter(Stage::Fit, &[]);
     let immobile = is_immobile(&dictionary, &observed);
     let by_forces = forces::learn(&dictionary, &observed, immobile)?;
@@ -276,6 +283,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         input_hold: hold,
         split,
         seed: request.seed,
+        misread,
         warnings,
         details: Details {
             considered: weighed(&dictionary, &selection),
@@ -447,6 +455,17 @@ fn split(request: &Request<'_>, plain: &Compiled) -> Result<(Record, Record, Spl
         method,
     };
     Ok((train, test, split))
+}
+
+/// Something must move.
+fn check_motion(record: &Record, log: &str) -> Result<(), TraceError> {
+    let moves = |q: &Vec<f64>| q.iter().any(|x| *x != q[0]);
+    match record.q.iter().any(moves) {
+        true => Ok(()),
+        false => Err(TraceError::Motionless {
+            log: log.to_string(),
+        }),
+    }
 }
 
 /// Holonomic constraints must hold in the measured positions themselves.
