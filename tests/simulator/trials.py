@@ -79,6 +79,8 @@ def true_key(truth, effect):
     if truth["system"] == "planar_arm" and effect["type"] == "parameter":
         split = [re.fullmatch(r"([a-zA-Z]+)(\d+)", name) for name in on]
         on = [f"link{m[2]}_{names.get(m[1], m[1])}" for m in split]
+    if truth["system"] == "unicycle2d":
+        on = ["vehicle" if name == "body" else name for name in on]
     return key(effect["type"], on)
 
 

@@ -1,7 +1,9 @@
 //! What sensors read along a motion.
 
+use super::shifted::shifted;
 use super::{Machine, States};
 use dynamics_codegen::derive::Variable;
+use dynamics_codegen::graph::ExprId;
 use dynamics_codegen::{Column, System, Tape};
 
 /// The sensors of a machine: readings of positions and velocities, and their derivatives
@@ -9,6 +11,9 @@ use dynamics_codegen::{Column, System, Tape};
 #[derive(Debug, Clone)]
 pub struct Sensors {
     tape: Tape,
+    /// How much each reading owes to the velocity and to the position of its coordinate; `None`
+    /// if no reading owes anything to a velocity.
+    lead: Option<Tape>,
     coordinates: usize,
     /// Which of the variables change a reading of a motion that stays as it is, by their
     /// places, ascending.
@@ -42,6 +47,17 @@ impl Machine {
             let position = Variable::Position(index).symbol(model);
             outputs.extend(model.graph.derivatives(&[reading], position));
         }
+        let mut owes = |variable: fn(usize) -> Variable| -> Vec<ExprId> {
+            let each = (0..model.coordinates.len()).map(|index| {
+                let symbol = variable(index).symbol(model);
+                model.graph.derivatives(&[system.measured[index]], symbol)[0]
+            });
+            each.collect()
+        };
+        let mut leads = owes(Variable::Velocity);
+        let leads_somewhere = leads.clone();
+        leads.extend(owes(Variable::Position));
+        let leads_somewhere = leads_somewhere.iter().any(|&l| !model.graph.is_zero(l));
         let mut sensing = Vec::new();
         for (place, variable) in variables.iter().enumerate() {
             let symbol = variable.symbol(model);
@@ -53,6 +69,7 @@ impl Machine {
         let mut arguments = System::arguments(model);
         arguments.extend(&system.acceleration);
         Sensors {
+            lead: leads_somewhere.then(|| Tape::new(&model.graph, &leads, &arguments)),
             tape: Tape::new(&model.graph, &outputs, &arguments),
             coordinates: model.coordinates.len(),
             sensing,
@@ -67,19 +84,39 @@ impl Machine {
 
 impl Sensors {
     /// The readings where the machine is in `states` with these accelerations, one column
-    /// per coordinate.
+    /// per coordinate. What a reading owes to its velocity, `q + s q̇`, is `s` seconds of time
+    /// to first order, and taken as that to all: the motion is read there.
     pub fn read(
         &self,
         states: &States,
         accelerations: &[Vec<f64>],
         parameters: &[f64],
     ) -> Measured {
-        let mut columns = states.columns(parameters);
-        columns.extend(accelerations.iter().map(|a| Column::Each(a)));
-        let mut values = self.tape.evaluate_all(&columns, states.len()).into_iter();
         let n = self.coordinates;
+        let (mut there, mut acceleration) = (states.clone(), accelerations.to_vec());
+        let mut leads = Vec::new();
+        if let Some(lead) = &self.lead {
+            leads = lead.evaluate_all(&columns(states, accelerations, parameters), states.len());
+            let slopes = leads.split_off(n);
+            for (i, (lead, slope)) in leads.iter().zip(&slopes).enumerate() {
+                if lead.iter().any(|s| *s != 0.0) {
+                    let by: Vec<f64> = lead.iter().zip(slope).map(|(l, s)| l / s).collect();
+                    let moved = shifted(states, i, &accelerations[i], &by);
+                    (there.q[i], there.v[i], acceleration[i]) = (moved.q, moved.v, moved.a);
+                }
+            }
+        }
+        let columns = columns(&there, &acceleration, parameters);
+        let mut values = self.tape.evaluate_all(&columns, states.len()).into_iter();
         let mut group = || -> Vec<Vec<f64>> { values.by_ref().take(n).collect() };
-        let (q, v, slope) = (group(), group(), group());
+        let (mut q, mut v, slope) = (group(), group(), group());
+        // The time is in the states now.
+        for (i, lead) in leads.iter().enumerate() {
+            for (k, lead) in lead.iter().enumerate() {
+                q[i][k] -= lead * there.v[i][k];
+                v[i][k] -= lead * acceleration[i][k];
+            }
+        }
         let (mut q_by, mut v_by) = (Vec::new(), Vec::new());
         for _ in &self.sensing {
             q_by.push(group());
@@ -93,4 +130,15 @@ impl Sensors {
             v_by,
         }
     }
+}
+
+/// What the tapes of sensors are evaluated with.
+fn columns<'a>(
+    states: &'a States,
+    accelerations: &'a [Vec<f64>],
+    parameters: &'a [f64],
+) -> Vec<Column<'a>> {
+    let mut columns = states.columns(parameters);
+    columns.extend(accelerations.iter().map(|a| Column::Each(a)));
+    columns
 }

@@ -7,6 +7,7 @@ mod hold;
 mod measured;
 mod memory;
 mod rollout;
+mod shifted;
 mod solve;
 mod states;
 

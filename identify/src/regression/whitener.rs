@@ -32,6 +32,28 @@ pub struct Readings {
 pub struct ProcessNoise {
     /// Standard deviation per coordinate, in the coordinate's force unit.
     pub force_sd: DVector<f64>,
+    /// The least that it may be: one for all explanations of a log, since one that brings
+    /// larger forces with it must not have to bear larger unexplained ones.
+    pub smallest: DVector<f64>,
+}
+
+impl ProcessNoise {
+    /// A multiple of the noise, not below the smallest.
+    #[must_use]
+    pub fn times(&self, factor: f64) -> Self {
+        let smallest = self.smallest.clone();
+        let force_sd = (&self.force_sd * factor).sup(&smallest);
+        Self { force_sd, smallest }
+    }
+
+    /// The smallest noise.
+    #[must_use]
+    pub fn at_smallest(&self) -> Self {
+        Self {
+            force_sd: self.smallest.clone(),
+            smallest: self.smallest.clone(),
+        }
+    }
 }
 
 /// One scalar reading: `z = h·δ + noise`, and the gain that the filter gives it.

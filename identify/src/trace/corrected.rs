@@ -28,7 +28,7 @@ pub(super) fn corrected(
         let filtered = savgol_states(&motion)?;
         let states = States {
             t: motion.t.clone(),
-            q: motion.q.clone(),
+            q: filtered.q.clone(),
             v: filtered.v.clone(),
             u: motion.u.clone(),
             ..States::default()
@@ -36,30 +36,21 @@ pub(super) fn corrected(
         let states = focus.machine.at_rest(&states, values);
         let read = focus.sensors.read(&states, &filtered.a, values);
         for i in 0..motion.q.len() {
-            let beyond: Vec<f64> = read.v[i]
-                .iter()
-                .zip(&states.v[i])
-                .map(|(read, v)| read - v)
-                .collect();
-            // A step towards the motion that is read as it was logged.
-            let step = |logged: &[f64], motion: &mut [f64], beyond: &[f64]| {
-                let shown: Vec<f64> = motion.iter().zip(beyond).map(|(x, b)| x + b).collect();
-                let miss: Vec<f64> = logged.iter().zip(shown).map(|(y, x)| y - x).collect();
-                let step = divided(&miss, &read.slope[i]);
-                motion.iter_mut().zip(step).for_each(|(x, step)| *x += step);
+            // What is logged beside what would be read of the smooth motion, added to it: the
+            // noise of the log stays what it is.
+            let beside = |logged: &[f64], shown: &[f64], smooth: &[f64]| -> Vec<f64> {
+                let miss: Vec<f64> = logged.iter().zip(shown).map(|(y, r)| y - r).collect();
+                let miss = divided(&miss, &read.slope[i]);
+                smooth.iter().zip(miss).map(|(x, miss)| x + miss).collect()
             };
-            if let (Some(logged), Some(a)) = (&record.ddq[i], &mut motion.ddq[i]) {
-                step(logged, a, &derivative(&motion.t, &beyond));
+            motion.q[i] = beside(&record.q[i], &read.q[i], &states.q[i]);
+            if let Some(logged) = &record.dq[i] {
+                motion.dq[i] = Some(beside(logged, &read.v[i], &states.v[i]));
             }
-            if let (Some(logged), Some(v)) = (&record.dq[i], &mut motion.dq[i]) {
-                step(logged, v, &beyond);
+            if let Some(logged) = &record.ddq[i] {
+                let rate = derivative(&motion.t, &read.v[i]);
+                motion.ddq[i] = Some(beside(logged, &rate, &filtered.a[i]));
             }
-            let beyond: Vec<f64> = read.q[i]
-                .iter()
-                .zip(&states.q[i])
-                .map(|(read, q)| read - q)
-                .collect();
-            step(&record.q[i], &mut motion.q[i], &beyond);
         }
     }
     Ok(motion)

@@ -47,10 +47,11 @@ const NOISE_ROUNDS: usize = 3;
 /// The most that one adaptation changes a variance by.
 const NOISE_FACTOR: f64 = 30.0;
 
-/// The smallest unexplained forces.
-pub fn floor(dynamics: &ErrorDynamics) -> ProcessNoise {
+/// Unexplained forces of a `share` of those of the model as given.
+pub fn noise(dynamics: &ErrorDynamics, share: f64) -> ProcessNoise {
     ProcessNoise {
-        force_sd: &dynamics.force_scale * SMALLEST_SHARE,
+        force_sd: &dynamics.force_scale * share,
+        smallest: &dynamics.force_scale * SMALLEST_SHARE,
     }
 }
 
@@ -96,7 +97,7 @@ pub fn settle<'a>(
     noise: &mut ProcessNoise,
     adapt: Adapt,
 ) -> Settled<'a> {
-    let smallest = floor(dynamics).force_sd;
+    let smallest = noise.smallest.clone();
     for round in 0.. {
         let whitener = Whitener::new(dynamics, readings, noise);
         let gram = whitener.gram(columns);
@@ -306,9 +307,8 @@ impl Step {
 /// beyond that of the smallest forces.
 pub fn unexplained(dynamics: &ErrorDynamics, noise: &ProcessNoise) -> f64 {
     let n = dynamics.coordinate_count();
-    let smallest = floor(dynamics);
     let excess = DVector::from_fn(n, |j, _| {
-        noise.force_sd[j].powi(2) - smallest.force_sd[j].powi(2)
+        noise.force_sd[j].powi(2) - noise.smallest[j].powi(2)
     });
     let mut forced = DVector::<f64>::zeros(n);
     let mut own = DVector::<f64>::zeros(n);

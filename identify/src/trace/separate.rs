@@ -47,7 +47,7 @@ enum Change {
 const WORTH_SAYING: f64 = 2.0;
 /// Samples that are looked at.
 const LOOKED_AT: usize = 500;
-/// Samples of a machine that remembers, in one piece.
+/// Samples in one piece, where a machine remembers or a sensor reads at another time.
 const IN_ONE_PIECE: usize = 2000;
 /// Accelerations that differ by less than this share are equal.
 const EQUAL: f64 = 1e-6;
@@ -111,7 +111,7 @@ pub(super) fn separating_motion(
 /// States of the log: evenly spread, or one piece where it matters what was before.
 fn sample(focus: &Focus, observed: &Observed) -> States {
     let curve = &observed.curve;
-    if focus.machine.remembers() {
+    if focus.machine.remembers() || focus.machine.has_sensor_errors() {
         let begin = curve.len().saturating_sub(IN_ONE_PIECE) / 2;
         return States {
             history: None,

@@ -4,7 +4,7 @@
 use super::Dictionary;
 use super::estimate::Observed;
 use super::focus::Focus;
-use super::refine::floor;
+use super::refine::{SMALLEST_SHARE, noise};
 use super::score::Look;
 use super::select::{Selection, linearised};
 use crate::machine::SolveError;
@@ -189,7 +189,7 @@ fn autocorrelations(
 ) -> Result<Vec<Vec<f64>>, SolveError> {
     let dynamics = linearised(focus, observed, values)?;
     let readings = observed.readings(focus, values, &dynamics.accelerations());
-    let noise = floor(&dynamics);
+    let noise = noise(&dynamics, SMALLEST_SHARE);
     let whitener = Whitener::new(&dynamics, &readings, &noise);
     let mut sequences = vec![Vec::new(); observed.record.q.len()];
     for innovation in whitener.position_innovations() {

@@ -100,6 +100,7 @@ pub(super) fn learn(
         nominal_misfit: 2.0 * before / rows,
         noise: ProcessNoise {
             force_sd: DVector::from_column_slice(equations.scale()),
+            smallest: DVector::zeros(equations.scale().len()),
         },
         remaining: Remaining {
             share_before: share(&missing, &exerted),

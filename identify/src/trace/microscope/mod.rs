@@ -11,9 +11,9 @@ mod features;
 mod law;
 
 use super::dictionary::Dictionary;
-use super::refine::{Explanation, floor, refine_curve};
+use super::refine::{Explanation, refine_curve};
 use super::score::{Errors, ScoreError, Scoring};
-use super::select::{Selection, linearised};
+use super::select::{Selection, first_noise, linearised};
 use crate::log::Record;
 use crate::machine::SolveError;
 use crate::regression::Whitener;
@@ -108,7 +108,7 @@ pub(super) fn look(
     let mut explanation = Explanation {
         observed: selection.observed.clone(),
         values: dictionary.defaults.clone(),
-        noise: selection.noise.clone(),
+        noise: first_noise(dictionary, &selection.observed)?,
     };
     refine_curve(dictionary, &[], &mut explanation)?;
     let focus = dictionary.focus(&[]);
@@ -120,9 +120,8 @@ pub(super) fn look(
     let smoothed = whitener.smooth(&DVector::zeros(0));
     let n = dynamics.coordinate_count();
     let force = |i: usize| -> Vec<f64> { smoothed.iter().map(|s| s[2 * n + i]).collect() };
-    let smallest = floor(&dynamics);
     let mut strengths: Vec<(usize, f64)> = (0..n)
-        .filter(|&i| explanation.noise.force_sd[i] > 2.0 * smallest.force_sd[i])
+        .filter(|&i| explanation.noise.force_sd[i] > 2.0 * explanation.noise.smallest[i])
         .map(|i| (i, moved(&dynamics, &force(i), i)))
         .collect();
     strengths.sort_by(|a, b| b.1.total_cmp(&a.1));

@@ -6,18 +6,15 @@ use crate::regression::{Columns, ErrorDynamics, ProcessNoise};
 use crate::trace::dictionary::Dictionary;
 use crate::trace::estimate::Observed;
 use crate::trace::focus::Focus;
-use crate::trace::refine::{Explanation, refine, refine_curve};
-use nalgebra::DVector;
+use crate::trace::refine::{Explanation, noise, refine, refine_curve};
 
 /// Some unexplained force to begin with.
-pub(super) fn first_noise(
+pub(in crate::trace) fn first_noise(
     dictionary: &Dictionary,
     observed: &Observed,
 ) -> Result<ProcessNoise, SolveError> {
     let dynamics = linearised(&dictionary.focus(&[]), observed, &dictionary.defaults)?;
-    Ok(ProcessNoise {
-        force_sd: dynamics.force_scale * FIRST_SHARE,
-    })
+    Ok(noise(&dynamics, FIRST_SHARE))
 }
 
 pub(super) const FIRST_SHARE: f64 = 0.1;
@@ -77,9 +74,7 @@ pub(in crate::trace) fn smooth(
 ) -> Result<Observed, SolveError> {
     let dynamics = linearised(&dictionary.focus(accepted), &observed, values)?;
     let mut explanation = Explanation {
-        noise: ProcessNoise {
-            force_sd: DVector::from(dynamics.force_scale * FIRST_SHARE),
-        },
+        noise: noise(&dynamics, FIRST_SHARE),
         values: values.to_vec(),
         observed,
     };

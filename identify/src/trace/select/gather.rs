@@ -7,62 +7,87 @@
 
 use super::TIE;
 use super::fitting::fit;
-use super::search::{Attempt, Search, reset};
+use super::search::{Attempt, MARGIN, Search, reset};
 use crate::trace::dictionary::Subject;
 use crate::trace::rivals::Alternative;
 use crate::trace::screen::{Considered, Screen};
 use rayon::prelude::*;
 
-/// How many effects are tried for each set of terms.
+/// How many effects are tried for each set of terms, and how many sets are looked at.
 const TRIED: usize = 3;
+const LOOKED_AT: usize = 8;
+
+/// The accepted terms with one effect on a body in the stead of some.
+pub(super) struct Instead {
+    /// Which are gone.
+    set: Vec<usize>,
+    /// What there is now.
+    attempt: Attempt,
+}
 
 impl Search<'_> {
-    /// The accepted terms with some replaced by one effect on a body, if that explains the
-    /// log about as well.
-    pub(super) fn gathered(&self) -> Option<Attempt> {
+    /// What effects on bodies would make of the log in the stead of some accepted terms, the
+    /// best for each set of these.
+    pub(super) fn loads_instead(&self) -> Vec<Instead> {
         let is_massive = |&c: &usize| self.is_parameter(c) || self.is_on_a_body(c);
         let accepted = || self.accepted.iter().copied();
         let massive: Vec<usize> = accepted().filter(is_massive).collect();
         let forces = accepted().filter(|c| !is_massive(c) && !self.is_channel(*c));
         let forces: Vec<usize> = forces.collect();
-        let search_price = (self.dictionary.candidates.len() as f64).ln();
-        let gathered = sets(&massive, &forces).into_iter().flat_map(|set| {
-            let limit = self.current.cost + TIE + (set.len() - 1) as f64 * search_price;
-            let instead = self.instead_of(&set, TRIED).unwrap_or_default();
-            instead
-                .into_iter()
-                .filter(move |attempt| attempt.cost < limit)
+        let parameters = accepted()
+            .filter(|&c| self.is_parameter(c))
+            .map(|c| vec![c]);
+        let sets = parameters.chain(sets(&massive, &forces)).take(LOOKED_AT);
+        let each = sets.filter_map(|set| {
+            let attempt = self.instead_of(&set)?;
+            self.is_possible(&attempt)
+                .then_some(Instead { set, attempt })
         });
-        let possible = gathered.filter(|attempt| self.is_possible(attempt));
-        possible.min_by(|a, b| {
-            a.candidates
-                .len()
-                .cmp(&b.candidates.len())
-                .then(a.cost.total_cmp(&b.cost))
-        })
+        each.collect()
+    }
+
+    /// One of these that explains the log about as well with less; or better.
+    pub(super) fn gathered(&self, loads: Vec<Instead>) -> Result<Attempt, Vec<Instead>> {
+        let search_price = (self.dictionary.candidates.len() as f64).ln();
+        let limit = |load: &Instead| match load.set.len() {
+            1 => self.current.cost - MARGIN,
+            more => self.current.cost + TIE + (more - 1) as f64 * search_price,
+        };
+        let good = loads.iter().enumerate();
+        let good = good.filter(|(_, load)| load.attempt.cost < limit(load));
+        let best = good.min_by(|(_, a), (_, b)| {
+            let size = |load: &Instead| load.attempt.candidates.len();
+            size(a)
+                .cmp(&size(b))
+                .then(a.attempt.cost.total_cmp(&b.attempt.cost))
+        });
+        match best.map(|(position, _)| position) {
+            Some(position) => {
+                let mut loads = loads;
+                Ok(loads.swap_remove(position).attempt)
+            }
+            None => Err(loads),
+        }
     }
 
     /// Adds to the `alternatives` of each accepted parameter a load that explains the log no
     /// worse, where that has more parameters: it costs more, but nothing speaks against it.
-    pub(super) fn add_loads(&self, alternatives: &mut [Vec<Alternative>]) {
-        for (i, &term) in self.accepted.iter().enumerate() {
-            if !self.is_parameter(term) {
+    pub(super) fn add_loads(&self, loads: Vec<Instead>, alternatives: &mut [Vec<Alternative>]) {
+        for Instead { set, attempt: load } in loads {
+            let place = self.accepted.iter().position(|term| set == [*term]);
+            let as_good = load.estimate.cost < self.current.estimate.cost;
+            let (Some(place), Some(&candidate), true) = (place, load.candidates.last(), as_good)
+            else {
                 continue;
-            }
-            let loads = self.instead_of(&[term], TRIED).unwrap_or_default();
-            let as_good = |load: &Attempt| load.estimate.cost < self.current.estimate.cost;
-            for load in loads.into_iter().filter(as_good) {
-                let Some(&candidate) = load.candidates.last() else {
-                    continue;
-                };
-                alternatives[i].retain(|known| known.candidate != candidate);
-                alternatives[i].push(Alternative {
-                    candidate,
-                    better: self.current.cost - load.cost,
-                    values: load.explanation.values,
-                });
-            }
-            alternatives[i].sort_by(|a, b| b.better.total_cmp(&a.better));
+            };
+            let alike = &mut alternatives[place];
+            alike.retain(|known| known.candidate != candidate);
+            alike.push(Alternative {
+                candidate,
+                better: self.current.cost - load.cost,
+                values: load.explanation.values,
+            });
+            alike.sort_by(|a, b| b.better.total_cmp(&a.better));
         }
     }
 
@@ -82,8 +107,8 @@ impl Search<'_> {
         !self.is_parameter(candidate) && on.len() == 1 && bodies.any(|body| body.name == on[0])
     }
 
-    /// Attempts without `set` and with one effect on a body, so many of them at most.
-    fn instead_of(&self, set: &[usize], most: usize) -> Option<Vec<Attempt>> {
+    /// The best attempt without `set` and with one effect on a body.
+    fn instead_of(&self, set: &[usize]) -> Option<Attempt> {
         let mut explanation = self.current.explanation.clone();
         set.iter()
             .for_each(|&c| reset(self.dictionary, &mut explanation, c));
@@ -103,12 +128,13 @@ impl Search<'_> {
         let screen = Screen::new(self.dictionary, &without.current.explanation, &others).ok()?;
         let considered = screen.considered(&screen.grams());
         let whole = |c: &&Considered| self.is_on_a_body(c.candidate);
-        let wholes: Vec<&Considered> = considered.iter().filter(whole).take(most).collect();
-        let tried = wholes.into_par_iter().map(|c| {
-            let attempt = without.attempt_in_some_shape(c).ok()?;
-            Some(without.sharpened(attempt))
-        });
-        Some(tried.collect::<Vec<_>>().into_iter().flatten().collect())
+        let wholes: Vec<&Considered> = considered.iter().filter(whole).take(TRIED).collect();
+        let tried = wholes.into_par_iter();
+        let tried = tried.map(|c| without.attempt_in_some_shape(c).ok());
+        let tried: Vec<Option<Attempt>> = tried.collect();
+        let best = tried.into_iter().flatten();
+        let best = best.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+        Some(without.converged(without.sharpened(best)))
     }
 }
 

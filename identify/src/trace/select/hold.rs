@@ -1,13 +1,14 @@
 //! What inputs do between samples.
 
 use super::fitting::{first_noise, fit};
-use super::search::Search;
+use super::search::{Attempt, Search, reset};
 use super::{TIE, search_samples};
 use crate::machine::SolveError;
 use crate::regression::Hold;
 use crate::trace::dictionary::Dictionary;
 use crate::trace::estimate::Observed;
 use crate::trace::refine::Explanation;
+use dynamics_codegen::dimension::Dimension;
 
 /// What inputs most likely do between samples: the assumption under which the log
 /// is more likely, with as much force unexplained as each demands.
@@ -40,17 +41,43 @@ pub fn likelier_hold(dictionary: &Dictionary, observed: &Observed) -> Result<Hol
     })
 }
 
+fn other(hold: Hold) -> Hold {
+    match hold {
+        Hold::Linear => Hold::Previous,
+        Hold::Previous => Hold::Linear,
+    }
+}
+
 impl Search<'_> {
+    /// The accepted terms less one that is a time, under the other assumption about inputs, if
+    /// that explains the log about as well: all sensors early by half a sample are inputs late
+    /// by as much.
+    pub(super) fn hold_for_a_time(&self) -> Option<Attempt> {
+        let parameters = &self.dictionary.machine.compiled.model.parameters;
+        let is_time = |c: &usize| match self.dictionary.candidates[*c].parameters[..] {
+            [only] => parameters[only].dimension == Some(Dimension::TIME),
+            _ => false,
+        };
+        let times: Vec<usize> = self.accepted.iter().copied().filter(is_time).collect();
+        let tried = times.into_iter().filter_map(|time| {
+            let mut explanation = self.current.explanation.clone();
+            reset(self.dictionary, &mut explanation, time);
+            explanation.observed.hold = other(explanation.observed.hold);
+            let rest = self.accepted.iter().copied().filter(|&c| c != time);
+            let rest: Vec<usize> = rest.collect();
+            Some(self.sharpened(fit(self.dictionary, &rest, explanation).ok()?))
+        });
+        let best = tried.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+        (best.cost < self.current.cost + TIE).then_some(best)
+    }
+
     /// Takes the other assumption about inputs if the log is more likely under it.
     pub(super) fn ask_about_hold(&mut self) {
         if self.current.explanation.observed.record.u.is_empty() {
             return;
         }
         let mut explanation = self.current.explanation.clone();
-        explanation.observed.hold = match explanation.observed.hold {
-            Hold::Linear => Hold::Previous,
-            Hold::Previous => Hold::Linear,
-        };
+        explanation.observed.hold = other(explanation.observed.hold);
         // An assumption under which the machine cannot move is none.
         let Ok(other) = fit(self.dictionary, &self.accepted, explanation) else {
             return;

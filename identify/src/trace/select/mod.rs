@@ -15,7 +15,7 @@ mod resisting;
 mod search;
 mod simplify;
 
-pub(super) use fitting::{linearised, smooth};
+pub(super) use fitting::{first_noise, linearised, smooth};
 pub use hold::likelier_hold;
 pub(super) use search::MARGIN;
 
@@ -29,7 +29,7 @@ use super::screen::Considered;
 use super::separate::separating_motion;
 use crate::machine::SolveError;
 use crate::regression::ProcessNoise;
-use fitting::{first_noise, fit};
+use fitting::fit;
 use search::{Attempt, Search};
 
 /// A term that was accepted.
@@ -136,10 +136,19 @@ pub fn select(
         search.accepted.clone_from(&simpler.candidates);
         search.current = simpler;
     }
-    if let Some(gathered) = search.gathered() {
-        search.accepted.clone_from(&gathered.candidates);
-        search.current = gathered;
+    if free_hold && let Some(later) = search.hold_for_a_time() {
+        search.accepted.clone_from(&later.candidates);
+        search.current = later;
     }
+    let loads = loop {
+        match search.gathered(search.loads_instead()) {
+            Ok(gathered) => {
+                search.accepted.clone_from(&gathered.candidates);
+                search.current = gathered;
+            }
+            Err(loads) => break loads,
+        }
+    };
     let mut evidence = search.prune();
     let alike =
         |search: &Search<'_>| rivals(dictionary, &search.current.explanation, &search.accepted);
@@ -150,7 +159,7 @@ pub fn select(
         evidence = search.prune();
         alternatives = alike(&search)?;
     }
-    search.add_loads(&mut alternatives);
+    search.add_loads(loads, &mut alternatives);
     if is_part {
         search.enter(Stage::Settle);
         search.look_at(observed.clone())?;

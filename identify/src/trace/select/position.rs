@@ -6,12 +6,15 @@
 
 use super::search::{Attempt, Search};
 use crate::regression::{Columns, ErrorDynamics};
+use crate::trace::estimate::Observed;
 use crate::trace::refine::{Adapt, settle};
 use crate::trace::screen::{Assignment, Considered};
 use rayon::prelude::*;
 
 /// Steps of the search for a place; each goes one way or halves its length.
 const STEPS: usize = 12;
+/// Samples that it looks at.
+const SAMPLES: usize = 1500;
 
 /// An effect at a place, with the strengths that suit it there.
 struct Placed {
@@ -24,7 +27,10 @@ impl Search<'_> {
     /// The fit of an effect on a body, begun where on it the effect explains most, if that
     /// is better than `attempt`.
     pub(super) fn placed_better(&self, leader: &Considered, attempt: &Attempt) -> Option<Attempt> {
-        let mut best = self.placed(leader.candidate, self.shape_of(leader))?;
+        let observed = &self.current.explanation.observed;
+        let part = observed.excerpt(SAMPLES);
+        let observed = part.as_ref().unwrap_or(observed);
+        let mut best = self.placed(leader.candidate, self.shape_of(leader), observed)?;
         let mut steps = self.spacing(leader.candidate, &best.shape);
         for _ in 0..STEPS {
             let ways: Vec<(usize, f64)> = (0..steps.len())
@@ -33,7 +39,7 @@ impl Search<'_> {
             let places = ways.into_par_iter().filter_map(|(i, by)| {
                 let mut shape = best.shape.clone();
                 shape[i].1 += by;
-                self.placed(leader.candidate, shape)
+                self.placed(leader.candidate, shape, observed)
             });
             let places: Vec<Placed> = places.collect();
             let next = places
@@ -77,7 +83,7 @@ impl Search<'_> {
 
     /// The cost of a linear fit of the accepted terms and an effect in one shape, under the
     /// noise that suits it; `None` where its strengths cannot be.
-    fn placed(&self, candidate: usize, shape: Assignment) -> Option<Placed> {
+    fn placed(&self, candidate: usize, shape: Assignment, observed: &Observed) -> Option<Placed> {
         let dictionary = self.dictionary;
         let own = &dictionary.candidates[candidate];
         let bounds = &dictionary.machine.compiled.model.parameters;
@@ -93,7 +99,6 @@ impl Search<'_> {
             values[parameter] = value;
         }
         let focus = dictionary.focus(&all);
-        let observed = &explanation.observed;
         let parameters = focus.values(&values);
         let columns = [Columns {
             machine: &focus.machine,

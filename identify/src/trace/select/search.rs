@@ -7,7 +7,7 @@ use crate::machine::SolveError;
 use crate::trace::dictionary::{Candidate, Dictionary};
 use crate::trace::estimate::Observed;
 use crate::trace::progress::{Progress, Stage};
-use crate::trace::refine::{Adapt, Estimate, Explanation, SMALLEST_SHARE, floor, settle};
+use crate::trace::refine::{Adapt, Estimate, Explanation, SMALLEST_SHARE, settle};
 use crate::trace::screen::{Considered, Screen};
 use rayon::prelude::*;
 
@@ -26,6 +26,8 @@ const NEAR_MISS: f64 = 0.5;
 /// Share of the unexplained force, and steps, with which a fit is tried once more.
 const SHARPER: f64 = 0.1;
 const SHARP_STEPS: usize = 4;
+/// How often a fit is continued at most.
+const CONTINUATIONS: usize = 4;
 /// How many other shapes are tried where the best one leads nowhere.
 const OTHER_SHAPES: usize = 4;
 /// How often at most.
@@ -75,7 +77,8 @@ impl Search<'_> {
         let focus = self.dictionary.focus(&self.accepted);
         let dynamics = linearised(&focus, observed, values)?;
         let readings = observed.readings(&focus, values, &dynamics.accelerations());
-        let settled = settle(&dynamics, &readings, &[], &mut floor(&dynamics), Adapt::Not);
+        let mut noise = self.current.explanation.noise.at_smallest();
+        let settled = settle(&dynamics, &readings, &[], &mut noise, Adapt::Not);
         let rows = settled.gram.rows().max(1) as f64;
         Ok((settled.gram.data_misfit() / rows, settled.cost()))
     }
@@ -253,7 +256,7 @@ impl Search<'_> {
         let mut attempt = attempt;
         for _ in 0..SHARPENINGS {
             let mut sharper = attempt.explanation.clone();
-            sharper.noise.force_sd *= SHARPER;
+            sharper.noise = sharper.noise.times(SHARPER);
             let starts = [(attempt.explanation.clone(), 0), (sharper, SHARP_STEPS)];
             let again = starts.into_par_iter().map(|(explanation, held)| {
                 fit_holding(self.dictionary, &attempt.candidates, explanation, held).ok()
@@ -261,6 +264,24 @@ impl Search<'_> {
             let again = again.collect::<Vec<_>>().into_iter().flatten();
             match again.min_by(|a, b| a.cost.total_cmp(&b.cost)) {
                 Some(again) if again.cost < attempt.cost - 1.0 => attempt = again,
+                _ => break,
+            }
+        }
+        attempt
+    }
+
+    /// The attempt fitted on until nothing is gained: a long valley takes more steps than one
+    /// fit has.
+    pub(super) fn converged(&self, attempt: Attempt) -> Attempt {
+        let mut attempt = attempt;
+        for _ in 0..CONTINUATIONS {
+            let again = fit(
+                self.dictionary,
+                &attempt.candidates,
+                attempt.explanation.clone(),
+            );
+            match again {
+                Ok(again) if again.cost < attempt.cost - 1.0 => attempt = again,
                 _ => break,
             }
         }
