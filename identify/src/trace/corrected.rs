@@ -48,8 +48,14 @@ pub(super) fn corrected(
                 motion.dq[i] = Some(beside(logged, &read.v[i], &states.v[i]));
             }
             if let Some(logged) = &record.ddq[i] {
-                let rate = derivative(&motion.t, &read.v[i]);
-                motion.ddq[i] = Some(beside(logged, &rate, &filtered.a[i]));
+                let beyond = read.v[i].iter().zip(&states.v[i]).map(|(read, v)| read - v);
+                let beyond = derivative(&motion.t, &beyond.collect::<Vec<f64>>());
+                let shown: Vec<f64> = filtered.a[i]
+                    .iter()
+                    .zip(beyond)
+                    .map(|(a, b)| a + b)
+                    .collect();
+                motion.ddq[i] = Some(beside(logged, &shown, &filtered.a[i]));
             }
         }
     }

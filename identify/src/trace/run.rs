@@ -145,7 +145,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     let (train, test, split) = split(request, &plain)?;
     let train = thinned(train);
     let (train, test) = as_driven(&plain, train, test);
-    let mut observed = Observed::new(train, request.hold.unwrap_or(Hold::Linear))?;
+    let observed = Observed::new(train, request.hold.unwrap_or(Hold::Linear))?;
     let ranges = observed.ranges();
     progress.enter(Stage::Derive, &[]);
     let dictionary = Dictionary::new(
@@ -165,19 +165,23 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     progress.enter(Stage::Fit, &[]);
     let immobile = is_immobile(&dictionary, &observed);
     let by_forces = forces::learn(&dictionary, &observed, immobile)?;
-    let basis = match by_forces {
-        Some(_) => Basis::Forces,
-        None => Basis::Motion,
-    };
-    let mut selection = match by_forces {
-        Some(selection) => selection,
-        None => {
-            if request.hold.is_none() {
-                observed.hold = likelier_hold(&dictionary, &observed).map_err(located)?;
-            }
-            select_with_slow_errors(&dictionary, observed, request.hold.is_none(), progress)
-                .map_err(located)?
+    let by_motion = |mut observed: Observed| -> Result<Selection, SolveError> {
+        if request.hold.is_none() {
+            observed.hold = likelier_hold(&dictionary, &observed)?;
         }
+        select_with_slow_errors(&dictionary, observed, request.hold.is_none(), progress)
+    };
+    let (basis, mut selection) = match by_forces {
+        None => (Basis::Motion, by_motion(observed).map_err(located)?),
+        Some(forces) if immobile => (Basis::Forces, forces),
+        // One sensor that misreads makes forces everywhere: what explains the motion with less
+        // is right.
+        Some(forces) => match by_motion(observed) {
+            Ok(motion) if !motion.forces_remain() && motion.terms.len() < forces.terms.len() => {
+                (Basis::Motion, motion)
+            }
+            _ => (Basis::Forces, forces),
+        },
     };
     let hold = selection.observed.hold;
     progress.enter(Stage::Judge, &[]);
