@@ -238,7 +238,7 @@ mod tests {
     #[test]
     fn mistakes_are_told() {
         let (record, dictionary) = log();
-        assert_eq!(misread(&dictionary, &record), [String::new(); 0]);
+        assert_eq!(misread(&dictionary, &record), Vec::<String>::new());
         let told = |change: &dyn Fn(&mut Record)| {
             let mut record = record.clone();
             change(&mut record);
