@@ -84,16 +84,24 @@ def build(index, seed, system=None, verdict=None, only=None, noise_scale=1.0, fe
     name = pick(rng, [s for s in possible if s.rstrip("345") == group])
     weights = classes_for(only) if verdict is None else {verdict: 1.0}
     drawn = str(rng.choice(list(weights), p=np.array(list(weights.values())) / sum(weights.values())))
-    machine = tame_machine(SYSTEMS[name], rng, noise_scale, feedback)
+    # Some machines leave their range with any effect: another of the system, then.
     for _ in range(DRAWS):
-        machine.effects = draw_effects(machine, rng, drawn, only)
+        machine = tame_machine(SYSTEMS[name], rng, noise_scale, feedback)
+        score = visible_effects(machine, rng, drawn, only)
+        if score is not None:
+            return f"s{seed}_{index:04d}_{name}", machine, drawn, score
+    raise RuntimeError(f"seed {seed}, machine {index}: no motion in range")
+
+
+def visible_effects(machine, rng, verdict, only):
+    """Gives a machine effects that show, if some draw does; its scores, None if none moves in range."""
+    for _ in range(DRAWS):
+        machine.effects = draw_effects(machine, rng, verdict, only)
         targets = np.exp(rng.uniform(np.log(3.0), np.log(9.0), len(machine.effects)))
         score = machine.calibrate(targets)
         if score is not None and all(s >= VISIBLE for s in machine.visibility(score)):
             break
-    if score is None:
-        raise RuntimeError(f"seed {seed}, machine {index}: no motion in range")
-    return f"s{seed}_{index:04d}_{name}", machine, drawn, score
+    return score
 
 
 def make(index, seed, out, **options):
