@@ -2,7 +2,7 @@
 
 use super::figures::{Figure, Figures};
 use super::unnamed;
-use super::{BY_FORCES, at, sentence, short, stated_unit, would_tell};
+use super::{BY_FORCES, at, is_open, sentence, short, stated_unit, would_tell};
 use crate::trace::{Basis, Finding, Outcome, Score, Verdict};
 use dynamics_codegen::Model;
 use minijinja::value::Serde;
@@ -213,7 +213,9 @@ fn rows(outcome: &Outcome, model: &Model) -> Vec<Row> {
 
 fn describe(finding: &Finding, figure: Option<Figure>) -> Found {
     let parameters = finding.parameters.iter().map(|(name, p)| {
-        let error = if p.std.is_finite() {
+        let error = if is_open(p) {
+            "not determined".into()
+        } else if p.std.is_finite() {
             short(p.std)
         } else {
             "not estimated".into()

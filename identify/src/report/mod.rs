@@ -10,7 +10,9 @@ mod unnamed;
 
 pub use html::{Page, PageError, html};
 
-use crate::trace::{Basis, Errors, Finding, Outcome, Score, SeparatingMotion, Verdict};
+use crate::trace::{
+    Basis, Errors, Finding, Outcome, ParameterEstimate, Score, SeparatingMotion, Verdict,
+};
 use dynamics_codegen::Model;
 use figures::force_unit;
 use std::fmt::Write;
@@ -161,12 +163,15 @@ fn describe(finding: &Finding) -> Vec<String> {
         finding.evidence
     )];
     for (name, p) in &finding.parameters {
-        lines.push(format!(
-            "    {name} = {} ± {} {}",
-            short(p.value),
-            short(p.std),
-            p.unit
-        ));
+        lines.push(match is_open(p) {
+            true => format!("    {name} is not determined by this log"),
+            false => format!(
+                "    {name} = {} ± {} {}",
+                short(p.value),
+                short(p.std),
+                p.unit
+            ),
+        });
     }
     for rival in &finding.confounded_with {
         let name = format!("{} ({})", rival.effect, rival.on.join(", "));
@@ -176,6 +181,15 @@ fn describe(finding: &Finding) -> Vec<String> {
         }
     }
     lines
+}
+
+/// Times its value by which a shape parameter may be off and still be called known.
+const OPEN: f64 = 10.0;
+
+/// Whether the log says nothing about a parameter: how quickly friction turns over where it
+/// never does.
+fn is_open(p: &ParameterEstimate) -> bool {
+    p.std > OPEN * p.value.abs() && p.value != 0.0
 }
 
 /// What to do to tell two explanations apart, and how much that does.

@@ -84,3 +84,75 @@ fn power(force: &[f64], states: &States) -> f64 {
     let velocities = states.v.iter().flatten();
     force.iter().zip(velocities).map(|(f, v)| f * v).sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::log::Log;
+    use crate::trace::{Request, Silent, trace};
+    use dynamics_codegen::Library;
+    use std::collections::BTreeMap;
+    use std::fmt::Write;
+
+    const WHEEL: &str = "\
+model wheel;
+coordinate j: rad;
+input j: N*m;
+parameter i: kg*m^2 = 0.02;
+kinetic i/2*dot(j)^2;
+force j = input(j);
+";
+
+    /// A wheel that never turns back, with dry friction of 0.1 N·m: `u = i a + 0.1`, through an
+    /// encoder with rectangular noise.
+    fn log() -> Log {
+        let mut text = String::from("t,q_j,u_j\n");
+        let mut random = 1_u64;
+        for k in 0..1500 {
+            let t = 0.004 * f64::from(k);
+            random = random
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            let noise = 1e-4 * ((random >> 11) as f64 / (1_u64 << 53) as f64 - 0.5);
+            let q = 5.0 * t + 0.5 * (4.0 * t).sin() + noise;
+            let a = -8.0 * (4.0 * t).sin();
+            writeln!(text, "{t},{q},{}", 0.02 * a + 0.1).unwrap();
+        }
+        Log::from_bytes("wheel.csv", text.as_bytes()).unwrap()
+    }
+
+    #[test]
+    fn friction_goes_before_a_push_and_says_what_would_tell() {
+        let outcome = trace(&Request {
+            model_name: "wheel",
+            model_text: WHEEL,
+            library: &Library::builtin(),
+            parameters: BTreeMap::new(),
+            train: &log(),
+            test: None,
+            hold: None,
+            horizon: 0.5,
+            seed: 1,
+            progress: &Silent,
+        });
+        let findings = outcome.unwrap().findings;
+        assert_eq!(findings.len(), 1, "{findings:?}");
+        let friction = &findings[0];
+        assert_eq!(
+            (friction.effect.as_str(), &friction.on[0][..]),
+            ("coulomb", "j")
+        );
+        assert!((friction.parameters["f_c"].value - 0.1).abs() < 1e-3);
+        let mut rivals = friction.confounded_with.iter();
+        let push = rivals
+            .find(|rival| rival.effect == "constant_force")
+            .unwrap();
+        assert!(push.evidence_difference > -1.0);
+        let motion = push.separating_motion.as_ref().unwrap();
+        assert_eq!(motion.motion, "in the opposite direction");
+        // Turned back, one force pushes where the other brakes: 0.2 N·m on 0.02 kg·m².
+        assert!(
+            (motion.apart - 10.0).abs() < 0.1 && motion.apart_in_log < 1e-3,
+            "{motion:?}"
+        );
+    }
+}
