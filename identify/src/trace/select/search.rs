@@ -22,7 +22,7 @@ const LEAP: f64 = 0.05;
 /// Unexplained variance below this many times the smallest is none.
 pub(super) const NO_EXCESS: f64 = 3.0;
 /// Attempts that gain this share of what the best one gains come near it.
-const NEAR_MISS: f64 = 0.5;
+const NEAR_MISS: f64 = 0.9;
 /// Share of the unexplained force, and steps, with which a fit is tried once more.
 const SHARPER: f64 = 0.1;
 const SHARP_STEPS: usize = 4;
