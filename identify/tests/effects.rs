@@ -459,8 +459,13 @@ fn sensors_read_beside_the_motion() {
         let a = [0.7, -0.2, 1.3, -2.0].map(|a| vec![a]);
         let read = sensors.read(&place.states(), &a, &values);
         let (q, v) = (&place.q, &place.v);
-        let expected_q = [q[0], q[1], 1.1 * q[2] + 0.3, q[3] - 0.02 * v[3]];
-        let expected_v = [v[0], v[1], 1.1 * v[2], v[3] + 0.02 * 2.0];
+        // A sample alone is read at its Taylor series.
+        let (earlier, rate) = (
+            q[3] - 0.02 * v[3] - 0.5 * 0.02 * 0.02 * 2.0,
+            v[3] + 0.02 * 2.0,
+        );
+        let expected_q = [q[0], q[1], 1.1 * q[2] + 0.3, earlier];
+        let expected_v = [v[0], v[1], 1.1 * v[2], rate];
         for i in 0..4 {
             assert!((read.q[i][0] - expected_q[i]).abs() < 1e-12);
             assert!((read.v[i][0] - expected_v[i]).abs() < 1e-12);
@@ -470,7 +475,7 @@ fn sensors_read_beside_the_motion() {
         );
         assert!((read.q_by[1][2][0] - 1.0).abs() < 1e-12 && read.v_by[1][2][0] == 0.0);
         assert!(
-            (read.q_by[2][3][0] + v[3]).abs() < 1e-12 && (read.v_by[2][3][0] - 2.0).abs() < 1e-12
+            (read.q_by[2][3][0] + rate).abs() < 1e-12 && (read.v_by[2][3][0] - 2.0).abs() < 1e-12
         );
     }
 }

@@ -27,7 +27,12 @@ pub(super) fn leave_out(record: &mut Record) {
         let (q, dq) = (&record.q[i], record.dq[i].as_deref());
         let positions = runs(q).into_iter();
         let far = far(q);
-        let positions = positions.filter(|run| moves_meanwhile(&record.t, q, dq, run, far));
+        let jump = far.max(JUMP * ordinary_step(q));
+        let positions = positions.filter(|run| match dq {
+            // Out and back counts too.
+            Some(dq) => travel(&record.t, dq, run).any(|gone| gone.abs() > far),
+            None => wakes_up(q, run, jump),
+        });
         frozen.extend(positions.map(|run| (format!("q_{name}"), run)));
         let velocities = dq.map_or_else(Vec::new, runs).into_iter();
         let velocities = velocities.filter(|run| disagree(&record.t, q, dq, run, far));
@@ -89,21 +94,15 @@ fn travel<'a>(t: &'a [f64], dq: &'a [f64], run: &Range<usize>) -> impl Iterator<
     })
 }
 
-/// Whether the coordinate moves while its position is one value.
-fn moves_meanwhile(t: &[f64], q: &[f64], dq: Option<&[f64]>, run: &Range<usize>, far: f64) -> bool {
-    match dq {
-        // Out and back counts too.
-        Some(dq) => travel(t, dq, run).any(|gone| gone.abs() > far),
-        None => {
-            let steps: Vec<f64> = q.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
-            let ordinary = quantile(&steps, ORDINARY).unwrap_or(0.0);
-            let woken = run.end < q.len() && run.start > 0;
-            woken && {
-                let jump = (q[run.end] - q[run.end - 1]).abs();
-                jump > JUMP * ordinary && jump > far
-            }
-        }
-    }
+/// The largest step that a position ordinarily makes from sample to sample.
+fn ordinary_step(q: &[f64]) -> f64 {
+    let steps: Vec<f64> = q.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    quantile(&steps, ORDINARY).unwrap_or(0.0)
+}
+
+/// Whether a position leaves one value, within the log, by more than a `jump`.
+fn wakes_up(q: &[f64], run: &Range<usize>, jump: f64) -> bool {
+    run.start > 0 && run.end < q.len() && (q[run.end] - q[run.end - 1]).abs() > jump
 }
 
 /// Whether the position goes elsewhere than a velocity of one value says.

@@ -54,10 +54,10 @@ impl Machine {
             });
             each.collect()
         };
-        let mut leads = owes(Variable::Velocity);
-        let leads_somewhere = leads.clone();
-        leads.extend(owes(Variable::Position));
-        let leads_somewhere = leads_somewhere.iter().any(|&l| !model.graph.is_zero(l));
+        let leads = owes(Variable::Velocity);
+        let slopes = owes(Variable::Position);
+        let is_late = leads.iter().any(|&lead| !model.graph.is_zero(lead));
+        let leads = [leads, slopes].concat();
         let mut sensing = Vec::new();
         for (place, variable) in variables.iter().enumerate() {
             let symbol = variable.symbol(model);
@@ -69,7 +69,7 @@ impl Machine {
         let mut arguments = System::arguments(model);
         arguments.extend(&system.acceleration);
         Sensors {
-            lead: leads_somewhere.then(|| Tape::new(&model.graph, &leads, &arguments)),
+            lead: is_late.then(|| Tape::new(&model.graph, &leads, &arguments)),
             tape: Tape::new(&model.graph, &outputs, &arguments),
             coordinates: model.coordinates.len(),
             sensing,

@@ -3,7 +3,7 @@
 use super::hold::Hold;
 use super::memory::Memory;
 use crate::log::Record;
-use crate::smooth::Smoothed;
+use crate::smooth::{SgStates, Smoothed};
 use dynamics_codegen::Column;
 use std::sync::Arc;
 
@@ -40,6 +40,17 @@ impl States {
             t: record.t.clone(),
             q: smoothed.iter().map(|s| s.q.clone()).collect(),
             v: smoothed.iter().map(|s| s.v.clone()).collect(),
+            u: record.u.clone(),
+            ..Self::default()
+        }
+    }
+
+    /// The filtered motion of a record with its inputs, without memory.
+    pub fn filtered(record: &Record, filtered: &SgStates) -> Self {
+        Self {
+            t: record.t.clone(),
+            q: filtered.q.clone(),
+            v: filtered.v.clone(),
             u: record.u.clone(),
             ..Self::default()
         }

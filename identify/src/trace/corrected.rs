@@ -26,13 +26,7 @@ pub(super) fn corrected(
     }
     for _ in 0..ROUNDS {
         let filtered = savgol_states(&motion)?;
-        let states = States {
-            t: motion.t.clone(),
-            q: filtered.q.clone(),
-            v: filtered.v.clone(),
-            u: motion.u.clone(),
-            ..States::default()
-        };
+        let states = States::filtered(&motion, &filtered);
         let states = focus.machine.at_rest(&states, values);
         let read = focus.sensors.read(&states, &filtered.a, values);
         for i in 0..motion.q.len() {

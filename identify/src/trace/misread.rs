@@ -138,13 +138,7 @@ fn odd_velocities(record: &Record) -> Vec<String> {
 impl Seen {
     /// Samples evenly spread over a record.
     fn of(record: &Record, smoothed: &SgStates) -> Self {
-        let whole = States {
-            t: record.t.clone(),
-            q: smoothed.q.clone(),
-            v: smoothed.v.clone(),
-            u: record.u.clone(),
-            ..States::default()
-        };
+        let whole = States::filtered(record, smoothed);
         let stride = whole.len().div_ceil(LOOKED_AT).max(1);
         let thin = |a: &Vec<f64>| a.iter().step_by(stride).copied().collect();
         Self {
@@ -218,7 +212,7 @@ mod tests {
     use dynamics_codegen::Library;
     use std::collections::BTreeMap;
 
-    /// A real machine's worth of columns: two joints with friction that the model lacks.
+    /// A double pendulum with friction that the model lacks.
     fn log() -> (Record, Dictionary) {
         let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
         let folder = format!("{root}/tests/data/scenarios/o01_pendulum2");

@@ -192,13 +192,7 @@ impl Scoring<'_> {
         states: &SgStates,
         added: &[Vec<f64>],
     ) -> Result<(Errors, Errors, Vec<Vec<f64>>), ScoreError> {
-        let at = States {
-            t: record.t.clone(),
-            q: states.q.clone(),
-            v: states.v.clone(),
-            u: record.u.clone(),
-            ..States::default()
-        };
+        let at = States::filtered(record, states);
         let at = self.machine.remember(&at, self.hold, self.values)?;
         let mut motions = self.machine.motion(&at, self.values)?;
         let n = record.q.len();

@@ -20,13 +20,7 @@ pub(super) struct Along {
 impl Along {
     pub fn new(machine: &Machine, record: Record, parameters: &[f64]) -> Result<Self, FitError> {
         let smooth = savgol_states(&record)?;
-        let states = States {
-            t: record.t.clone(),
-            q: smooth.q.clone(),
-            v: smooth.v.clone(),
-            u: record.u.clone(),
-            ..States::default()
-        };
+        let states = States::filtered(&record, &smooth);
         Ok(Self {
             states: machine.remember(&states, Hold::Linear, parameters)?,
             inner: inner_samples(&record, &smooth),

@@ -130,11 +130,6 @@ impl Equations {
         bound(index)..bound(index + 1)
     }
 
-    /// Root mean square per coordinate of what the columns are thought to leave.
-    pub fn scale(&self) -> &[f64] {
-        &self.scale
-    }
-
     /// Per column, whether it shows in more than a few places of the log: in at least
     /// [`SHOWN`] of the samples, counted by how evenly its squares are spread
     /// (`(Σx²)²/Σx⁴`).

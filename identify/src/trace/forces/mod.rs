@@ -24,11 +24,9 @@ use super::screen::{ShapedCandidate, options};
 use super::select::{Remaining, Selection, Term};
 use crate::log::rms;
 use crate::machine::SolveError;
-use crate::regression::ProcessNoise;
 use balance::{Balance, Forces};
 use choose::{Choice, State, reaches};
 use equations::Equations;
-use nalgebra::DVector;
 
 /// Fewer findings than this are better looked for in the motion, which is known more exactly.
 const MANY: usize = 5;
@@ -98,10 +96,6 @@ pub(super) fn learn(
         values: settled.values,
         reduced_misfit: 2.0 * settled.left / rows,
         nominal_misfit: 2.0 * before / rows,
-        noise: ProcessNoise {
-            force_sd: DVector::from_column_slice(equations.scale()),
-            smallest: DVector::zeros(equations.scale().len()),
-        },
         remaining: Remaining {
             share_before: share(&missing, &exerted),
             share_after: share(&left, &exerted),

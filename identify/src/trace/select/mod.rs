@@ -28,7 +28,6 @@ use super::rivals::{Alternative, rivals};
 use super::screen::Considered;
 use super::separate::separating_motion;
 use crate::machine::SolveError;
-use crate::regression::ProcessNoise;
 use fitting::fit;
 use search::{Attempt, Search};
 
@@ -71,8 +70,6 @@ pub struct Selection {
     pub reduced_misfit: f64,
     /// The same with no term at all.
     pub nominal_misfit: f64,
-    /// The forces that nothing explains.
-    pub noise: ProcessNoise,
     /// How much that is.
     pub remaining: Remaining,
     /// The first round's candidates, best first.
@@ -122,8 +119,7 @@ pub fn select(
             search.first_round = considered;
         }
         let Some(better) = better else { break };
-        search.accepted.clone_from(&better.candidates);
-        search.current = better;
+        search.take(better);
         if free_hold {
             search.ask_about_hold();
         }
@@ -133,18 +129,15 @@ pub fn select(
     }
     search.enter(Stage::Question);
     while let Some(simpler) = search.simplified(&search.current, &search.accepted) {
-        search.accepted.clone_from(&simpler.candidates);
-        search.current = simpler;
+        search.take(simpler);
     }
     if free_hold && let Some(later) = search.hold_for_a_time() {
-        search.accepted.clone_from(&later.candidates);
-        search.current = later;
+        search.take(later);
     }
     let loads = loop {
         match search.gathered(search.loads_instead()) {
             Ok(gathered) => {
-                search.accepted.clone_from(&gathered.candidates);
-                search.current = gathered;
+                search.take(gathered);
             }
             Err(loads) => break loads,
         }
@@ -154,8 +147,7 @@ pub fn select(
         |search: &Search<'_>| rivals(dictionary, &search.current.explanation, &search.accepted);
     let mut alternatives = alike(&search)?;
     while let Some(resisting) = search.resisting(&alternatives) {
-        search.accepted.clone_from(&resisting.candidates);
-        search.current = resisting;
+        search.take(resisting);
         evidence = search.prune();
         alternatives = alike(&search)?;
     }
@@ -193,7 +185,6 @@ pub fn select(
         reduced_misfit,
         estimate,
         nominal_misfit: given.misfit,
-        noise: explanation.noise,
         remaining,
         considered: search.first_round,
         observed: explanation.observed,

@@ -59,6 +59,12 @@ impl Search<'_> {
         self.progress.enter(stage, &found);
     }
 
+    /// Accepts the terms of an attempt.
+    pub(super) fn take(&mut self, attempt: Attempt) {
+        self.accepted.clone_from(&attempt.candidates);
+        self.current = attempt;
+    }
+
     /// Fits the accepted terms to another part of the log.
     pub(super) fn look_at(&mut self, observed: Observed) -> Result<(), SolveError> {
         let mut explanation = self.current.explanation.clone();
@@ -135,16 +141,16 @@ impl Search<'_> {
     /// get the same chance to go on.
     fn sharpened_near_misses(&self, tried: Vec<Attempt>) -> Vec<Attempt> {
         let best = tried.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
-        let Some(limit) = best.map(|best| {
-            let gain = self.current.cost - best.cost;
-            leaves_forces(best).then_some(self.current.cost - NEAR_MISS * gain)
-        }) else {
+        let Some(best) = best.filter(|best| leaves_forces(best)) else {
             return tried;
         };
-        let tried = tried.into_par_iter().map(|attempt| match limit {
-            Some(limit) if attempt.cost < limit => self.sharpened(attempt),
-            _ => attempt,
-        });
+        let limit = self.current.cost - NEAR_MISS * (self.current.cost - best.cost);
+        let tried = tried
+            .into_par_iter()
+            .map(|attempt| match attempt.cost < limit {
+                true => self.sharpened(attempt),
+                false => attempt,
+            });
         tried.collect()
     }
 
