@@ -125,7 +125,7 @@ fn model_with_urdf(path: &str, options: &str) -> String {
 }
 
 /// A robot description by itself: the model is called what the robot is called. What is
-/// named as variable may be an inertial parameter of any link.
+/// named as variable may be an inertial parameter of any link or a length.
 fn compile_urdf(
     name: &str,
     text: &str,
@@ -137,7 +137,7 @@ fn compile_urdf(
     library.add_file(FILE, name, text);
     let options = match variables {
         Variables::All => ";",
-        Variables::Only(_) | Variables::Except(_) => " { parameters: all; }",
+        Variables::Only(_) | Variables::Except(_) => " { parameters: all; origins: all; }",
     };
     let model = model_with_urdf(FILE, options);
     let compiled = compile_keeping(name, &model, &library, variables);

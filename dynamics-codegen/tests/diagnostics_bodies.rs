@@ -33,9 +33,23 @@ const ROBOT: &str = r#"<robot name="lever">
 </robot>
 "#;
 
+/// Two links that hang in a row.
+const ARM: &str = r#"<robot name="arm">
+  <link name="base"/>
+  <link name="upper"><inertial><origin xyz="0 0 -0.2"/><mass value="1"/>
+    <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>
+  <link name="lower"><inertial><origin xyz="0 0 -0.1"/><mass value="2"/>
+    <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>
+  <joint name="shoulder" type="continuous"><parent link="base"/><child link="upper"/>
+    <axis xyz="0 1 0"/></joint>
+  <joint name="elbow" type="continuous"><parent link="upper"/><child link="lower"/>
+    <origin xyz="0 0 -0.4"/><axis xyz="0 1 0"/></joint>
+</robot>"#;
+
 fn library() -> Library {
     let mut library = Library::builtin();
     library.add_file("lever.urdf", "robots/lever.urdf", ROBOT);
+    library.add_file("arm.urdf", "robots/arm.urdf", ARM);
     library
 }
 
@@ -145,6 +159,7 @@ fn robot_descriptions() {
             ("unknown option", "urdf \"lever.urdf\" { bases: floating; }"),
             ("unknown base", "urdf \"lever.urdf\" { base: flying; }"),
             ("unknown link", "urdf \"lever.urdf\" { parameters: levr; }"),
+            ("unknown origin", "urdf \"lever.urdf\" { origins: hing; }"),
             (
                 "a taken name",
                 "urdf \"lever.urdf\"; coordinate hinge: rad;"
@@ -211,6 +226,45 @@ fn a_description_is_corrected_by_the_model() {
         // Iyy about the centre and the mass off the axis, m cx².
         assert!((inertia - 0.01 - 3.0 * 0.01).abs() < 1e-12, "{inertia}");
     }
+}
+
+/// `origins: …` frees where joints stand: `all` the lengths that the description has, a joint's
+/// name all of its.
+#[test]
+fn origins_become_parameters() {
+    let names = |origins: &str| -> Vec<(String, f64)> {
+        let text = format!("model arm; urdf \"arm.urdf\" {{ origins: {origins} }}");
+        let compiled = compile("arm.model", &text, &library()).unwrap();
+        let parameters = compiled.model.parameters.iter();
+        parameters.map(|p| (p.name.clone(), p.nominal)).collect()
+    };
+    assert_eq!(names("none"), []);
+    assert_eq!(names("all"), [("elbow_origin_z".to_string(), -0.4)]);
+    let [x, y, z] = ["x", "y", "z"].map(|axis| format!("elbow_origin_{axis}"));
+    assert_eq!(names("elbow"), [(x, 0.0), (y, 0.0), (z, -0.4)]);
+}
+
+/// A length stated anew moves all that hangs on it.
+#[test]
+fn a_length_is_corrected_by_the_model() {
+    let inertia = |text: &str| {
+        let compiled = compile("arm.model", text, &library()).unwrap();
+        let graph = &compiled.model.graph;
+        let mut values = vec![0.0; graph.symbol_count()];
+        for parameter in &compiled.model.parameters {
+            values[parameter.symbol.index()] = parameter.nominal;
+        }
+        graph.evaluate(&[compiled.system.mass_matrix[0][0]], &values)[0]
+    };
+    let given = inertia("model arm; urdf \"arm.urdf\";");
+    let longer =
+        inertia("model arm; urdf \"arm.urdf\" { origins: all; } parameter elbow_origin_z = -0.5;");
+    // The lower link stretched: its mass at 0.4 + 0.1 and at 0.5 + 0.1 from the shoulder.
+    let expected = 2.0 * (0.6_f64.powi(2) - 0.5_f64.powi(2));
+    assert!(
+        (longer - given - expected).abs() < 1e-12,
+        "{longer} {given}"
+    );
 }
 
 /// A chain of ten thousand links is refused in good order.

@@ -36,7 +36,7 @@ pub use effects::{Template, TemplateParameter};
 pub use fold::Variables;
 pub use kinematic::{Kinematic, Reading};
 pub use library::{Library, LibraryError};
-pub use robot::RobotBase;
+pub use robot::{Described, RobotBase};
 pub use state::State;
 
 use crate::dimension::Dimension;

@@ -1,4 +1,4 @@
-//! `parameter link_2_mass = 1.3;`: another value for what a robot description says of a link.
+//! `parameter link_2_mass = 1.3;`: another value for what a robot description says.
 //!
 //! The statement has no unit: that of the parameter is known. Bodies are built as soon as the
 //! description is read, so the values must be known before.
@@ -9,7 +9,7 @@ use crate::source::Span;
 use crate::syntax::{Expr, Name, Statement, StatementKind};
 use std::collections::BTreeMap;
 
-/// Values that the model states anew, and whether a link took each.
+/// Values that the model states anew, and whether the description took each.
 #[derive(Debug, Default)]
 pub(super) struct Restated {
     values: BTreeMap<String, (Span, Expr)>,
@@ -36,8 +36,8 @@ impl Builder<'_> {
         }
     }
 
-    /// The value of a link's parameter: the model's own, or the description's.
-    pub(super) fn stated_for_link(&mut self, name: &str, lower: f64, described: f64) -> f64 {
+    /// The value of a link's or joint's parameter: the model's own, or the description's.
+    pub(super) fn stated_for_robot(&mut self, name: &str, lower: f64, described: f64) -> f64 {
         let Some((span, expr)) = self.restated.values.remove(name) else {
             return described;
         };
@@ -51,7 +51,7 @@ impl Builder<'_> {
         value
     }
 
-    /// Whether a link took the value of the statement that has this name.
+    /// Whether the description took the value of the statement that has this name.
     pub(super) fn is_restated(&self, name: &Name) -> bool {
         self.restated.taken.contains(&name.span)
     }

@@ -18,7 +18,7 @@ use crate::graph::{ExprId, Unary};
 use crate::source::{Sources, Span};
 use crate::syntax::{Name, RobotOption};
 use crate::tree;
-use crate::urdf::{self, Body, JointKind, Losses, Robot, Snapped};
+use crate::urdf::{self, JointKind, Losses, Robot, Snapped};
 
 /// Standard gravity along −z, unless the model states its own, m/s².
 const GRAVITY: f64 = 9.81;
@@ -36,6 +36,19 @@ pub struct RobotBase {
     pub file: String,
     /// What was rounded to 0 and ±1.
     pub snapped: Snapped,
+    /// Which of its numbers are parameters.
+    pub described: Vec<Described>,
+}
+
+/// A parameter whose value is the description's.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Described {
+    /// Its name.
+    pub parameter: String,
+    /// The option of `urdf "…" { … }` that makes it one.
+    pub option: &'static str,
+    /// The link or joint that the option names.
+    pub of: String,
 }
 
 /// The braces of `urdf "…" { … }`, read.
@@ -44,11 +57,33 @@ struct Options {
     inputs: Option<Vec<Name>>,
     losses: bool,
     snap: bool,
-    parameters: Vec<Name>,
-    all_parameters: bool,
+    parameters: Chosen,
+    origins: Chosen,
 }
 
-const OPTIONS: [&str; 5] = ["base", "inputs", "losses", "parameters", "snap"];
+/// `none`, `all` or some names.
+#[derive(Default)]
+struct Chosen {
+    names: Vec<Name>,
+    all: bool,
+}
+
+impl Chosen {
+    fn read(values: &[Name]) -> Self {
+        let only = |word: &str| values.len() == 1 && values[0].text == word;
+        let named = !only("all") && !only("none");
+        Self {
+            names: values.iter().filter(|_| named).cloned().collect(),
+            all: only("all"),
+        }
+    }
+
+    fn names(&self, name: &str) -> bool {
+        self.names.iter().any(|chosen| chosen.text == name)
+    }
+}
+
+const OPTIONS: [&str; 6] = ["base", "inputs", "losses", "origins", "parameters", "snap"];
 
 impl Builder<'_> {
     /// Reads the description and declares what it holds.
@@ -98,6 +133,7 @@ impl Builder<'_> {
             name: robot.name.clone(),
             file: file.text.clone(),
             snapped: robot.snapped,
+            described: Vec::new(),
         });
         self.has_kinetic = true;
         if !self.states_gravity {
@@ -120,8 +156,8 @@ impl Builder<'_> {
             inputs: None,
             losses: true,
             snap: true,
-            parameters: Vec::new(),
-            all_parameters: false,
+            parameters: Chosen::default(),
+            origins: Chosen::default(),
         };
         let mut clean = true;
         for RobotOption { name, values } in given {
@@ -148,10 +184,11 @@ impl Builder<'_> {
                     true
                 }
                 "parameters" => {
-                    options.all_parameters = only("all");
-                    if !only("all") && !only("none") {
-                        options.parameters.clone_from(values);
-                    }
+                    options.parameters = Chosen::read(values);
+                    true
+                }
+                "origins" => {
+                    options.origins = Chosen::read(values);
                     true
                 }
                 _ => false,
@@ -217,15 +254,16 @@ impl Assembly<'_, '_> {
         Some(())
     }
 
-    /// Joints that `inputs` names and links that `parameters` names.
+    /// Joints that `inputs` and `origins` name and links that `parameters` names.
     fn check_names(&mut self) -> Option<()> {
         let joints: Vec<&str> = (self.robot.bodies.iter())
             .filter_map(|body| body.joint.as_ref().map(|joint| joint.name.as_str()))
             .collect();
         let links: Vec<&str> = self.robot.bodies.iter().map(|b| b.link.as_str()).collect();
         let inputs = self.options.inputs.iter().flatten();
-        let wanted = inputs.map(|name| (name, &joints, "joint"));
-        let parameters = self.options.parameters.iter();
+        let origins = self.options.origins.names.iter();
+        let wanted = inputs.chain(origins).map(|name| (name, &joints, "joint"));
+        let parameters = self.options.parameters.names.iter();
         let wanted = wanted.chain(parameters.map(|name| (name, &links, "link")));
         let mut clean = true;
         for (name, known, what) in wanted {
@@ -458,18 +496,12 @@ impl Assembly<'_, '_> {
             .as_ref()
             .map_or(0, |joint| self.frames[joint.parent]);
         let inertia = self.inertia(index);
+        let placement = self.placement(index);
         let model = &mut self.builder.model;
-        let placement = body
-            .joint
-            .as_ref()
-            .map_or(urdf::Placement::IDENTITY, |joint| joint.placement);
         model.tree.bodies.push(tree::Body {
             name: body.link.clone(),
             parent: Some(parent),
-            placement: tree::Placement {
-                rotation: placement.rotation,
-                translation: placement.translation.map(|x| model.graph.constant(x)),
-            },
+            placement,
             joint,
             inertia,
         });
@@ -484,19 +516,58 @@ impl Assembly<'_, '_> {
         self.frames.push(frame);
     }
 
+    /// Where a body's joint stands on its parent. `origins: all` frees the lengths that the
+    /// description has, a joint's name all three of its.
+    fn placement(&mut self, index: usize) -> tree::Placement {
+        let Some(joint) = &self.robot.bodies[index].joint else {
+            let graph = &mut self.builder.model.graph;
+            let urdf::Placement {
+                rotation,
+                translation,
+            } = urdf::Placement::IDENTITY;
+            return tree::Placement {
+                rotation,
+                translation: translation.map(|x| graph.constant(x)),
+            };
+        };
+        let Chosen { all, .. } = self.options.origins;
+        let named = self.options.origins.names(&joint.name);
+        let given = joint.placement.translation;
+        let entries = [("x", given[0]), ("y", given[1]), ("z", given[2])];
+        let translation = entries.map(|(axis, value)| {
+            if named || (all && value != 0.0) {
+                let described = Described {
+                    parameter: format!("{}_origin_{axis}", identifier(&joint.name)),
+                    option: "origins",
+                    of: joint.name.clone(),
+                };
+                let any = f64::NEG_INFINITY;
+                self.builder
+                    .described_parameter(described, joint.span, "m", any, value)
+            } else {
+                self.builder.model.graph.constant(value)
+            }
+        });
+        tree::Placement {
+            rotation: joint.placement.rotation,
+            translation,
+        }
+    }
+
     fn inertia(&mut self, index: usize) -> tree::Inertia {
         let body = &self.robot.bodies[index];
         let given = &body.inertia;
-        let named = self
-            .options
-            .parameters
-            .iter()
-            .any(|name| name.text == body.link);
-        let free = named || (self.options.all_parameters && !given.is_zero());
+        let Chosen { all, .. } = self.options.parameters;
+        let free = self.options.parameters.names(&body.link) || (all && !given.is_zero());
         let mut entry = |what: &str, unit: &str, lower: f64, value: f64| {
             if free {
+                let described = Described {
+                    parameter: format!("{}_{what}", identifier(&body.link)),
+                    option: "parameters",
+                    of: body.link.clone(),
+                };
                 self.builder
-                    .inertial_parameter(body, what, unit, lower, value)
+                    .described_parameter(described, body.span, unit, lower, value)
             } else {
                 self.builder.model.graph.constant(value)
             }
@@ -528,20 +599,20 @@ impl Assembly<'_, '_> {
 }
 
 impl Builder<'_> {
-    /// `<link>_mass`, `<link>_cx`, …, `<link>_iyz`.
-    fn inertial_parameter(
+    /// `<link>_mass`, `<link>_cx`, …, `<link>_iyz`, `<joint>_origin_x`, ….
+    fn described_parameter(
         &mut self,
-        body: &Body,
-        what: &str,
+        described: Described,
+        span: Span,
         unit: &str,
         lower: f64,
         value: f64,
     ) -> ExprId {
-        let full_name = format!("{}_{what}", identifier(&body.link));
-        let value = self.stated_for_link(&full_name, lower, value);
+        let full_name = described.parameter.clone();
+        let value = self.stated_for_robot(&full_name, lower, value);
         let name = Name {
             text: full_name.clone(),
-            span: body.span,
+            span,
         };
         let index = self.model.parameters.len();
         if !self.bind(&name, Binding::Parameter(index)) {
@@ -567,6 +638,9 @@ impl Builder<'_> {
             effect: None,
             doc: String::new(),
         });
+        if let Some(robot) = &mut self.model.robot {
+            robot.described.push(described);
+        }
         // The description's values are final, and bodies are built at once.
         self.fold_parameter(index);
         self.model.graph.var(symbol)

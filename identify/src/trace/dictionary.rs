@@ -7,13 +7,14 @@
 //! candidates' parameters are the columns of the regression.
 
 use super::focus::Focuses;
+use super::places::{Place, places};
 use crate::machine::{Machine, SensitivityTape, Sensors};
 use dynamics_codegen::derive::Variable;
 use dynamics_codegen::dimension::Dimension;
 use dynamics_codegen::graph::{ExprId, SymbolId};
 use dynamics_codegen::model::Parameter;
 use dynamics_codegen::syntax::{PortKind, written_name};
-use dynamics_codegen::{Library, Report, compile};
+use dynamics_codegen::{Compiled, Library, Report, compile};
 use std::collections::{BTreeMap, HashMap};
 
 /// What a finding is about.
@@ -168,6 +169,31 @@ impl Dictionary {
     ) -> Result<Self, Report> {
         let plain = compile(name, text, library)?;
         let places = places(&plain.model, library);
+        Self::with(&plain, places, (name, text, library), overrides, ranges)
+    }
+
+    /// The same with the model's own parameters alone.
+    ///
+    /// # Errors
+    /// As of [`Self::new`].
+    pub fn of_parameters(
+        name: &str,
+        text: &str,
+        library: &Library,
+        overrides: &BTreeMap<String, f64>,
+        ranges: &Ranges,
+    ) -> Result<Self, Report> {
+        let plain = compile(name, text, library)?;
+        Self::with(&plain, Vec::new(), (name, text, library), overrides, ranges)
+    }
+
+    fn with(
+        plain: &Compiled,
+        places: Vec<Place>,
+        (name, text, library): (&str, &str, &Library),
+        overrides: &BTreeMap<String, f64>,
+        ranges: &Ranges,
+    ) -> Result<Self, Report> {
         let mut extended = text.to_string();
         for (template, on) in &places {
             let on: Vec<String> = on.iter().map(|name| written_name(name)).collect();
@@ -238,6 +264,9 @@ impl Dictionary {
         let mut candidates = std::mem::take(&mut self.candidates);
         for candidate in &mut candidates {
             if let Subject::Parameter(_) = candidate.subject {
+                if roles[candidate.parameters[0]] == Role::Inert {
+                    candidate.strengths.clear();
+                }
                 continue;
             }
             candidate
@@ -438,92 +467,6 @@ impl Dictionary {
             None => vec![parameter.nominal],
         }
     }
-}
-
-/// Whether two coordinates have one unit: only then can they share a drive.
-fn alike(model: &dynamics_codegen::Model, a: &str, b: &str) -> bool {
-    let unit = |name: &str| {
-        let mut coordinates = model.coordinates.iter();
-        coordinates.find(|c| c.name == name).map(|c| c.dimension)
-    };
-    unit(a) == unit(b)
-}
-
-/// The coordinates of a point that moves: all in metres, if there are two or three.
-fn axes(model: &dynamics_codegen::Model) -> Vec<String> {
-    let metres = model
-        .coordinates
-        .iter()
-        .filter(|c| c.dimension == Dimension::of_unit("m"));
-    let axes: Vec<String> = metres.map(|c| c.name.clone()).collect();
-    if (2..=3).contains(&axes.len()) {
-        axes
-    } else {
-        Vec::new()
-    }
-}
-
-/// Every template at every place that fits, but those the model already has.
-fn places(model: &dynamics_codegen::Model, library: &Library) -> Vec<(String, Vec<String>)> {
-    let names = |kind: PortKind| -> Vec<String> {
-        match kind {
-            PortKind::Coordinate => model.coordinates.iter().map(|c| c.name.clone()).collect(),
-            PortKind::Input => model.inputs.iter().map(|u| u.name.clone()).collect(),
-            PortKind::Body => model.moving_bodies().map(|b| b.name.clone()).collect(),
-            PortKind::Constraint => (0..model.constraints.len())
-                .filter(|&index| model.sliding(index).is_some())
-                .map(|index| model.constraints[index].name.clone())
-                .collect(),
-            // Chosen all together, below.
-            PortKind::Coordinates => Vec::new(),
-        }
-    };
-    let mut places = Vec::new();
-    for template in library.names().filter_map(|name| library.describe(name)) {
-        let mut choices: Vec<Vec<String>> = vec![Vec::new()];
-        for (position, kind) in template.ports.iter().enumerate() {
-            if *kind == PortKind::Coordinates {
-                let axes = axes(model);
-                choices = choices
-                    .into_iter()
-                    .filter(|_| !axes.is_empty())
-                    .map(|chosen| [chosen, axes.clone()].concat())
-                    .collect();
-                continue;
-            }
-            let again = position > 0 && template.ports[position - 1] == *kind;
-            choices = choices
-                .iter()
-                .flat_map(|chosen| {
-                    let all = names(*kind);
-                    // Two ports of one kind: each pair once.
-                    let last = chosen.last().filter(|_| again);
-                    let first = last.and_then(|last| all.iter().position(|name| name == last));
-                    let begin = first.map_or(0, |first| first + 1);
-                    all.into_iter()
-                        .skip(begin)
-                        .filter(|name| !chosen.contains(name))
-                        .filter(move |name| last.is_none_or(|last| alike(model, last, name)))
-                        .map(|name| {
-                            let mut longer = chosen.clone();
-                            longer.push(name);
-                            longer
-                        })
-                })
-                .collect();
-        }
-        for on in choices {
-            let present = model.effects.iter().any(|effect| {
-                effect.template == template.name
-                    && effect.on.iter().map(|(_, name)| name).eq(on.iter())
-            });
-            // A template for inputs has no place in a model without any.
-            if !present && (!on.is_empty() || template.ports.is_empty()) {
-                places.push((template.name.clone(), on));
-            }
-        }
-    }
-    places
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 mod command;
 mod corrected;
+mod described;
 mod dictionary;
 mod error;
 mod estimate;
@@ -13,6 +14,7 @@ mod microscope;
 mod misread;
 mod one_clock;
 mod patch;
+mod places;
 mod progress;
 mod refine;
 mod rivals;

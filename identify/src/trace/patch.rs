@@ -1,18 +1,25 @@
 //! Writing findings into the model file: one line each, the rest untouched.
 
+use super::described::with_described;
 use super::finding::{Finding, ParameterEstimate};
+use dynamics_codegen::model::Described;
 use dynamics_codegen::source::Sources;
 use dynamics_codegen::syntax::{StatementKind, parse, written_name};
 
-/// The model's text with the findings written in. `provenance` is said in a
-/// comment beside each.
-pub fn patch(text: &str, findings: &[Finding], provenance: &str) -> String {
+/// The model's text with the findings written in; `described` are the parameters that a robot
+/// description has the values of. `provenance` is said in a comment beside each finding.
+pub fn patch(
+    text: &str,
+    findings: &[Finding],
+    described: &[Described],
+    provenance: &str,
+) -> String {
     let mut patched = text.to_string();
     // A comment must stay on its line.
     let provenance: String = provenance.chars().filter(|c| !c.is_control()).collect();
     for finding in findings {
         if finding.effect == "parameter" {
-            patched = with_parameter(&patched, finding, &provenance);
+            patched = with_parameter(&patched, finding, described, &provenance);
         } else {
             if !patched.ends_with('\n') {
                 patched.push('\n');
@@ -42,7 +49,12 @@ fn effect_lines(finding: &Finding, place: &[String], provenance: &str) -> String
 }
 
 /// The declaration's value replaced, with a comment behind the statement.
-fn with_parameter(text: &str, finding: &Finding, provenance: &str) -> String {
+fn with_parameter(
+    text: &str,
+    finding: &Finding,
+    described: &[Described],
+    provenance: &str,
+) -> String {
     let Some((name, estimate)) = finding.parameters.iter().next() else {
         return text.to_string();
     };
@@ -91,6 +103,9 @@ fn with_parameter(text: &str, finding: &Finding, provenance: &str) -> String {
         }
     }
     // What the model does not state itself, its robot description does.
+    let number_of = described.iter().find(|number| number.parameter == *name);
+    let opened = number_of.map(|number| with_described(text, number));
+    let text = opened.as_deref().unwrap_or(text);
     let line = if text.ends_with('\n') { "" } else { "\n" };
     format!(
         "{text}{line}\n// {provenance}; evidence {:.0} nats.\nparameter {name} = {};\n",
@@ -173,6 +188,7 @@ mod tests {
         let patched = patch(
             "model a;",
             &[finding("viscous", "j2", "d", 0.019_98, 1e-4)],
+            &[],
             "log\nx",
         );
         assert_eq!(
@@ -193,7 +209,7 @@ mod tests {
                     "model a;\ncoordinate j: m;\nparameter m: kg = 1;\nkinetic m/2*dot(j)^2;\n{effect}\n"
                 )
             };
-            let patched = patch(&text(effect), std::slice::from_ref(&found), "log");
+            let patched = patch(&text(effect), std::slice::from_ref(&found), &[], "log");
             assert_eq!(patched, text(changed));
             let library = dynamics_codegen::Library::builtin();
             assert!(dynamics_codegen::compile("a", &patched, &library).is_ok());
@@ -203,16 +219,23 @@ mod tests {
     #[test]
     fn what_only_a_robot_description_says_is_stated_anew() {
         let found = finding("parameter", "rod_mass", "rod_mass", 1.25, 0.01);
-        let patched = patch(
-            "model a;\nurdf \"a.urdf\" { parameters: all; }",
-            &[found],
-            "log",
-        );
-        assert_eq!(
-            patched,
-            "model a;\nurdf \"a.urdf\" { parameters: all; }\n\n\
-             // log; evidence 12 nats.\nparameter rod_mass = 1.25;\n"
-        );
+        let described = [Described {
+            parameter: "rod_mass".into(),
+            option: "parameters",
+            of: "rod".into(),
+        }];
+        for (given, changed) in [
+            ("{ parameters: all; }", "{ parameters: all; }"),
+            (";", " { parameters: rod; }"),
+        ] {
+            let text = format!("model a;\nurdf \"a.urdf\"{given}");
+            let patched = patch(&text, std::slice::from_ref(&found), &described, "log");
+            let expected = format!(
+                "model a;\nurdf \"a.urdf\"{changed}\n\n\
+                 // log; evidence 12 nats.\nparameter rod_mass = 1.25;\n"
+            );
+            assert_eq!(patched, expected);
+        }
     }
 
     #[test]
@@ -221,6 +244,7 @@ mod tests {
         let patched = patch(
             text,
             &[finding("parameter", "m", "m", 1.234_56, 0.01)],
+            &[],
             "log",
         );
         assert_eq!(

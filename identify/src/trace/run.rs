@@ -2,6 +2,7 @@
 
 use super::command::drives;
 use super::corrected::corrected;
+use super::described::opened;
 use super::dictionary::Dictionary;
 use super::error::TraceError;
 use super::estimate::Observed;
@@ -123,6 +124,8 @@ pub struct Outcome {
 const AT_FLOOR: f64 = 1.05;
 /// Fewest samples for learning, and for judging.
 const FEWEST: usize = 50;
+/// More terms than this are suspicious: one wrong length looks like many effects.
+const FEW_TERMS: usize = 2;
 /// Between learning and judging, s.
 const GUARD: f64 = 0.5;
 
@@ -148,14 +151,10 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     let observed = Observed::new(train, request.hold.unwrap_or(Hold::Linear))?;
     let ranges = observed.ranges();
     progress.enter(Stage::Derive, &[]);
-    let dictionary = Dictionary::new(
-        model_name,
-        model_text,
-        library,
-        &request.parameters,
-        &ranges,
-    )
-    .map_err(Box::new)?;
+    let of_text = |text: &str| {
+        Dictionary::new(model_name, text, library, &request.parameters, &ranges).map_err(Box::new)
+    };
+    let mut dictionary = of_text(model_text)?;
     let times = observed.record.t.clone();
     let located = |source: SolveError| TraceError::at(source, &times);
     check_motion(&observed.record, &split.train_log)?;
@@ -165,24 +164,46 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     progress.enter(Stage::Fit, &[]);
     let immobile = is_immobile(&dictionary, &observed);
     let by_forces = forces::learn(&dictionary, &observed, immobile)?;
-    let by_motion = |mut observed: Observed| -> Result<Selection, SolveError> {
+    let by_motion = |dictionary: &Dictionary| -> Result<Selection, SolveError> {
+        let mut observed = observed.clone();
         if request.hold.is_none() {
-            observed.hold = likelier_hold(&dictionary, &observed)?;
+            observed.hold = likelier_hold(dictionary, &observed)?;
         }
-        select_with_slow_errors(&dictionary, observed, request.hold.is_none(), progress)
+        select_with_slow_errors(dictionary, observed, request.hold.is_none(), progress)
     };
-    let (basis, mut selection) = match by_forces {
-        None => (Basis::Motion, by_motion(observed).map_err(located)?),
+    let (mut basis, mut selection) = match by_forces {
+        None => (Basis::Motion, by_motion(&dictionary).map_err(located)?),
         Some(forces) if immobile => (Basis::Forces, forces),
         // One sensor that misreads makes forces everywhere: what explains the motion with less
         // is right.
-        Some(forces) => match by_motion(observed) {
-            Ok(motion) if !motion.forces_remain() && motion.terms.len() < forces.terms.len() => {
-                (Basis::Motion, motion)
-            }
+        Some(forces) => match by_motion(&dictionary) {
+            Ok(motion) if motion.explains_with_less(&forces) => (Basis::Motion, motion),
             _ => (Basis::Forces, forces),
         },
     };
+    // What effects do not explain, or many only together, may be a number of the description.
+    let is_suspicious = selection.forces_remain() || selection.terms.len() > FEW_TERMS;
+    if !immobile
+        && is_suspicious
+        && let Some(text) = opened(model_text)
+    {
+        progress.enter(Stage::Derive, &[]);
+        let given = (model_name, text.as_str(), library);
+        let parameters = &request.parameters;
+        // Neither compiles where the model has names of its own like the description's.
+        let numbers = Dictionary::of_parameters(given.0, given.1, given.2, parameters, &ranges);
+        let is_better = |other: &Selection| {
+            other.explains_with_less(&selection) || other.leaves_much_less(&selection)
+        };
+        if let Ok(numbers) = numbers
+            && by_motion(&numbers).is_ok_and(|alone| is_better(&alone))
+            && let Ok(open) = of_text(&text)
+            && let Ok(other) = by_motion(&open)
+            && is_better(&other)
+        {
+            (dictionary, selection, basis) = (open, other, Basis::Motion);
+        }
+    }
     let hold = selection.observed.hold;
     progress.enter(Stage::Judge, &[]);
     let judged = |selection: &Selection| match basis {
@@ -266,14 +287,16 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         "dynamics trace, {}: held-out {kind} error {error_before:.3} -> {error_after:.3}{rollouts} (seed {})",
         split.train_log, request.seed
     );
+    let robot = dictionary.machine.compiled.model.robot.as_ref();
+    let described = robot.map_or(&[][..], |robot| &robot.described);
     Ok(Outcome {
         verdict,
         basis,
         // What does not explain the log is not written into the model; what two measured
         // columns say of a drive is.
         patched_model: match verdict {
-            Verdict::Unknown => patch(model_text, &drives, &provenance),
-            _ => patch(model_text, &found, &provenance),
+            Verdict::Unknown => patch(model_text, &drives, described, &provenance),
+            _ => patch(model_text, &found, described, &provenance),
         },
         findings: found,
         before,

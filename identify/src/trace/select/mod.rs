@@ -222,6 +222,16 @@ impl Selection {
         self.estimate.unexplained > search::NO_EXCESS * SMALLEST_SHARE * SMALLEST_SHARE
     }
 
+    /// Whether this leaves no forces, and has fewer terms.
+    pub(super) fn explains_with_less(&self, than: &Self) -> bool {
+        !self.forces_remain() && self.terms.len() < than.terms.len()
+    }
+
+    /// Whether the forces that this leaves are no more than half as large.
+    pub(super) fn leaves_much_less(&self, than: &Self) -> bool {
+        4.0 * self.estimate.unexplained < than.estimate.unexplained
+    }
+
     /// The same with nothing accepted.
     pub(super) fn without_terms(self, dictionary: &Dictionary) -> Self {
         Self {

@@ -1,0 +1,220 @@
+//! The numbers of a robot description as parameters.
+//!
+//! What a URDF says of its links and joints may be as wrong as any parameter. Where the model
+//! leaves open whether they are parameters (`urdf "arm.urdf";`), they are where effects do not
+//! explain the log; in the model that is written only those are that have another value.
+
+use dynamics_codegen::model::Described;
+use dynamics_codegen::source::Sources;
+use dynamics_codegen::syntax::{RobotOption, Statement, StatementKind, parse, written_name};
+
+/// The options that make parameters of a description's numbers.
+const OPTIONS: [&str; 2] = ["parameters", "origins"];
+
+/// The model with all of its description's numbers as parameters, but where it says itself
+/// which are; nothing if it says all.
+pub(super) fn opened(text: &str) -> Option<String> {
+    let mut opened: Option<String> = None;
+    for option in OPTIONS {
+        let text = opened.as_deref().unwrap_or(text);
+        let (statement, options) = description(text)?;
+        if !options.iter().any(|given| given.name.text == option) {
+            opened = Some(with_option(text, &statement, option, "all"));
+        }
+    }
+    opened
+}
+
+/// The model with one of its description's numbers as a parameter.
+pub(super) fn with_described(text: &str, number: &Described) -> String {
+    let Some((statement, options)) = description(text) else {
+        return text.to_string();
+    };
+    let of = written_name(&number.of);
+    let given = options.iter().find(|o| o.name.text == number.option);
+    let Some(RobotOption { values, .. }) = given else {
+        return with_option(text, &statement, number.option, &of);
+    };
+    let known = |value: &str| value == number.of || value == "all";
+    match values.last() {
+        Some(last) if !values.iter().any(|value| known(&value.text)) => {
+            let (before, after) = text.split_at(last.span.end);
+            format!("{before}, {of}{after}")
+        }
+        _ => text.to_string(),
+    }
+}
+
+/// The statement that names a robot description, and its options.
+fn description(text: &str) -> Option<(Statement, Vec<RobotOption>)> {
+    let mut sources = Sources::new();
+    let id = sources.add("model", text);
+    let (file, _) = parse(&sources, id);
+    let mut statements = file?.statements.into_iter();
+    statements.find_map(|statement| match &statement.kind {
+        StatementKind::Urdf { options, .. } => {
+            let options = options.clone();
+            Some((statement, options))
+        }
+        _ => None,
+    })
+}
+
+/// The statement with one more option in its braces.
+fn with_option(text: &str, statement: &Statement, option: &str, value: &str) -> String {
+    let (before, rest) = text.split_at(statement.span.start);
+    let (own, after) = rest.split_at(statement.span.end - statement.span.start);
+    let own = own.trim_end().trim_end_matches(';').trim_end();
+    let own = match own.strip_suffix('}') {
+        Some(open) => {
+            let open = open.trim_end();
+            let end = if open.ends_with([';', '{']) { "" } else { ";" };
+            format!("{open}{end} {option}: {value}; }}")
+        }
+        None => format!("{own} {{ {option}: {value}; }}"),
+    };
+    format!("{before}{own}{after}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::Log;
+    use crate::trace::{Request, Silent, Verdict, trace};
+    use dynamics_codegen::Library;
+    use std::collections::BTreeMap;
+    use std::fmt::Write;
+
+    const ARM: &str = r#"<robot name="arm">
+  <link name="base"/>
+  <link name="upper"><inertial><origin xyz="0 0 -0.2"/><mass value="1.1"/>
+    <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.012" iyz="0" izz="0.002"/></inertial></link>
+  <link name="lower"><inertial><origin xyz="0 0 -0.15"/><mass value="0.8"/>
+    <inertia ixx="0.006" ixy="0" ixz="0" iyy="0.007" iyz="0" izz="0.002"/></inertial></link>
+  <joint name="shoulder" type="continuous"><parent link="base"/><child link="upper"/>
+    <axis xyz="0 1 0"/></joint>
+  <joint name="elbow" type="continuous"><parent link="upper"/><child link="lower"/>
+    <origin xyz="0 0 -0.4"/><axis xyz="0 1 0"/></joint>
+</robot>"#;
+
+    /// Torques that swing that arm along two sums of sines, were its upper link `length` long:
+    /// the equations of a double pendulum, written out. Positions with rectangular noise.
+    fn log(length: f64) -> Log {
+        let mut text = String::from("t,q_shoulder,q_elbow,u_shoulder,u_elbow\n");
+        let mut random = 7_u64;
+        let mut noise = || {
+            random = random
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            1e-4 * ((random >> 11) as f64 / (1_u64 << 53) as f64 - 0.5)
+        };
+        // Position, velocity and acceleration of the sum.
+        let along = |t: f64, sines: [(f64, f64); 2]| -> [f64; 3] {
+            let sum = |f: &dyn Fn(f64, f64) -> f64| sines.iter().map(|&(a, w)| f(a, w)).sum();
+            [
+                sum(&|a, w| a * (w * t).sin()),
+                sum(&|a, w| a * w * (w * t).cos()),
+                sum(&|a, w| -a * w * w * (w * t).sin()),
+            ]
+        };
+        let (m1, c1, i1, m2, c2, i2, g) = (1.1, 0.2, 0.012, 0.8, 0.15, 0.007, 9.81);
+        for k in 0..1000 {
+            let t = 0.004 * f64::from(k);
+            let [q1, v1, a1] = along(t, [(0.8, 3.0), (0.3, 7.1)]);
+            let [q2, v2, a2] = along(t, [(0.9, 4.3), (0.2, 9.7)]);
+            let coupled = m2 * length * c2 * q2.cos();
+            let m11 = i1 + i2 + m1 * c1 * c1 + m2 * (length * length + c2 * c2) + 2.0 * coupled;
+            let m22 = i2 + m2 * c2 * c2;
+            let m12 = m22 + coupled;
+            let h = -m2 * length * c2 * q2.sin();
+            let gravity = m2 * c2 * g * (q1 + q2).sin();
+            let u1 = m11 * a1
+                + m12 * a2
+                + h * (2.0 * v1 + v2) * v2
+                + (m1 * c1 + m2 * length) * g * q1.sin()
+                + gravity;
+            let u2 = m12 * a1 + m22 * a2 - h * v1 * v1 + gravity;
+            let (q1, q2) = (q1 + noise(), q2 + noise());
+            writeln!(text, "{t},{q1},{q2},{u1},{u2}").unwrap();
+        }
+        Log::from_bytes("arm.csv", text.as_bytes()).unwrap()
+    }
+
+    #[test]
+    fn a_wrong_length_is_named_and_no_effects_in_its_stead() {
+        let mut library = Library::builtin();
+        library.add_file("arm.urdf", "arm.urdf", ARM);
+        let model = "model arm;\n\nurdf \"arm.urdf\";\n";
+        let outcome = trace(&Request {
+            model_name: "arm",
+            model_text: model,
+            library: &library,
+            parameters: BTreeMap::new(),
+            train: &log(0.37),
+            test: None,
+            hold: None,
+            horizon: 0.5,
+            seed: 1,
+            progress: &Silent,
+        })
+        .unwrap();
+        let findings = &outcome.findings;
+        assert_eq!(outcome.verdict, Verdict::Parameter, "{findings:#?}");
+        assert_eq!(findings.len(), 1, "{findings:#?}");
+        assert_eq!(findings[0].on, ["elbow_origin_z"]);
+        let length = &findings[0].parameters["elbow_origin_z"];
+        assert!((length.value + 0.37).abs() < 1e-3, "{length:?}");
+        let patched = &outcome.patched_model;
+        assert!(
+            patched.starts_with("model arm;\n\nurdf \"arm.urdf\" { origins: elbow; }\n"),
+            "{patched}"
+        );
+        let compiled = dynamics_codegen::compile("arm", patched, &library).unwrap();
+        assert_eq!(compiled.model.parameters.len(), 3);
+    }
+
+    #[test]
+    fn numbers_are_open_unless_the_model_says_which_are() {
+        let cases = [
+            (
+                "model a;\nurdf \"a.urdf\";\n",
+                "model a;\nurdf \"a.urdf\" { parameters: all; origins: all; }\n",
+            ),
+            (
+                "model a; urdf \"a.urdf\" { base: fixed } gravity (0, 0, 0);",
+                "model a; urdf \"a.urdf\" { base: fixed; parameters: all; origins: all; } gravity (0, 0, 0);",
+            ),
+            (
+                "model a; urdf \"a.urdf\" { parameters: none; }",
+                "model a; urdf \"a.urdf\" { parameters: none; origins: all; }",
+            ),
+        ];
+        for (given, expected) in cases {
+            assert_eq!(opened(given).as_deref(), Some(expected));
+        }
+        assert_eq!(opened("model a;"), None);
+        assert_eq!(
+            opened("model a; urdf \"a.urdf\" { origins: j1; parameters: none; }"),
+            None
+        );
+    }
+
+    #[test]
+    fn one_number_opens_its_link_or_joint() {
+        let of = |option, of: &str| Described {
+            parameter: "any".into(),
+            option,
+            of: of.into(),
+        };
+        let rod = with_described("model a; urdf \"a.urdf\";", &of("parameters", "rod"));
+        assert_eq!(rod, "model a; urdf \"a.urdf\" { parameters: rod; }");
+        assert_eq!(with_described(&rod, &of("parameters", "rod")), rod);
+        let both = with_described(&rod, &of("parameters", "hub"));
+        assert_eq!(both, "model a; urdf \"a.urdf\" { parameters: rod, hub; }");
+        let all = with_described(&both, &of("origins", "j1"));
+        assert_eq!(
+            all,
+            "model a; urdf \"a.urdf\" { parameters: rod, hub; origins: j1; }"
+        );
+    }
+}

@@ -1,0 +1,94 @@
+//! Where each effect of a library could act in a model.
+
+use dynamics_codegen::dimension::Dimension;
+use dynamics_codegen::syntax::PortKind;
+use dynamics_codegen::{Library, Model};
+
+/// A template's name and what it acts on.
+pub(super) type Place = (String, Vec<String>);
+
+/// Whether two coordinates have one unit: only then can they share a drive.
+fn alike(model: &Model, a: &str, b: &str) -> bool {
+    let unit = |name: &str| {
+        let mut coordinates = model.coordinates.iter();
+        coordinates.find(|c| c.name == name).map(|c| c.dimension)
+    };
+    unit(a) == unit(b)
+}
+
+/// The coordinates of a point that moves: all in metres, if there are two or three.
+fn axes(model: &Model) -> Vec<String> {
+    let metres = model
+        .coordinates
+        .iter()
+        .filter(|c| c.dimension == Dimension::of_unit("m"));
+    let axes: Vec<String> = metres.map(|c| c.name.clone()).collect();
+    if (2..=3).contains(&axes.len()) {
+        axes
+    } else {
+        Vec::new()
+    }
+}
+
+/// Every template at every place that fits, but those the model already has.
+pub(super) fn places(model: &Model, library: &Library) -> Vec<Place> {
+    let names = |kind: PortKind| -> Vec<String> {
+        match kind {
+            PortKind::Coordinate => model.coordinates.iter().map(|c| c.name.clone()).collect(),
+            PortKind::Input => model.inputs.iter().map(|u| u.name.clone()).collect(),
+            PortKind::Body => model.moving_bodies().map(|b| b.name.clone()).collect(),
+            PortKind::Constraint => (0..model.constraints.len())
+                .filter(|&index| model.sliding(index).is_some())
+                .map(|index| model.constraints[index].name.clone())
+                .collect(),
+            // Chosen all together, below.
+            PortKind::Coordinates => Vec::new(),
+        }
+    };
+    let mut places = Vec::new();
+    for template in library.names().filter_map(|name| library.describe(name)) {
+        let mut choices: Vec<Vec<String>> = vec![Vec::new()];
+        for (position, kind) in template.ports.iter().enumerate() {
+            if *kind == PortKind::Coordinates {
+                let axes = axes(model);
+                choices = choices
+                    .into_iter()
+                    .filter(|_| !axes.is_empty())
+                    .map(|chosen| [chosen, axes.clone()].concat())
+                    .collect();
+                continue;
+            }
+            let again = position > 0 && template.ports[position - 1] == *kind;
+            choices = choices
+                .iter()
+                .flat_map(|chosen| {
+                    let all = names(*kind);
+                    // Two ports of one kind: each pair once.
+                    let last = chosen.last().filter(|_| again);
+                    let first = last.and_then(|last| all.iter().position(|name| name == last));
+                    let begin = first.map_or(0, |first| first + 1);
+                    all.into_iter()
+                        .skip(begin)
+                        .filter(|name| !chosen.contains(name))
+                        .filter(move |name| last.is_none_or(|last| alike(model, last, name)))
+                        .map(|name| {
+                            let mut longer = chosen.clone();
+                            longer.push(name);
+                            longer
+                        })
+                })
+                .collect();
+        }
+        for on in choices {
+            let present = model.effects.iter().any(|effect| {
+                effect.template == template.name
+                    && effect.on.iter().map(|(_, name)| name).eq(on.iter())
+            });
+            // A template for inputs has no place in a model without any.
+            if !present && (!on.is_empty() || template.ports.is_empty()) {
+                places.push((template.name.clone(), on));
+            }
+        }
+    }
+    places
+}
