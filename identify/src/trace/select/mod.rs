@@ -9,6 +9,7 @@ mod gather;
 mod hold;
 mod kin;
 mod leaders;
+mod outdone;
 mod pairs;
 mod position;
 mod resisting;
@@ -146,6 +147,14 @@ pub fn select(
     let alike =
         |search: &Search<'_>| rivals(dictionary, &search.current.explanation, &search.accepted);
     let mut alternatives = alike(&search)?;
+    for _ in 0..MAX_TERMS {
+        let Some(better) = search.outdone(&alternatives) else {
+            break;
+        };
+        search.take(better);
+        evidence = search.prune();
+        alternatives = alike(&search)?;
+    }
     while let Some(resisting) = search.resisting(&alternatives) {
         search.take(resisting);
         evidence = search.prune();
