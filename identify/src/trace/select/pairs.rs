@@ -49,8 +49,8 @@ impl Search<'_> {
     }
 
     /// Two candidates that only together explain the log: taken one after the other, the
-    /// first might have been something that resembles both. Better than `single` by what a
-    /// further term must bring.
+    /// first might have been something that resembles both. Better than `single`, which has
+    /// one of these places filled or none, by what each further term must bring.
     pub(super) fn at_once(
         &self,
         screen: &Screen<'_>,
@@ -84,12 +84,14 @@ impl Search<'_> {
         profiled.truncate(MAX_LEADERS);
         let pairs: Vec<Pair> = profiled.into_iter().map(|(_, pair)| pair).collect();
         let search_price = (self.dictionary.candidates.len() as f64).ln();
-        let limit = single.cost - search_price - MARGIN;
+        let further = self.accepted.len() + 2 - single.candidates.len();
+        let limit = single.cost - further as f64 * (search_price + MARGIN);
+        let least_removed = 1.0 - (1.0 - LEAST_REMOVED).powi(further as i32);
         self.attempt_pairs(&pairs)
             .filter(|both| both.cost < limit && self.is_possible(both) && self.earns(both))
             .filter(|both| {
                 let (before, after) = (single.estimate.unexplained, both.estimate.unexplained);
-                after < (1.0 - LEAST_REMOVED) * before
+                after < (1.0 - least_removed) * before
             })
             .min_by(|a, b| a.cost.total_cmp(&b.cost))
     }

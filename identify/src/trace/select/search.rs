@@ -107,7 +107,9 @@ impl Search<'_> {
         let mut tried = self.sharpened_near_misses(tried);
         let lowest = tried.iter().map(|a| a.cost).min_by(f64::total_cmp);
         let Some(lowest) = lowest else {
-            return Ok((considered, None));
+            // Beside the other of two that are missing neither may be likely.
+            let both = self.at_once(&screen, &self.current, &considered);
+            return Ok((considered, both.map(|both| self.sharpened(both))));
         };
         // The simplest of those that explain the log equally well.
         let position = tried
