@@ -199,6 +199,26 @@ fn losses_act_unless_they_are_ignored() {
     assert_eq!(ignored, 0.0);
 }
 
+/// The drive of a described joint is a load as any other.
+#[test]
+fn friction_grows_with_the_load_of_a_described_joint() {
+    let text = "model arm; urdf \"lever.urdf\" { losses: ignore } \
+                effect load_friction(hinge) { mu = 0.2, v_s = 0.01 }";
+    let compiled = compile("arm.model", text, &library()).unwrap();
+    let graph = &compiled.model.graph;
+    let mut values = vec![0.0; graph.symbol_count()];
+    for parameter in &compiled.model.parameters {
+        values[parameter.symbol.index()] = parameter.nominal;
+    }
+    values[compiled.model.coordinates[0].velocity.index()] = 1.0;
+    let mut under = |input: f64| {
+        values[compiled.model.inputs[0].symbol.index()] = input;
+        graph.evaluate(&[compiled.system.force[0]], &values)[0]
+    };
+    let force = under(-3.0) - under(0.0);
+    assert!((force - (-3.0 - 0.2 * 3.0)).abs() < 1e-12, "{force}");
+}
+
 /// `parameters: …` frees the inertia of a link, at the values of the file.
 #[test]
 fn inertia_becomes_parameters() {

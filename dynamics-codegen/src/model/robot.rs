@@ -431,6 +431,7 @@ impl Assembly<'_, '_> {
             assumed: true,
         };
         self.builder.push_input(input, span);
+        self.builder.note_driven(on, arrives);
     }
 
     /// `<dynamics damping friction>`: viscous and Coulomb friction.
