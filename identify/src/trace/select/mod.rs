@@ -4,6 +4,7 @@
 //! under it. A term is worth what it adds to the likelihood when that size is chosen
 //! anew: the right name leaves sensor noise alone, a wrong one leaves forces.
 
+mod ahead;
 mod fitting;
 mod gather;
 mod hold;

@@ -103,13 +103,16 @@ impl Search<'_> {
             .map(|leader| self.attempt_in_some_shape(leader).ok());
         let mut tried: Vec<Attempt> = tried.collect::<Vec<_>>().into_iter().flatten().collect();
         tried.extend(self.swaps(&considered));
-        tried.retain(|attempt| self.is_possible(attempt) && self.earns(attempt));
-        let mut tried = self.sharpened_near_misses(tried);
+        tried.retain(|attempt| self.is_possible(attempt));
+        let (tried, likely) = tried.into_iter().partition(|attempt| self.earns(attempt));
+        let mut tried: Vec<Attempt> = self.sharpened_near_misses(tried);
         let lowest = tried.iter().map(|a| a.cost).min_by(f64::total_cmp);
         let Some(lowest) = lowest else {
             // Beside the other of two that are missing neither may be likely.
             let both = self.at_once(&screen, &self.current, &considered);
-            return Ok((considered, both.map(|both| self.sharpened(both))));
+            let both = both.map(|both| self.sharpened(both));
+            let both = both.or_else(|| self.looking_ahead(likely, &considered));
+            return Ok((considered, both));
         };
         // The simplest of those that explain the log equally well.
         let position = tried
@@ -334,7 +337,7 @@ impl Search<'_> {
 }
 
 /// Whether more than sensor noise remains.
-fn leaves_forces(attempt: &Attempt) -> bool {
+pub(super) fn leaves_forces(attempt: &Attempt) -> bool {
     attempt.estimate.unexplained > NO_EXCESS * SMALLEST_SHARE * SMALLEST_SHARE
 }
 
