@@ -275,7 +275,7 @@ fn search_samples(dictionary: &Dictionary) -> usize {
     (SEARCHED / (n * n)).max(FEWEST_SEARCHED)
 }
 
-const SEARCHED: usize = 100_000;
+const SEARCHED: usize = 75_000;
 const FEWEST_SEARCHED: usize = 1000;
 
 /// What the model as given leaves.
