@@ -78,7 +78,9 @@ def true_key(truth, effect):
     on = effect["on"]
     if truth["system"] == "planar_arm" and effect["type"] == "parameter":
         split = [re.fullmatch(r"([a-zA-Z]+)(\d+)", name) for name in on]
-        on = [f"link{m[2]}_{names.get(m[1], m[1])}" for m in split]
+        # A length is where the next joint stands.
+        on = [f"j{int(m[2]) + 1}_origin_z" if m[1] == "l" else f"link{m[2]}_{names.get(m[1], m[1])}"
+              for m in split]
     if truth["system"] == "unicycle2d":
         on = ["vehicle" if name == "body" else name for name in on]
     return key(effect["type"], on)

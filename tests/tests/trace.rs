@@ -130,6 +130,46 @@ fn one_delay_in_front_of_both_drives() {
     assert_eq!(patched.model.effects.len(), 2, "one for each input");
 }
 
+/// Both effects, within three standard deviations and 2 %.
+fn expect_two(outcome: &Outcome, truth: &[(&str, &str, &str, f64)], floor: f64) {
+    assert_eq!(outcome.findings.len(), 2, "{:#?}", outcome.findings);
+    for &(effect, on, name, value) in truth {
+        let mut findings = outcome.findings.iter();
+        let finding = findings.find(|f| f.effect == effect && f.on == [on]);
+        let estimate = &finding.unwrap_or_else(|| panic!("{effect}")).parameters[name];
+        let miss = (estimate.value - value).abs();
+        assert!(
+            miss < 3.0 * estimate.std && miss < 0.02 * value.abs(),
+            "{name}: {estimate:?}"
+        );
+    }
+    assert_eq!(outcome.verdict, Verdict::Effect);
+    let after = outcome.after.acceleration.total;
+    assert!(after < 1.15 * floor, "{after} against the floor {floor}");
+}
+
+/// Alone neither leaves much less than the model as given.
+#[test]
+fn drag_and_a_delay_that_only_show_together() {
+    let outcome = machine("pendulum2", "two_joints_drag_and_delay");
+    let truth = [
+        ("quadratic_drag", "j2", "c", 0.002_569),
+        ("input_delay", "j2", "tau", 0.035_09),
+    ];
+    expect_two(&outcome, &truth, 0.0181);
+}
+
+/// Beside a load that is not found yet, a push looks like a wave along the way.
+#[test]
+fn a_push_is_no_wave_once_the_load_is_known() {
+    let outcome = machine("cartpole", "cart_pushed_and_loaded");
+    let truth = [
+        ("constant_force", "x", "f", -1.627),
+        ("payload", "pole", "m", 0.1456),
+    ];
+    expect_two(&outcome, &truth, 0.0369);
+}
+
 #[test]
 fn a_hysteresis_that_no_effect_names() {
     let outcome = machine("duffing_constrained", "o11_duffing");

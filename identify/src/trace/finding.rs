@@ -89,6 +89,9 @@ const REMARKABLE_SHARE: f64 = 3e-3;
 /// Findings that leave more than this share of the unexplained accelerations name too
 /// little.
 const MOSTLY_UNEXPLAINED: f64 = 0.1;
+/// A force that remembers and leaves this share remembers otherwise: any hysteresis is near
+/// to any other.
+const MEMORY_UNEXPLAINED: f64 = 0.03;
 
 /// Whether something remains that the findings do not explain.
 pub(super) fn something_remains(remaining: &Remaining) -> bool {
@@ -106,7 +109,20 @@ pub(super) fn verdict(dictionary: &Dictionary, selection: &Selection, at_floor: 
             .iter()
             .any(|term| test(&dictionary.candidates[term.candidate]))
     };
-    let mostly = remaining.share_after > MOSTLY_UNEXPLAINED * remaining.share_before;
+    let leaves = |share: f64| unexplained && remaining.share_after > share * remaining.share_before;
+    let remembers = |term: &Term| {
+        let candidate = &dictionary.candidates[term.candidate];
+        let states = &dictionary.machine.compiled.model.states;
+        let own = |effect: usize| {
+            let effect = &dictionary.machine.compiled.model.effects[effect];
+            effect
+                .parameters
+                .iter()
+                .any(|p| candidate.parameters.contains(p))
+        };
+        !candidate.channel && states.iter().any(|state| state.effect.is_some_and(own))
+    };
+    let misremembers = leaves(MEMORY_UNEXPLAINED) && selection.terms.iter().any(remembers);
     let nameless = |term| is_without_its_mark(dictionary, selection, term);
     if selection.terms.is_empty() {
         if unexplained {
@@ -114,7 +130,10 @@ pub(super) fn verdict(dictionary: &Dictionary, selection: &Selection, at_floor: 
         } else {
             Verdict::None
         }
-    } else if unexplained && !at_floor && mostly || selection.terms.iter().any(nameless) {
+    } else if leaves(MOSTLY_UNEXPLAINED) && !at_floor
+        || misremembers
+        || selection.terms.iter().any(nameless)
+    {
         Verdict::Unknown
     } else if about(|c| !c.channel && c.subject.name() != "parameter") {
         Verdict::Effect

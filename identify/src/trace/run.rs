@@ -122,6 +122,9 @@ pub struct Outcome {
 
 /// An error below this many times the noise floor is the floor.
 const AT_FLOOR: f64 = 1.05;
+/// The same of open-loop predictions, of which a log holds few; where there are none, they say
+/// nothing.
+const ROLLOUT_AT_FLOOR: f64 = 1.5;
 /// Fewest samples for learning, and for judging.
 const FEWEST: usize = 50;
 /// More terms than this are suspicious: one wrong length looks like many effects.
@@ -229,7 +232,8 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     let found: Vec<Finding> = (drives.iter().cloned())
         .chain(by_motion.filter(|finding| !told(finding)))
         .collect();
-    let at_floor = after.acceleration.total < AT_FLOOR * noise_floor.acceleration.total;
+    let at_floor = after.acceleration.total < AT_FLOOR * noise_floor.acceleration.total
+        && !(after.rollout.errors.total > ROLLOUT_AT_FLOOR * noise_floor.rollout.errors.total);
     let verdict = if worse {
         Verdict::Unknown
     } else {

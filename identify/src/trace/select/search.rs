@@ -109,6 +109,9 @@ impl Search<'_> {
         let lowest = tried.iter().map(|a| a.cost).min_by(f64::total_cmp);
         let Some(lowest) = lowest else {
             // Beside the other of two that are missing neither may be likely.
+            if !self.accepted.is_empty() {
+                return Ok((considered, None));
+            }
             let both = self.at_once(&screen, &self.current, &considered);
             let both = both.map(|both| self.sharpened(both));
             let both = both.or_else(|| self.looking_ahead(likely, &considered));
