@@ -232,8 +232,9 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     let found: Vec<Finding> = (drives.iter().cloned())
         .chain(by_motion.filter(|finding| !told(finding)))
         .collect();
+    let [predicted, possible] = [&after, &noise_floor].map(|score| score.rollout.errors.total);
     let at_floor = after.acceleration.total < AT_FLOOR * noise_floor.acceleration.total
-        && !(after.rollout.errors.total > ROLLOUT_AT_FLOOR * noise_floor.rollout.errors.total);
+        && (predicted.is_nan() || predicted <= ROLLOUT_AT_FLOOR * possible);
     let verdict = if worse {
         Verdict::Unknown
     } else {
