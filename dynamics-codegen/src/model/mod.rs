@@ -23,6 +23,7 @@ mod place;
 mod quantity;
 mod restated;
 mod robot;
+mod robot_options;
 mod set;
 mod state;
 mod switch;

@@ -156,16 +156,30 @@ fn columns(dictionary: &Dictionary, balance: &Balance) -> Result<Vec<Forces>, So
     Ok(columns)
 }
 
-/// What acts as a force and forgets: with a gain of nothing an input would leave nothing to
-/// explain, and of a hysteresis the ripple of measured forces shows little.
+/// What acts as a force and forgets: with a gain of nothing, or friction as large as the load,
+/// an input would leave nothing to explain, and of a hysteresis the ripple of measured forces
+/// shows little.
 fn force_options(dictionary: &Dictionary) -> Vec<ShapedCandidate> {
-    let states = &dictionary.machine.compiled.model.states;
+    let compiled = &dictionary.machine.compiled;
+    let states = &compiled.model.states;
+    let mut model = compiled.model.clone();
+    let inputs = model.input_symbols();
+    let mut follows_inputs = |parameter: usize| {
+        let seeds = model.parameter_seeds(model.parameters[parameter].symbol);
+        let slopes = model.graph.directional(&compiled.system.force, &seeds);
+        inputs.iter().any(|&u| model.graph.depends_on(&slopes, u))
+    };
     let mut options = options(dictionary, &[]);
+    let mut following: Vec<bool> = Vec::new();
+    for candidate in &dictionary.candidates {
+        following.push(candidate.strengths.iter().any(|&p| follows_inputs(p)));
+    }
     options.retain(|option| {
         let candidate = &dictionary.candidates[option.candidate];
         let (name, on) = (candidate.subject.name(), candidate.subject.on());
         let prefix = format!("{name}_{}_", on.join("_"));
-        !candidate.channel && !states.iter().any(|state| state.name.starts_with(&prefix))
+        let forgets = !states.iter().any(|state| state.name.starts_with(&prefix));
+        forgets && !candidate.channel && !following[option.candidate]
     });
     options
 }
