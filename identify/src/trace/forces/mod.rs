@@ -169,11 +169,10 @@ fn force_options(dictionary: &Dictionary) -> Vec<ShapedCandidate> {
         let slopes = model.graph.directional(&compiled.system.force, &seeds);
         inputs.iter().any(|&u| model.graph.depends_on(&slopes, u))
     };
+    let candidates = dictionary.candidates.iter();
+    let following = candidates.map(|c| c.strengths.iter().any(|&p| follows_inputs(p)));
+    let following: Vec<bool> = following.collect();
     let mut options = options(dictionary, &[]);
-    let mut following: Vec<bool> = Vec::new();
-    for candidate in &dictionary.candidates {
-        following.push(candidate.strengths.iter().any(|&p| follows_inputs(p)));
-    }
     options.retain(|option| {
         let candidate = &dictionary.candidates[option.candidate];
         let (name, on) = (candidate.subject.name(), candidate.subject.on());

@@ -108,10 +108,10 @@ impl Search<'_> {
         let mut tried: Vec<Attempt> = self.sharpened_near_misses(tried);
         let lowest = tried.iter().map(|a| a.cost).min_by(f64::total_cmp);
         let Some(lowest) = lowest else {
-            // Beside the other of two that are missing neither may be likely.
             if !self.accepted.is_empty() {
                 return Ok((considered, None));
             }
+            // Beside the other of two that are missing neither may be likely.
             let both = self.at_once(&screen, &self.current, &considered);
             let both = both.map(|both| self.sharpened(both));
             let both = both.or_else(|| self.looking_ahead(likely, &considered));
