@@ -79,6 +79,19 @@ fn logs_that_cannot_be_used() {
     insta::assert_snapshot!(page);
 }
 
+/// A search keeps to a parameter's bounds, so that it cannot begin outside of them.
+#[test]
+fn a_value_out_of_bounds() {
+    let folder = tempfile::tempdir().unwrap();
+    let [log, values] = ["log.csv", "values.json"].map(|name| folder.path().join(name));
+    fs::write(&log, log_lines().join("\n")).unwrap();
+    fs::write(&values, r#"{"m2": -0.8}"#).unwrap();
+    let [log, values] = [&log, &values].map(|path| path.to_str().unwrap());
+    let model = "models/pendulum2.model";
+    let said = refuse(&["trace", model, log, "--parameters", values], "");
+    insta::assert_snapshot!(said.replace(folder.path().to_str().unwrap(), "FOLDER"));
+}
+
 /// A linkage whose angles do not close is another machine.
 #[test]
 fn a_log_that_breaks_the_constraint() {

@@ -78,6 +78,29 @@ impl Candidate {
     }
 }
 
+/// The model that something may be missing in.
+#[derive(Debug, Clone, Copy)]
+pub struct Source<'a> {
+    /// What messages call it.
+    pub name: &'a str,
+    /// Its text.
+    pub text: &'a str,
+    /// The effects that may be missing.
+    pub library: &'a Library,
+    /// Values that replace nominal ones of its own parameters.
+    pub parameters: &'a BTreeMap<String, f64>,
+}
+
+impl Source<'_> {
+    /// The model as given.
+    ///
+    /// # Errors
+    /// What the compiler says.
+    pub fn compile(&self) -> Result<Compiled, Report> {
+        compile(self.name, self.text, self.library)
+    }
+}
+
 /// The extended model and its candidates.
 #[derive(Debug)]
 pub struct Dictionary {
@@ -154,56 +177,41 @@ impl Dictionary {
             .collect()
     }
 
-    /// Writes every effect of `library` at every place into `text` and compiles it.
-    /// `overrides` replaces nominal values of the model's own parameters; `ranges`
-    /// says where the log goes.
+    /// Writes every effect of the source's library at every place into its text and compiles it;
+    /// `ranges` says where the log goes.
     ///
     /// # Errors
     /// What the compiler says; the text itself is known to compile.
-    pub fn new(
-        name: &str,
-        text: &str,
-        library: &Library,
-        overrides: &BTreeMap<String, f64>,
-        ranges: &Ranges,
-    ) -> Result<Self, Report> {
-        let plain = compile(name, text, library)?;
-        let places = places(&plain.model, library);
-        Self::with(&plain, places, (name, text, library), overrides, ranges)
+    pub fn new(source: &Source<'_>, ranges: &Ranges) -> Result<Self, Report> {
+        let plain = source.compile()?;
+        let places = places(&plain.model, source.library);
+        Self::with(&plain, places, source, ranges)
     }
 
     /// The same with the model's own parameters alone.
     ///
     /// # Errors
     /// As of [`Self::new`].
-    pub fn of_parameters(
-        name: &str,
-        text: &str,
-        library: &Library,
-        overrides: &BTreeMap<String, f64>,
-        ranges: &Ranges,
-    ) -> Result<Self, Report> {
-        let plain = compile(name, text, library)?;
-        Self::with(&plain, Vec::new(), (name, text, library), overrides, ranges)
+    pub fn of_parameters(source: &Source<'_>, ranges: &Ranges) -> Result<Self, Report> {
+        Self::with(&source.compile()?, Vec::new(), source, ranges)
     }
 
     fn with(
         plain: &Compiled,
         places: Vec<Place>,
-        (name, text, library): (&str, &str, &Library),
-        overrides: &BTreeMap<String, f64>,
+        source: &Source<'_>,
         ranges: &Ranges,
     ) -> Result<Self, Report> {
-        let mut extended = text.to_string();
+        let mut extended = source.text.to_string();
         for (template, on) in &places {
             let on: Vec<String> = on.iter().map(|name| written_name(name)).collect();
             extended.push_str(&format!("\neffect {template}({});", on.join(", ")));
         }
-        let compiled = compile(name, &extended, library)?;
+        let compiled = compile(source.name, &extended, source.library)?;
         let mut machine = Machine::new(compiled);
         let mut defaults = machine.nominal_parameters();
         for (value, parameter) in defaults.iter_mut().zip(&machine.compiled.model.parameters) {
-            if let Some(&given) = overrides.get(&parameter.name) {
+            if let Some(&given) = source.parameters.get(&parameter.name) {
                 *value = given;
             }
         }
@@ -238,7 +246,7 @@ impl Dictionary {
         }
         let mut dictionary = Self {
             machine,
-            focuses: Focuses::new(name, text, library),
+            focuses: Focuses::new(source),
             by_parameter,
             sensors,
             candidates,
@@ -462,7 +470,10 @@ impl Dictionary {
                     None => &ranges.positions[place],
                     Some(input) => &ranges.inputs[input],
                 };
-                steps(&|share| sorted[((sorted.len() - 1) as f64 * share) as usize])
+                steps(&|share| {
+                    let there = sorted[((sorted.len() - 1) as f64 * share) as usize];
+                    there.clamp(lower, upper)
+                })
             }
             None => vec![parameter.nominal],
         }
@@ -493,7 +504,13 @@ mod tests {
             inputs: vec![vec![0.0, 1.0, 2.0]; 2],
         };
         let (library, none) = (Library::builtin(), BTreeMap::new());
-        Dictionary::new("on_the_axis", ON_THE_AXIS, &library, &none, &ranges).unwrap()
+        let source = Source {
+            name: "on_the_axis",
+            text: ON_THE_AXIS,
+            library: &library,
+            parameters: &none,
+        };
+        Dictionary::new(&source, &ranges).unwrap()
     }
 
     /// A load where the template's default puts it, at the link's axis, does nothing to first

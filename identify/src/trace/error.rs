@@ -35,6 +35,21 @@ pub enum TraceError {
         /// What there is.
         known: String,
     },
+    /// A value in a parameter's stead lies outside its bounds, which no search leaves.
+    #[error(
+        "{value} is out of the bounds of parameter `{name}`, {lower} to {upper}; give a value in \
+         between, or widen the bounds in the model"
+    )]
+    OutOfBounds {
+        /// The parameter.
+        name: String,
+        /// What was asked for.
+        value: f64,
+        /// The least it may be.
+        lower: f64,
+        /// The most it may be.
+        upper: f64,
+    },
     /// The log does not obey a constraint of the model.
     #[error(
         "the log does not fulfil constraint `{constraint}`: it is off by {violation:.3e} (root mean \

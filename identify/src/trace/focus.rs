@@ -4,7 +4,7 @@
 //! the machine. What is fitted are a few of its candidates; all others do nothing, so a
 //! model that never heard of them moves in the same way at a fraction of the cost.
 
-use super::dictionary::{Dictionary, Subject};
+use super::dictionary::{Dictionary, Source, Subject};
 use crate::machine::{Machine, SensitivityTape, Sensors};
 use dynamics_codegen::derive::Variable;
 use dynamics_codegen::syntax::written_name;
@@ -75,12 +75,12 @@ pub(super) struct Focuses {
 }
 
 impl Focuses {
-    /// For a model's text.
-    pub fn new(name: &str, text: &str, library: &Library) -> Self {
+    /// For a model.
+    pub fn new(source: &Source<'_>) -> Self {
         Self {
-            name: name.to_string(),
-            text: text.to_string(),
-            library: library.clone(),
+            name: source.name.to_string(),
+            text: source.text.to_string(),
+            library: source.library.clone(),
             known: Mutex::default(),
         }
     }

@@ -208,7 +208,7 @@ impl Mistake {
 mod tests {
     use super::*;
     use crate::log::Log;
-    use crate::trace::{Observed, Ranges};
+    use crate::trace::{Observed, Ranges, Source};
     use dynamics_codegen::Library;
     use std::collections::BTreeMap;
 
@@ -225,7 +225,13 @@ mod tests {
         let observed = Observed::new(record, crate::regression::Hold::Linear).unwrap();
         let ranges: Ranges = observed.ranges();
         let nothing = Library::empty();
-        let dictionary = Dictionary::new("pendulum2", &text, &nothing, &values, &ranges).unwrap();
+        let source = Source {
+            name: "pendulum2",
+            text: &text,
+            library: &nothing,
+            parameters: &values,
+        };
+        let dictionary = Dictionary::new(&source, &ranges).unwrap();
         (observed.record, dictionary)
     }
 

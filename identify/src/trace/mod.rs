@@ -1,6 +1,7 @@
 //! From a log to the named effects that the model lacks.
 
 mod command;
+mod constraints;
 mod corrected;
 mod described;
 mod dictionary;
@@ -10,9 +11,12 @@ mod finding;
 mod focus;
 mod forces;
 mod judge;
+mod learn;
+mod logs;
 mod microscope;
 mod misread;
 mod one_clock;
+mod outcome;
 mod patch;
 mod places;
 mod progress;
@@ -24,17 +28,19 @@ mod screen;
 mod select;
 mod separate;
 mod series;
+mod slow_errors;
 
-pub use dictionary::{Candidate, Dictionary, Ranges, Subject};
+pub use dictionary::{Candidate, Dictionary, Ranges, Source, Subject};
 pub use error::TraceError;
 pub use estimate::Observed;
 pub use finding::{Finding, ParameterEstimate, Rival, Verdict};
 pub use focus::Focus;
 pub use microscope::{Dependence, Tried, Unnamed, UnnamedForce};
+pub use outcome::{Basis, Outcome, Split};
 pub use patch::patch;
 pub use progress::{Progress, Silent, Stage};
 pub use refine::{Estimate, Explanation, SMALLEST_SHARE};
-pub use run::{Basis, Outcome, Request, Split, trace};
+pub use run::{Request, trace};
 pub use score::{Errors, RolloutErrors, Score};
 pub(crate) use score::{deviation, errors, filtered, inner_samples};
 pub use screen::Considered;

@@ -343,7 +343,8 @@ fn limited(
         let mut new = old + step[i];
         // Quantities that are positive by nature change by a factor at most.
         if parameter.lower > 0.0 {
-            new = new.clamp(old / 2.0, old * 2.0);
+            let size = old.max(parameter.lower);
+            new = new.clamp(size / 2.0, size * 2.0);
         }
         new.clamp(parameter.lower, parameter.upper) - old
     })

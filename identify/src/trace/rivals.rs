@@ -17,6 +17,13 @@ pub(super) struct Alternative {
     pub values: Vec<f64>,
 }
 
+/// Adds one to the alternatives of a term, in the stead of what was known of that candidate.
+pub(super) fn join(alternatives: &mut Vec<Alternative>, one: Alternative) {
+    alternatives.retain(|known| known.candidate != one.candidate);
+    alternatives.push(one);
+    alternatives.sort_by(|a, b| b.better.total_cmp(&a.better));
+}
+
 /// Per accepted candidate: what could stand in its place, best first. To first order
 /// about `explanation`, under its noise.
 ///

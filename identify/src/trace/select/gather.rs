@@ -9,7 +9,7 @@ use super::TIE;
 use super::fitting::fit;
 use super::search::{Attempt, MARGIN, Search, reset};
 use crate::trace::dictionary::Subject;
-use crate::trace::rivals::Alternative;
+use crate::trace::rivals::{Alternative, join};
 use crate::trace::screen::{Considered, Screen};
 use rayon::prelude::*;
 
@@ -80,14 +80,12 @@ impl Search<'_> {
             else {
                 continue;
             };
-            let alike = &mut alternatives[place];
-            alike.retain(|known| known.candidate != candidate);
-            alike.push(Alternative {
+            let alternative = Alternative {
                 candidate,
                 better: self.current.cost - load.cost,
                 values: load.explanation.values,
-            });
-            alike.sort_by(|a, b| b.better.total_cmp(&a.better));
+            };
+            join(&mut alternatives[place], alternative);
         }
     }
 

@@ -1,55 +1,133 @@
 //! Kin: effects that say the same number of the same place in another way.
 //!
 //! A late drive and a slow one differ little at first, and each looks like the other until its
-//! time is about right. Where one has found its time, the other begins there.
+//! time is about right. Where one has found its time, the other begins there. So does a late
+//! sensor of what the drive moves: where that is the only sensor, it is the same log.
 
+use super::TIE;
 use super::fitting::fit;
 use super::search::{Attempt, Search, reset};
+use crate::trace::rivals::{Alternative, join};
+use dynamics_codegen::dimension::Dimension;
+use dynamics_codegen::model::Parameter;
+use dynamics_codegen::syntax::PortKind;
 use rayon::prelude::*;
 
 impl Search<'_> {
     /// The attempt with one of `terms` replaced by one of its kin, if that explains the log
     /// better.
     pub(super) fn with_kin(&self, attempt: &Attempt, terms: &[usize]) -> Option<Attempt> {
-        let pairs: Vec<(usize, usize)> = terms
+        let fitted = terms
             .iter()
-            .flat_map(|&term| self.kin(term).map(move |kin| (term, kin)))
-            .filter(|(_, kin)| !attempt.candidates.contains(kin))
-            .collect();
-        let tried = pairs.into_par_iter().map(|(term, kin)| {
-            let mut explanation = attempt.explanation.clone();
-            let [own, theirs] = [kin, term].map(|c| self.dictionary.candidates[c].parameters[0]);
-            explanation.values[own] = attempt.explanation.values[theirs];
-            reset(self.dictionary, &mut explanation, term);
-            let others = attempt.candidates.iter().copied().filter(|&c| c != term);
-            let candidates: Vec<usize> = others.chain([kin]).collect();
-            Some(self.sharpened(fit(self.dictionary, &candidates, explanation).ok()?))
-        });
-        let tried: Vec<Option<Attempt>> = tried.collect();
-        tried
-            .into_iter()
-            .flatten()
-            .filter(|kin| kin.cost < attempt.cost && self.is_possible(kin))
+            .flat_map(|&term| self.fitted_kin(attempt, term, &self.kin(term)));
+        fitted
+            .filter(|kin| kin.cost < attempt.cost)
             .min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
+    /// Adds to the `alternatives` of each accepted term its kin, at its place or across the
+    /// drive, that explain the log about as well. Alternatives are found to first order, where
+    /// times that are not short are no longer alike.
+    pub(super) fn add_kin(&self, alternatives: &mut [Vec<Alternative>]) {
+        for (alike, &term) in alternatives.iter_mut().zip(&self.accepted) {
+            let mut kin = self.kin(term);
+            kin.extend(self.across_the_drive(term));
+            for attempt in self.fitted_kin(&self.current, term, &kin) {
+                let better = self.current.cost - attempt.cost;
+                if let Some(&candidate) = attempt.candidates.last()
+                    && better > -TIE
+                {
+                    let values = attempt.explanation.values;
+                    join(
+                        alike,
+                        Alternative {
+                            candidate,
+                            better,
+                            values,
+                        },
+                    );
+                }
+            }
+        }
+    }
+
+    /// The attempt with each of `kin` in the stead of `term`, from the same number on.
+    fn fitted_kin(&self, attempt: &Attempt, term: usize, kin: &[usize]) -> Vec<Attempt> {
+        let parameter = |candidate: usize| self.dictionary.candidates[candidate].parameters[0];
+        let model = &self.dictionary.machine.compiled.model;
+        let others = attempt.candidates.iter().copied().filter(|&c| c != term);
+        let others: Vec<usize> = others.collect();
+        let new = kin.par_iter().filter(|kin| !others.contains(kin));
+        let number = attempt.explanation.values[parameter(term)];
+        // A bias to the left is no width of a dead band.
+        let possible = new.filter(|&&kin| {
+            let Parameter { lower, upper, .. } = model.parameters[parameter(kin)];
+            (lower..=upper).contains(&number)
+        });
+        let fitted = possible.map(|&kin| {
+            let mut explanation = attempt.explanation.clone();
+            explanation.values[parameter(kin)] = number;
+            reset(self.dictionary, &mut explanation, term);
+            let candidates = [&others[..], &[kin]].concat();
+            fit(self.dictionary, &candidates, explanation).map(|kin| self.sharpened(kin))
+        });
+        // A kin under which the machine cannot move is no explanation.
+        let fitted: Vec<Option<Attempt>> = fitted.map(Result::ok).collect();
+        let fitted = fitted.into_iter().flatten();
+        fitted.filter(|kin| self.is_possible(kin)).collect()
+    }
+
     /// The channel effects at the place of `term` with one parameter of the same unit.
-    fn kin(&self, term: usize) -> impl Iterator<Item = usize> {
-        let candidates = &self.dictionary.candidates;
-        let parameters = &self.dictionary.machine.compiled.model.parameters;
-        let own = &candidates[term];
-        (0..candidates.len()).filter(move |&other| {
-            let theirs = &candidates[other];
-            let [ours, theirs_unit] = [own, theirs].map(|c| match c.parameters[..] {
-                [only] => parameters[only].dimension,
-                _ => None,
-            });
-            other != term
-                && own.channel
-                && theirs.channel
-                && ours.is_some()
-                && ours == theirs_unit
-                && own.subject.on() == theirs.subject.on()
-        })
+    fn kin(&self, term: usize) -> Vec<usize> {
+        let Some((place, unit)) = self.number_of_channel(term) else {
+            return Vec::new();
+        };
+        let alike = |other: &usize| {
+            let number = self.number_of_channel(*other);
+            *other != term && number.is_some_and(|(p, u)| p.1 == place.1 && u == unit)
+        };
+        (0..self.dictionary.candidates.len())
+            .filter(alike)
+            .collect()
+    }
+
+    /// Where `term` is a time: the times of the sensors that read what its input drives, or of
+    /// the inputs that drive what its sensor reads.
+    fn across_the_drive(&self, term: usize) -> Vec<usize> {
+        let given = self.dictionary.focus(&[]);
+        let model = &given.machine.compiled.model;
+        let drives = |input: &str, coordinate: &str| {
+            let row = model.coordinates.iter().position(|c| c.name == coordinate);
+            let column = model.inputs.iter().position(|u| u.name == input);
+            let matrix = &given.machine.compiled.system.input_matrix;
+            row.zip(column)
+                .is_some_and(|(row, column)| !model.graph.is_zero(matrix[row][column]))
+        };
+        let time = |candidate: usize| {
+            let (place, unit) = self.number_of_channel(candidate)?;
+            (unit == Dimension::TIME).then_some(place)
+        };
+        let across = |other: &usize| match (time(term), time(*other)) {
+            (Some((PortKind::Input, input)), Some((PortKind::Coordinate, read)))
+            | (Some((PortKind::Coordinate, read)), Some((PortKind::Input, input))) => {
+                drives(input, read)
+            }
+            _ => false,
+        };
+        (0..self.dictionary.candidates.len())
+            .filter(across)
+            .collect()
+    }
+
+    /// The place of a candidate that is about a channel, and the unit of its only parameter.
+    fn number_of_channel(&self, candidate: usize) -> Option<(&(PortKind, String), Dimension)> {
+        let candidate = &self.dictionary.candidates[candidate];
+        let model = &self.dictionary.machine.compiled.model;
+        let [only] = candidate.parameters[..] else {
+            return None;
+        };
+        let parameter = &model.parameters[only];
+        let place = model.effects[parameter.effect?].on.first()?;
+        Some((place, parameter.dimension?)).filter(|_| candidate.channel)
     }
 }

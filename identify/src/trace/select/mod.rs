@@ -145,8 +145,12 @@ pub fn select(
         }
     };
     let mut evidence = search.prune();
-    let alike =
-        |search: &Search<'_>| rivals(dictionary, &search.current.explanation, &search.accepted);
+    let alike = |search: &Search<'_>| -> Result<Vec<Vec<Alternative>>, SolveError> {
+        let explanation = &search.current.explanation;
+        let mut alternatives = rivals(dictionary, explanation, &search.accepted)?;
+        search.add_kin(&mut alternatives);
+        Ok(alternatives)
+    };
     let mut alternatives = alike(&search)?;
     for _ in 0..MAX_TERMS {
         let Some(better) = search.outdone(&alternatives) else {

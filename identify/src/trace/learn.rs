@@ -1,0 +1,116 @@
+//! What the log to learn from says: in its motion, in the balance of its forces, and of the
+//! numbers of a robot description.
+
+use super::described::opened;
+use super::dictionary::{Dictionary, Source};
+use super::error::TraceError;
+use super::estimate::Observed;
+use super::forces;
+use super::outcome::Basis;
+use super::progress::{Progress, Stage};
+use super::select::{Selection, likelier_hold};
+use super::slow_errors::select_with_slow_errors;
+use crate::machine::SolveError;
+
+/// More terms than this are suspicious: one wrong length looks like many effects.
+const FEW_TERMS: usize = 2;
+
+/// What was selected, and out of what.
+pub(super) struct Learnt {
+    /// Everything that might have been missing.
+    pub dictionary: Dictionary,
+    /// What is.
+    pub selection: Selection,
+    /// What it was found in.
+    pub basis: Basis,
+}
+
+/// How a log is looked at.
+pub(super) struct Learner<'a> {
+    /// The model.
+    pub source: Source<'a>,
+    /// The log.
+    pub observed: &'a Observed,
+    /// Whether the log is to say what inputs do between samples.
+    pub free_hold: bool,
+    /// Who is told how far the work is.
+    pub progress: &'a dyn Progress,
+}
+
+impl Learner<'_> {
+    /// Selects out of `dictionary`, which is that of the model as given.
+    ///
+    /// # Errors
+    /// If the log cannot be smoothed, or the equation of motion has no solution along it.
+    pub fn learn(&self, dictionary: Dictionary) -> Result<Learnt, TraceError> {
+        let located = |source| TraceError::at(source, &self.observed.record.t);
+        let immobile = is_immobile(&dictionary, self.observed);
+        let by_forces = forces::learn(&dictionary, self.observed, immobile)?;
+        let (basis, selection) = match by_forces {
+            None => (Basis::Motion, self.by_motion(&dictionary).map_err(located)?),
+            Some(forces) if immobile => (Basis::Forces, forces),
+            // One sensor that misreads makes forces everywhere: what explains the motion with
+            // less is right.
+            Some(forces) => match self.by_motion(&dictionary) {
+                Ok(motion) if motion.explains_with_less(&forces) => (Basis::Motion, motion),
+                _ => (Basis::Forces, forces),
+            },
+        };
+        // What effects do not explain, or many only together, may be a number of the description.
+        let is_suspicious = selection.forces_remain() || selection.terms.len() > FEW_TERMS;
+        let described = match is_suspicious && !immobile {
+            true => self.by_description(&selection),
+            false => None,
+        };
+        Ok(described.unwrap_or(Learnt {
+            dictionary,
+            selection,
+            basis,
+        }))
+    }
+
+    fn by_motion(&self, dictionary: &Dictionary) -> Result<Selection, SolveError> {
+        let mut observed = self.observed.clone();
+        if self.free_hold {
+            observed.hold = likelier_hold(dictionary, &observed)?;
+        }
+        select_with_slow_errors(dictionary, observed, self.free_hold, self.progress)
+    }
+
+    /// What the log says where all numbers of the model's robot description may be wrong, if
+    /// that explains it better than `selection`. First these numbers are asked alone: beside
+    /// all effects they are dear.
+    fn by_description(&self, selection: &Selection) -> Option<Learnt> {
+        let text = opened(self.source.text)?;
+        self.progress.enter(Stage::Derive, &[]);
+        let opened = Source {
+            text: &text,
+            ..self.source
+        };
+        let ranges = self.observed.ranges();
+        let is_better = |other: &Selection| {
+            other.explains_with_less(selection) || other.leaves_much_less(selection)
+        };
+        // Neither compiles where the model has names of its own like the description's.
+        let numbers = Dictionary::of_parameters(&opened, &ranges).ok()?;
+        let alone = self.by_motion(&numbers).ok()?;
+        if !is_better(&alone) {
+            return None;
+        }
+        let dictionary = Dictionary::new(&opened, &ranges).ok()?;
+        let selection = self.by_motion(&dictionary).ok()?;
+        is_better(&selection).then_some(Learnt {
+            dictionary,
+            selection,
+            basis: Basis::Motion,
+        })
+    }
+}
+
+/// Whether the model as given cannot be solved for accelerations along the log.
+fn is_immobile(dictionary: &Dictionary, observed: &Observed) -> bool {
+    let focus = dictionary.focus(&[]);
+    let values = focus.values(&dictionary.defaults);
+    let motion = focus.machine.motion(&observed.curve, &values);
+    matches!(motion, Err(SolveError::Singular { .. }))
+}

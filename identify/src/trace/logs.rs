@@ -1,0 +1,130 @@
+//! What is learnt from and what is judged by.
+
+use super::error::TraceError;
+use super::outcome::Split;
+use super::run::Request;
+use crate::log::{Log, Record};
+use dynamics_codegen::Compiled;
+use dynamics_codegen::syntax::PortKind;
+
+/// Fewest samples for learning, and for judging.
+const FEWEST: usize = 50;
+/// Between learning and judging, s.
+const GUARD: f64 = 0.5;
+/// Samples per second beyond which a log without inputs is thinned.
+const FASTEST: f64 = 200.0;
+
+/// Two parts of the measured motion that share no sample.
+pub(super) struct Logs {
+    /// What is learnt from.
+    pub train: Record,
+    /// What is judged by.
+    pub test: Record,
+    /// Which is which.
+    pub split: Split,
+}
+
+impl Logs {
+    /// The logs of a request as `plain`, the model as given, reads them.
+    ///
+    /// # Errors
+    /// If the logs lack what the model needs, or nothing moves in them.
+    pub fn of(request: &Request<'_>, plain: &Compiled) -> Result<Self, TraceError> {
+        let (train, test, split) = split(request, plain)?;
+        check_motion(&train, &split.train_log)?;
+        check_motion(&test, &split.test_log)?;
+        let train = as_driven(plain, thinned(train));
+        let test = as_driven(plain, test);
+        Ok(Self { train, test, split })
+    }
+}
+
+/// What to learn from and what to judge by.
+fn split(request: &Request<'_>, plain: &Compiled) -> Result<(Record, Record, Split), TraceError> {
+    let coordinates: Vec<String> = plain
+        .model
+        .coordinates
+        .iter()
+        .map(|c| c.name.clone())
+        .collect();
+    let inputs: Vec<String> = plain.model.inputs.iter().map(|u| u.name.clone()).collect();
+    let whole = request.train.select(&coordinates, &inputs)?;
+    let name = |log: &Log| {
+        log.path
+            .file_name()
+            .map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+    };
+    let (train, test, method) = match request.test {
+        Some(test) => (
+            whole,
+            test.select(&coordinates, &inputs)?,
+            "a log of its own".to_string(),
+        ),
+        None => {
+            let needed = 3 * FEWEST;
+            if whole.len() < needed {
+                return Err(TraceError::TooShort {
+                    samples: whole.len(),
+                    needed,
+                });
+            }
+            let begin = whole.len() - whole.len() / 3;
+            let guard = whole
+                .t
+                .partition_point(|&t| t < whole.t[begin] - GUARD)
+                .max(FEWEST);
+            let method = format!("the last third of the log, {GUARD} s apart");
+            (
+                whole.slice(0..guard),
+                whole.slice(begin..whole.len()),
+                method,
+            )
+        }
+    };
+    let split = Split {
+        train_log: name(request.train),
+        train_samples: train.len(),
+        test_log: name(request.test.unwrap_or(request.train)),
+        test_samples: test.len(),
+        method,
+    };
+    Ok((train, test, split))
+}
+
+/// Something must move.
+fn check_motion(record: &Record, log: &str) -> Result<(), TraceError> {
+    let moves = |q: &Vec<f64>| q.iter().any(|x| *x != q[0]);
+    match record.q.iter().any(moves) {
+        true => Ok(()),
+        false => Err(TraceError::Motionless {
+            log: log.to_string(),
+        }),
+    }
+}
+
+/// Without inputs nothing happens between samples that the model does not predict, and
+/// sensor errors of neighbouring samples resemble each other more than white noise does:
+/// a fast log is thinned before it is learnt from.
+fn thinned(train: Record) -> Record {
+    let stride = (1.0 / (FASTEST * train.step())).floor();
+    if train.inputs.is_empty() && stride > 1.0 && train.len() as f64 / stride > FEWEST as f64 {
+        train.thinned(stride as usize)
+    } else {
+        train
+    }
+}
+
+/// The record with the command as the input wherever the model says what the drive makes of
+/// it: elsewhere the input is what was measured.
+fn as_driven(plain: &Compiled, mut record: Record) -> Record {
+    for i in 0..record.inputs.len() {
+        let mut effects = plain.model.effects.iter();
+        let on_it =
+            |kind: &PortKind, on: &String| *kind == PortKind::Input && *on == record.inputs[i];
+        let is_driven = effects.any(|e| e.on.iter().any(|(kind, on)| on_it(kind, on)));
+        if is_driven && let Some(command) = record.commanded[i].take() {
+            record.u[i] = command;
+        }
+    }
+    record
+}

@@ -1,0 +1,65 @@
+//! Selection where a sensor's slow errors look like faint forces.
+
+use super::corrected::corrected;
+use super::dictionary::Dictionary;
+use super::estimate::Observed;
+use super::finding::{Verdict, verdict};
+use super::progress::Progress;
+use super::score::Scoring;
+use super::select::{Selection, select};
+use crate::machine::SolveError;
+
+/// Share of the accelerations below which what remains may be a sensor's slow error.
+const FAINT_SHARE: f64 = 0.01;
+/// Multiples of the sensors' noise to try.
+const LARGER_NOISE: [f64; 2] = [3.0, 10.0];
+/// Larger noise must bring predictions at least this much nearer to the log.
+const WORTH_IT: f64 = 0.9;
+/// How long the predictions run that judge between noises, s.
+const JUDGED_HORIZON: f64 = 1.0;
+
+/// Selects under the noise that the sensors show from sample to sample; where what
+/// remains is faint but real, also under larger noise. A real sensor's slow errors (an
+/// encoder that is not quite round) look like faint forces to a filter that believes the
+/// sensor. Which noise is right shows in open-loop predictions along the training log.
+pub(super) fn select_with_slow_errors(
+    dictionary: &Dictionary,
+    observed: Observed,
+    free_hold: bool,
+    progress: &dyn Progress,
+) -> Result<Selection, SolveError> {
+    let start = observed.clone();
+    let mut best = select(dictionary, observed, free_hold, progress)?;
+    let faint = best.remaining.share_after < FAINT_SHARE;
+    if best.terms.is_empty() || !faint || verdict(dictionary, &best, false) != Verdict::Unknown {
+        return Ok(best);
+    }
+    let prediction_error = |selection: &Selection| {
+        let focus = dictionary.focus(&selection.accepted());
+        let scoring = Scoring {
+            machine: &focus.machine,
+            values: &focus.values(&selection.values),
+            hold: selection.observed.hold,
+            horizon: JUDGED_HORIZON,
+        };
+        let record = corrected(&start.record, &focus, scoring.values).ok()?;
+        let score = scoring.score(&record).ok()?;
+        Some(score.rollout.errors.total).filter(|error| error.is_finite())
+    };
+    let mut lowest = prediction_error(&best).unwrap_or(f64::INFINITY);
+    for factor in LARGER_NOISE {
+        let mut noisier = start.clone();
+        noisier.scale_noise(factor);
+        // Noise under which nothing can be fitted is none.
+        let Ok(selection) = select(dictionary, noisier, free_hold, progress) else {
+            continue;
+        };
+        let Some(error) = prediction_error(&selection) else {
+            continue;
+        };
+        if error < WORTH_IT * lowest {
+            (lowest, best) = (error, selection);
+        }
+    }
+    Ok(best)
+}
