@@ -22,7 +22,7 @@ const IRREGULAR_SAMPLES: usize = 3000;
 const BLOCKS: usize = 6;
 
 /// Response times tried as a start, in median steps.
-const RESPONSES: [f64; 9] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0];
+pub(super) const RESPONSES: [f64; 9] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0];
 
 /// Iterations of the simplex method; it stops on its own after about a
 /// hundred.
@@ -39,19 +39,19 @@ pub(super) struct Fit {
 
 /// What does not depend on the order of the model.
 pub(super) struct Task<'a> {
-    channels: Channels<'a>,
+    pub(super) channels: Channels<'a>,
     /// Segments over which the likelihood is taken.
-    training: Vec<Range<usize>>,
-    step: f64,
-    duration: f64,
+    pub(super) training: Vec<Range<usize>>,
+    pub(super) step: f64,
+    pub(super) duration: f64,
     /// Start values of the noise, by robust differences.
-    start: [Option<f64>; 3],
+    pub(super) start: [Option<f64>; 3],
     /// Lower bounds of the noise, from the quantisation.
     floor: [f64; 3],
     /// Upper bounds of the noise.
     ceiling: [f64; 3],
-    prior_sd: [f64; HIGHEST],
-    shortest_response: f64,
+    pub(super) prior_sd: [f64; HIGHEST],
+    pub(super) shortest_response: f64,
 }
 
 impl<'a> Task<'a> {
@@ -93,28 +93,32 @@ impl<'a> Task<'a> {
     /// Hyper-parameters from the search variables: logarithms of the noise
     /// levels of the channels there are, then `ln(density)/2N`.
     fn hyper<const N: usize>(&self, x: &[f64]) -> Hyper {
-        let mut sd = [None; 3];
-        let mut logs = x.iter();
-        for (sd, start) in sd.iter_mut().zip(&self.start) {
-            if start.is_some() {
-                *sd = logs.next().map(|log| log.exp());
-            }
-        }
-        let density = logs.next().map_or(1.0, |log| (2.0 * N as f64 * log).exp());
+        let density = x.last().map_or(1.0, |log| (2.0 * N as f64 * log).exp());
         Hyper {
             density,
-            sd,
+            sd: self.noise_levels(x),
             prior_sd: self.prior_sd,
         }
+    }
+
+    /// Noise levels of the channels there are, from their logarithms.
+    pub(super) fn noise_levels(&self, logs: &[f64]) -> [Option<f64>; 3] {
+        let mut logs = logs.iter();
+        self.start
+            .map(|start| start.and_then(|_| logs.next().map(|log| log.exp())))
+    }
+
+    pub(super) fn is_within_bounds(&self, sds: &[Option<f64>; 3]) -> bool {
+        let bounds = self.floor.iter().zip(&self.ceiling);
+        let mut each = sds.iter().zip(bounds);
+        each.all(|(sd, (floor, ceiling))| sd.is_none_or(|sd| (*floor..=*ceiling).contains(&sd)))
     }
 
     /// Negative log-likelihood; infinite outside the bounds.
     fn cost<const N: usize>(&self, x: &[f64]) -> f64 {
         let hyper = self.hyper::<N>(x);
-        for (i, sd) in hyper.sd.iter().enumerate() {
-            if sd.is_some_and(|sd| sd < self.floor[i] || sd > self.ceiling[i]) {
-                return f64::INFINITY;
-            }
+        if !self.is_within_bounds(&hyper.sd) {
+            return f64::INFINITY;
         }
         let longest = self.shortest_response.max(10.0 * self.duration);
         let response = hyper.response(N, self.step);
@@ -133,12 +137,22 @@ impl<'a> Task<'a> {
         }
     }
 
-    /// The most likely order and its hyper-parameters.
+    /// The most likely order and its hyper-parameters; where noise hides behind the motion's
+    /// wildest stretches, that of its calm ones.
+    pub fn fit(&self) -> Result<Fit, SmoothError> {
+        let fit = self.fit_at_once()?;
+        match self.is_unseen(&fit) {
+            true => Ok(self.fit_in_blocks().unwrap_or(fit)),
+            false => Ok(fit),
+        }
+    }
+
+    /// With one intensity for all of the motion.
     ///
     /// All are searched for order 4; with its noise levels kept, the intensity
     /// is searched for orders 3 and 5, and if one of them is more likely, all
     /// are searched again for that one.
-    pub fn fit(&self) -> Result<Fit, SmoothError> {
+    fn fit_at_once(&self) -> Result<Fit, SmoothError> {
         let logs: Vec<f64> = self.start.iter().flatten().map(|sd| sd.ln()).collect();
         let start = self
             .with_intensity::<4>(&logs)
@@ -204,11 +218,32 @@ impl<'a> Task<'a> {
         Some([logs, &x].concat())
     }
 
+    /// The given noise levels with the most likely intensity of order N.
+    pub(super) fn with_noise<const N: usize>(&self, logs: &[f64]) -> Option<Fit> {
+        let x = self.with_intensity::<N>(logs)?;
+        Some(Fit {
+            order: N,
+            hyper: self.hyper::<N>(&x),
+            log_likelihood: -self.cost::<N>(&x),
+            converged: true,
+        })
+    }
+
     /// Nelder–Mead over the variables that follow `fixed`; also whether it
     /// converged.
     fn search<const N: usize>(
         &self,
         fixed: &[f64],
+        start: Vec<f64>,
+        size: f64,
+    ) -> (Vec<f64>, bool) {
+        let cost = |x: &[f64]| self.cost::<N>(&[fixed, x].concat());
+        Self::minimum(&cost, start, size)
+    }
+
+    /// Nelder–Mead from a simplex of some size; also whether it converged.
+    pub(super) fn minimum(
+        cost: &dyn Fn(&[f64]) -> f64,
         start: Vec<f64>,
         size: f64,
     ) -> (Vec<f64>, bool) {
@@ -224,7 +259,7 @@ impl<'a> Task<'a> {
             .with_absolute_simplex_size_tolerance(2e-3)
             .with_absolute_simplex_cost_tolerance(1e-2);
         let state = basin::SimplexProgress::from_simplex(vertices);
-        let objective = Objective::<N> { task: self, fixed };
+        let objective = Objective { cost };
         let result = Executor::new(objective, solver, state)
             .max_iter(ITERATIONS)
             .run();
@@ -236,18 +271,17 @@ impl<'a> Task<'a> {
 }
 
 /// The cost as the optimiser sees it.
-struct Objective<'a, 'b, const N: usize> {
-    task: &'a Task<'b>,
-    fixed: &'a [f64],
+struct Objective<'a> {
+    cost: &'a dyn Fn(&[f64]) -> f64,
 }
 
-impl<const N: usize> CostFunction for Objective<'_, '_, N> {
+impl CostFunction for Objective<'_> {
     type Param = Vec<f64>;
     type Output = f64;
     type Error = Infallible;
 
     fn cost(&self, x: &Vec<f64>) -> Result<f64, Infallible> {
-        Ok(self.task.cost::<N>(&[self.fixed, x].concat()))
+        Ok((self.cost)(x))
     }
 }
 

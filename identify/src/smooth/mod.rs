@@ -36,6 +36,7 @@ mod error;
 mod filter;
 mod fit;
 mod hermite;
+mod in_blocks;
 mod savitzky_golay;
 mod smoothed;
 mod smoother;

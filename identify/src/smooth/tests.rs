@@ -372,3 +372,22 @@ fn bad_channels_are_refused() {
     let shown: Vec<String> = errors.iter().map(ToString::to_string).collect();
     insta::assert_snapshot!(shown.join("\n"));
 }
+
+/// A joint that spins up: its fastest turn changes within three samples, so that one intensity
+/// for all of the motion leaves no noise at all.
+#[test]
+fn calm_stretches_tell_the_noise_of_wild_motion() {
+    let t = even(2000, 0.01);
+    let mut random = ChaCha8Rng::seed_from_u64(8);
+    let mut draw = || -> f64 { StandardNormal.sample(&mut random) };
+    let turning = |t: f64| {
+        let phase = 2.0 * t + 0.04 * t.powi(3);
+        phase + 0.3 * phase.sin()
+    };
+    let truth: Vec<f64> = t.iter().map(|&t| turning(t)).collect();
+    let measured: Vec<f64> = truth.iter().map(|q| q + 2e-4 * draw()).collect();
+    let channels = Channels::new(&t, &measured, None, None).unwrap();
+    let smoother = Smoother::fit(&channels).unwrap();
+    let found = smoother.noise().sd_q;
+    assert!((1.6e-4..2.4e-4).contains(&found), "{found}");
+}

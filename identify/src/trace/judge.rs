@@ -102,14 +102,60 @@ pub(super) fn judge(
     Ok(([before.score, after.score, floor], series))
 }
 
-/// Whether the patched model predicts worse. Both measures must say so: where little moves,
-/// accelerations are mostly the filter's corners.
+/// Whether the patched model predicts worse: one measure is clearly worse, and another no better.
+/// A single one misleads: where little moves, accelerations are mostly the filter's corners, and
+/// predictions of an unstable machine run anywhere.
 pub(super) fn is_worse(basis: Basis, [before, after, _]: &[Score; 3]) -> bool {
-    match basis {
-        Basis::Forces => after.force.total > before.force.total,
-        Basis::Motion => {
-            after.acceleration.total > WORSE * before.acceleration.total
-                && after.rollout.errors.total > before.rollout.errors.total
+    let ratio = |total: fn(&Score) -> f64| total(after) / total(before);
+    let acceleration = ratio(|score| score.acceleration.total);
+    let rollout = ratio(|score| score.rollout.errors.total);
+    let force = ratio(|score| score.force.total);
+    let worse = |a: f64, b: f64| a > WORSE && b >= 1.0;
+    let moves_worse = worse(acceleration, rollout) || worse(rollout, acceleration);
+    moves_worse || basis == Basis::Forces && force > 1.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trace::score::{Errors, RolloutErrors};
+    use std::collections::BTreeMap;
+
+    fn score([acceleration, rollout, force]: [f64; 3]) -> Score {
+        let errors = |total| Errors {
+            per_coordinate: BTreeMap::new(),
+            total,
+        };
+        Score {
+            acceleration: errors(acceleration),
+            force: errors(force),
+            rollout: RolloutErrors {
+                horizon: 0.5,
+                windows: 1,
+                diverged: 0,
+                errors: errors(rollout),
+            },
         }
+    }
+
+    #[test]
+    fn worse_takes_two_measures() {
+        let worse =
+            |basis, after| is_worse(basis, &[score([1.0; 3]), score(after), score([0.0; 3])]);
+        let cases = [
+            ([1.2, 0.9, 1.0], false),
+            ([1.2, 1.0, 1.0], true),
+            ([0.9, 1.2, 1.0], false),
+            ([1.0, 1.2, 1.0], true),
+            ([1.05, 1.05, 1.0], false),
+            ([f64::NAN, f64::NAN, 0.5], false),
+        ];
+        for (after, expected) in cases {
+            assert_eq!(worse(Basis::Motion, after), expected, "{after:?}");
+            assert_eq!(worse(Basis::Forces, after), expected, "{after:?}");
+        }
+        // Forces that are found in forces must be smaller there.
+        assert!(worse(Basis::Forces, [0.5, 0.5, 1.01]));
+        assert!(!worse(Basis::Motion, [0.5, 0.5, 1.01]));
     }
 }

@@ -349,3 +349,40 @@ fn limited(
         new.clamp(parameter.lower, parameter.upper) - old
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trace::{Ranges, Source};
+    use dynamics_codegen::Library;
+    use std::collections::BTreeMap;
+
+    /// Whatever a step begins with, and wherever it leads.
+    #[test]
+    fn steps_stay_within_bounds() {
+        let source = Source {
+            name: "mass",
+            text: "model mass; coordinate x: m; input x: N; parameter m: kg = 2 in 0.5..3;
+                   kinetic m/2*dot(x)^2; force x = input(x);",
+            library: &Library::empty(),
+            parameters: &BTreeMap::new(),
+        };
+        let ranges = Ranges {
+            positions: vec![vec![0.0, 1.0]],
+            speeds: vec![1.0],
+            inputs: vec![vec![0.0, 1.0]],
+        };
+        let dictionary = Dictionary::new(&source, &ranges).unwrap();
+        let after = |value: f64, step: f64| {
+            let step = DVector::from_element(1, step);
+            value + limited(&dictionary, &[0], &[value], &step)[0]
+        };
+        assert_eq!(after(2.0, 0.1), 2.1);
+        assert_eq!(after(2.0, 9.0), 3.0);
+        assert_eq!(after(2.0, -1.9), 1.0);
+        assert_eq!(after(1.2, 9.0), 2.4);
+        for value in [-4.0, -0.1, 0.0, 7.0] {
+            assert!((0.5..=3.0).contains(&after(value, 0.3)), "{value}");
+        }
+    }
+}

@@ -1,7 +1,7 @@
 //! How far the model is from a log: the figures that are reported before and after.
 
 use super::estimate::Observed;
-use crate::log::Record;
+use crate::log::{Record, rms};
 use crate::machine::{Machine, Motion, Rollout, RolloutOptions, Simulated, SolveError, States};
 use crate::regression::Hold;
 use crate::smooth::{SgStates, SmoothError, savgol_states};
@@ -56,17 +56,6 @@ impl Errors {
     pub(super) fn of(record: &Record, rms: &[f64], scale: &[f64]) -> Self {
         combine(record, rms, scale)
     }
-
-    /// What is left in the mean of squares when another error is taken out.
-    fn less(&self, other: &Self) -> Self {
-        let rest = |a: f64, b: f64| (a * a - b * b).max(0.0).sqrt();
-        let others = other.per_coordinate.values();
-        let pairs = self.per_coordinate.iter().zip(others);
-        Self {
-            per_coordinate: pairs.map(|((k, &a), &b)| (k.clone(), rest(a, b))).collect(),
-            total: rest(self.total, other.total),
-        }
-    }
 }
 
 /// What a score is computed with.
@@ -86,6 +75,25 @@ pub(super) struct Predicted {
     /// Where predictions start, and how many samples each runs.
     pub starts: Vec<usize>,
     pub length: usize,
+    /// Root mean square of how far each coordinate moves within a prediction.
+    pub travel: Vec<f64>,
+}
+
+impl Predicted {
+    /// Errors of predictions of one `record` less those of others of another, both of the same
+    /// motion, one with noise.
+    fn beside(&self, record: &Record, others: &Self, of: &Record) -> Errors {
+        let coordinates = 0..self.q.len();
+        let rms = coordinates.map(|i| {
+            let own = self.q[i].iter().zip(&record.q[i]).map(|(p, q)| p - q);
+            let other = others.q[i].iter().zip(&of.q[i]).map(|(p, q)| p - q);
+            let apart = own.zip(other).map(|(a, b)| a - b);
+            // Where one of them has left every bound there is nothing to compare.
+            let apart: Vec<f64> = apart.filter(|x| x.is_finite()).collect();
+            rms(&apart)
+        });
+        combine(record, &rms.collect::<Vec<f64>>(), &self.travel)
+    }
 }
 
 /// A score with the curves that it is made from.
@@ -158,13 +166,13 @@ impl Scoring<'_> {
         if !forces_remain {
             return self.score(&with_noise(clean, observed, seed));
         }
-        let own = self.rollout(&clean, &savgol_states(&clean)?).0.errors;
+        let (_, own) = self.rollout(&clean, &savgol_states(&clean)?);
         let beside = unexplained_forces(&clean, curve, &motions);
-        let noisy = with_noise(clean, observed, seed);
+        let noisy = with_noise(clean.clone(), observed, seed);
         let states = savgol_states(&noisy)?;
         let (acceleration, force) = self.one_step_with(&noisy, &states, &beside)?;
-        let mut rollout = self.rollout(&noisy, &states).0;
-        rollout.errors = rollout.errors.less(&own);
+        let (mut rollout, predicted) = self.rollout(&noisy, &states);
+        rollout.errors = predicted.beside(&noisy, &own, &clean);
         Ok(Score {
             acceleration,
             force,
@@ -268,6 +276,7 @@ impl Scoring<'_> {
             q: vec![vec![f64::NAN; record.len()]; n],
             starts: starts.clone(),
             length,
+            travel: vec![f64::NAN; n],
         };
         for k in 0..length {
             let at = |columns: &[Vec<f64>]| -> Vec<Vec<f64>> {
@@ -306,12 +315,12 @@ impl Scoring<'_> {
         }
         let mean = |sum: &f64| (sum / count.max(1) as f64).sqrt();
         let rms: Vec<f64> = squares.iter().map(mean).collect();
-        let scale: Vec<f64> = travel.iter().map(mean).collect();
+        predicted.travel = travel.iter().map(mean).collect();
         let errors = RolloutErrors {
             horizon: length as f64 * step,
             windows: starts.len(),
             diverged: lost.iter().filter(|&&l| l).count(),
-            errors: combine(record, &rms, &scale),
+            errors: combine(record, &rms, &predicted.travel),
         };
         (errors, predicted)
     }

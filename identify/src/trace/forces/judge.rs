@@ -90,6 +90,7 @@ fn motionless(record: &Record, horizon: f64) -> Result<Look, SmoothError> {
             q: vec![vec![f64::NAN; record.len()]; n],
             starts: Vec::new(),
             length: 0,
+            travel: vec![f64::NAN; n],
         },
         states,
     })

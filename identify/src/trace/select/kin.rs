@@ -131,3 +131,77 @@ impl Search<'_> {
         Some((place, parameter.dimension?)).filter(|_| candidate.channel)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::log::Log;
+    use crate::trace::{Finding, Request, Silent, Verdict, trace};
+    use dynamics_codegen::Library;
+    use std::collections::BTreeMap;
+    use std::fmt::Write;
+
+    const WHEEL: &str = "\
+model wheel;
+coordinate angle: rad;
+input motor: N*m;
+parameter i: kg*m^2 = 0.02;
+kinetic i/2*dot(angle)^2;
+force angle = input(motor);
+";
+
+    /// What a log says of a wheel whose motor is 12 ms late: `u(t − 0.012) = i a(t)`.
+    fn found() -> (Verdict, Vec<Finding>) {
+        let mut text = String::from("t,q_angle,u_motor\n");
+        let mut random = 3_u64;
+        let waves = [(0.5, 4.0), (0.1, 11.0)];
+        for k in 0..1500 {
+            let t = 0.005 * f64::from(k);
+            random = random
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            let noise = 2e-4 * ((random >> 11) as f64 / (1_u64 << 53) as f64 - 0.5);
+            let q: f64 = waves.iter().map(|(a, w)| a * (w * t).sin()).sum();
+            let late = t + 0.012;
+            let a: f64 = waves
+                .iter()
+                .map(|(a, w)| -a * w * w * (w * late).sin())
+                .sum();
+            writeln!(text, "{t},{},{}", q + noise, 0.02 * a).unwrap();
+        }
+        let outcome = trace(&Request {
+            model_name: "wheel",
+            model_text: WHEEL,
+            library: &Library::builtin(),
+            parameters: BTreeMap::new(),
+            train: &Log::from_bytes("wheel.csv", text.as_bytes()).unwrap(),
+            test: None,
+            hold: None,
+            horizon: 0.5,
+            seed: 1,
+            progress: &Silent,
+        });
+        let outcome = outcome.unwrap();
+        (outcome.verdict, outcome.findings)
+    }
+
+    #[test]
+    fn a_late_motor_and_a_late_encoder_are_the_same_log() {
+        let (verdict, findings) = found();
+        assert_eq!(verdict, Verdict::Channel);
+        assert_eq!(findings.len(), 1, "{findings:#?}");
+        let found = &findings[0];
+        assert!(
+            (found.parameters["tau"].value - 0.012).abs() < 5e-4,
+            "{found:?}"
+        );
+        let mut names: Vec<&str> = found
+            .confounded_with
+            .iter()
+            .map(|r| r.effect.as_str())
+            .collect();
+        names.push(&found.effect);
+        for known in ["input_delay", "time_shift"] {
+            assert!(names.contains(&known), "{names:?}");
+        }
+    }
+}
