@@ -15,6 +15,7 @@ pub use hold::{Hold, Signal};
 pub use measured::{Measured, Sensors};
 pub use memory::{Memory, Trail};
 pub use rollout::{Rollout, RolloutOptions, Simulated};
+pub(crate) use shifted::shifted;
 pub use solve::{Factorisation, SolveError};
 pub use states::{History, States};
 

@@ -4,7 +4,7 @@ use super::States;
 use crate::log::longest_step;
 
 /// Positions, velocities and accelerations of one coordinate.
-pub(super) struct Shifted {
+pub(crate) struct Shifted {
     pub q: Vec<f64>,
     pub v: Vec<f64>,
     pub a: Vec<f64>,
@@ -12,7 +12,7 @@ pub(super) struct Shifted {
 
 /// Coordinate `i` of `states`, whose accelerations are `a`, at `t + by`, sample by sample: by
 /// cubics between samples, and by Taylor's series where there is no sample on the other side.
-pub(super) fn shifted(states: &States, i: usize, a: &[f64], by: &[f64]) -> Shifted {
+pub(crate) fn shifted(states: &States, i: usize, a: &[f64], by: &[f64]) -> Shifted {
     let (t, q, v) = (&states.t, &states.q[i], &states.v[i]);
     let longest = longest_step(t);
     let mut result = Shifted {

@@ -8,6 +8,7 @@
 
 use super::focus::Focuses;
 use super::places::{Place, places};
+use super::waves::Missing;
 use crate::machine::{Machine, SensitivityTape, Sensors};
 use dynamics_codegen::derive::Variable;
 use dynamics_codegen::dimension::Dimension;
@@ -144,11 +145,16 @@ pub struct Ranges {
     pub speeds: Vec<f64>,
     /// Per input its sizes, ascending.
     pub inputs: Vec<Vec<f64>>,
+    /// Per coordinate the force that the model lacks along it, where that is known.
+    pub missing: Vec<Missing>,
 }
 
 /// Characteristic speeds of effects, as shares of the usual speed: the slowest and the
 /// fastest to try.
 const SPEEDS: (f64, f64) = (0.01, 1.5);
+
+/// How many wave numbers are tried that the missing force shows.
+const WAVES: usize = 3;
 
 /// A lone shape parameter is tried at this many values, each of several at fewer.
 const SHAPE_VALUES: [usize; 2] = [5, 3];
@@ -416,6 +422,23 @@ impl Dictionary {
         roles
     }
 
+    /// Wave numbers that the missing force shows, if a shape parameter may be one: a number of
+    /// waves per unit of the coordinate that its effect acts on, to be searched for.
+    fn waves(&self, parameter: &Parameter, ranges: &Ranges) -> Vec<f64> {
+        let model = &self.machine.compiled.model;
+        let coordinate = || {
+            parameter.tries?;
+            let (_, name) = model.effects[parameter.effect?].on.first()?;
+            let coordinate = model.coordinates.iter().position(|c| c.name == *name)?;
+            let unit = model.coordinates[coordinate].dimension?;
+            let is_wave_number = parameter.dimension == Some(Dimension::ONE / unit);
+            ranges.missing.get(coordinate).filter(|_| is_wave_number)
+        };
+        let waves = coordinate().map(|missing| missing.waves(parameter.upper, WAVES));
+        let waves = waves.unwrap_or_default().into_iter();
+        waves.filter(|&n| n > parameter.lower).collect()
+    }
+
     /// Where to look for the value of a shape parameter.
     fn shape_values(&self, index: usize, count: usize, ranges: &Ranges) -> Vec<f64> {
         let model = &self.machine.compiled.model;
@@ -448,7 +471,9 @@ impl Dictionary {
             return steps(&|share| lower * (upper / lower).powf(share));
         }
         if lower.is_finite() && upper.is_finite() {
-            return steps(&|share| lower + share * (upper - lower));
+            let mut values = steps(&|share| lower + share * (upper - lower));
+            values.extend(self.waves(parameter, ranges));
+            return values;
         }
         // In the unit of the coordinate it acts on: somewhere along the log.
         let place = parameter.effect.and_then(|effect| {
@@ -502,6 +527,7 @@ mod tests {
             positions: vec![vec![-1.0, 0.0, 1.0]; 2],
             speeds: vec![1.0; 2],
             inputs: vec![vec![0.0, 1.0, 2.0]; 2],
+            missing: Vec::new(),
         };
         let (library, none) = (Library::builtin(), BTreeMap::new());
         let source = Source {

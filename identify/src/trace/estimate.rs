@@ -4,7 +4,7 @@
 use super::dictionary::Ranges;
 use super::focus::Focus;
 use crate::log::{Record, Warning, stretches};
-use crate::machine::{History, States};
+use crate::machine::{History, States, shifted};
 use crate::regression::{Hold, Readings, derivative, divided};
 use crate::smooth::{ChannelNoise, SmoothError, Smoothed, smooth};
 use nalgebra::DVector;
@@ -176,6 +176,15 @@ impl Observed {
         }
     }
 
+    /// Moves the curve of one coordinate to where it is `ahead` seconds later.
+    pub fn move_in_time(&mut self, coordinate: usize, ahead: f64) {
+        let curve = &self.curve;
+        let accelerations = derivative(&curve.t, &curve.v[coordinate]);
+        let moved = shifted(curve, coordinate, &accelerations, &vec![ahead; curve.len()]);
+        self.curve.q[coordinate] = moved.q;
+        self.curve.v[coordinate] = moved.v;
+    }
+
     /// Where the log goes.
     pub fn ranges(&self) -> Ranges {
         let sorted = |column: &Vec<f64>| {
@@ -196,6 +205,7 @@ impl Observed {
             positions: self.record.q.iter().map(sorted).collect(),
             speeds: self.curve.v.iter().map(usual).collect(),
             inputs: self.record.u.iter().map(sizes).collect(),
+            missing: Vec::new(),
         }
     }
 }

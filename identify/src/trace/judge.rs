@@ -84,8 +84,12 @@ pub(super) fn judge(
     let before = before.look(test).map_err(failed)?;
     let faultless = corrected(test, &patched.focus, &patched.values)?;
     let after = after.look(&faultless).map_err(failed)?;
-    // The states of the test log as the patched model sees them.
-    let observed = Observed::new(test.clone(), hold)?;
+    // The states of the test log as the patched model sees them, from where faultless sensors
+    // would have.
+    let mut observed = Observed::new(test.clone(), hold)?;
+    if patched.focus.machine.has_sensor_errors() {
+        observed.curve = Observed::new(faultless, hold)?.curve;
+    }
     let observed = smooth(
         dictionary,
         &selection.accepted(),

@@ -2,7 +2,7 @@
 //! numbers of a robot description.
 
 use super::described::opened;
-use super::dictionary::{Dictionary, Source};
+use super::dictionary::{Dictionary, Ranges, Source};
 use super::error::TraceError;
 use super::estimate::Observed;
 use super::forces;
@@ -31,6 +31,8 @@ pub(super) struct Learner<'a> {
     pub source: Source<'a>,
     /// The log.
     pub observed: &'a Observed,
+    /// Where it goes.
+    pub ranges: &'a Ranges,
     /// Whether the log is to say what inputs do between samples.
     pub free_hold: bool,
     /// Who is told how far the work is.
@@ -87,17 +89,16 @@ impl Learner<'_> {
             text: &text,
             ..self.source
         };
-        let ranges = self.observed.ranges();
         let is_better = |other: &Selection| {
             other.explains_with_less(selection) || other.leaves_much_less(selection)
         };
         // Neither compiles where the model has names of its own like the description's.
-        let numbers = Dictionary::of_parameters(&opened, &ranges).ok()?;
+        let numbers = Dictionary::of_parameters(&opened, self.ranges).ok()?;
         let alone = self.by_motion(&numbers).ok()?;
         if !is_better(&alone) {
             return None;
         }
-        let dictionary = Dictionary::new(&opened, &ranges).ok()?;
+        let dictionary = Dictionary::new(&opened, self.ranges).ok()?;
         let selection = self.by_motion(&dictionary).ok()?;
         is_better(&selection).then_some(Learnt {
             dictionary,

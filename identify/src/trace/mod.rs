@@ -29,6 +29,7 @@ mod select;
 mod separate;
 mod series;
 mod slow_errors;
+mod waves;
 
 pub use dictionary::{Candidate, Dictionary, Ranges, Source, Subject};
 pub use error::TraceError;
@@ -47,3 +48,4 @@ pub use screen::Considered;
 pub use select::{Remaining, Selection, Term, likelier_hold, select};
 pub use separate::SeparatingMotion;
 pub use series::{CoordinateSeries, Details, InputSeries, Prediction, Series, Weighed};
+pub use waves::Missing;

@@ -371,6 +371,7 @@ mod tests {
             positions: vec![vec![0.0, 1.0]],
             speeds: vec![1.0],
             inputs: vec![vec![0.0, 1.0]],
+            missing: Vec::new(),
         };
         let dictionary = Dictionary::new(&source, &ranges).unwrap();
         let after = |value: f64, step: f64| {

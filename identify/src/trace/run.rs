@@ -2,7 +2,7 @@
 
 use super::command::drives;
 use super::constraints::check_constraints;
-use super::dictionary::{Dictionary, Source};
+use super::dictionary::{Dictionary, Ranges, Source};
 use super::error::TraceError;
 use super::estimate::Observed;
 use super::finding::{Finding, Verdict, findings, verdict};
@@ -18,7 +18,9 @@ use super::progress::{Progress, Stage};
 use super::score::{Score, Scoring};
 use super::select::Selection;
 use super::series::{Details, Series, weighed};
+use super::waves::missing;
 use crate::log::{Log, Record};
+use crate::machine::Machine;
 use crate::regression::Hold;
 use dynamics_codegen::{Compiled, Library};
 use std::collections::BTreeMap;
@@ -73,13 +75,15 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     let Logs { train, test, split } = Logs::of(request, &plain)?;
     let observed = Observed::new(train, request.hold.unwrap_or(Hold::Linear))?;
     progress.enter(Stage::Derive, &[]);
-    let dictionary = Dictionary::new(&source, &observed.ranges()).map_err(Box::new)?;
+    let ranges = ranges(plain, &request.parameters, &observed);
+    let dictionary = Dictionary::new(&source, &ranges).map_err(Box::new)?;
     check_constraints(&dictionary, &observed)?;
     let misread = misread(&dictionary, &observed.record);
     progress.enter(Stage::Fit, &[]);
     let learner = Learner {
         source,
         observed: &observed,
+        ranges: &ranges,
         free_hold: request.hold.is_none(),
         progress,
     };
@@ -184,6 +188,21 @@ fn check_overrides(plain: &Compiled, given: &BTreeMap<String, f64>) -> Result<()
         }
     }
     Ok(())
+}
+
+/// Where the log goes, and what the model as given lacks there.
+fn ranges(plain: Compiled, given: &BTreeMap<String, f64>, observed: &Observed) -> Ranges {
+    let machine = Machine::new(plain);
+    let nominal = machine.nominal_parameters().into_iter();
+    let names = machine.compiled.model.parameters.iter().map(|p| &p.name);
+    let values: Vec<f64> = nominal
+        .zip(names)
+        .map(|(nominal, name)| given.get(name).copied().unwrap_or(nominal))
+        .collect();
+    Ranges {
+        missing: missing(&machine, &values, observed),
+        ..observed.ranges()
+    }
 }
 
 fn judged(

@@ -2,7 +2,8 @@
 //!
 //! A late drive and a slow one differ little at first, and each looks like the other until its
 //! time is about right. Where one has found its time, the other begins there. So does a late
-//! sensor of what the drive moves: where that is the only sensor, it is the same log.
+//! sensor of what the drive moves: where that is the only sensor, it is the same log. And one
+//! late sensor is several early ones.
 
 use super::TIE;
 use super::fitting::fit;
@@ -12,6 +13,13 @@ use dynamics_codegen::dimension::Dimension;
 use dynamics_codegen::model::Parameter;
 use dynamics_codegen::syntax::PortKind;
 use rayon::prelude::*;
+
+/// An effect that says the same number in another way.
+struct Kin {
+    candidate: usize,
+    /// Whether its number has the opposite sign.
+    opposite: bool,
+}
 
 impl Search<'_> {
     /// The attempt with one of `terms` replaced by one of its kin, if that explains the log
@@ -51,24 +59,37 @@ impl Search<'_> {
         }
     }
 
-    /// The attempt with each of `kin` in the stead of `term`, from the same number on.
-    fn fitted_kin(&self, attempt: &Attempt, term: usize, kin: &[usize]) -> Vec<Attempt> {
+    /// The attempt with each of `kin` in the stead of `term`.
+    fn fitted_kin(&self, attempt: &Attempt, term: usize, kin: &[Kin]) -> Vec<Attempt> {
         let parameter = |candidate: usize| self.dictionary.candidates[candidate].parameters[0];
         let model = &self.dictionary.machine.compiled.model;
         let others = attempt.candidates.iter().copied().filter(|&c| c != term);
         let others: Vec<usize> = others.collect();
-        let new = kin.par_iter().filter(|kin| !others.contains(kin));
         let number = attempt.explanation.values[parameter(term)];
+        let start = |kin: &Kin| match kin.opposite {
+            true => -number,
+            false => number,
+        };
+        let new = kin
+            .par_iter()
+            .filter(|kin| !others.contains(&kin.candidate));
         // A bias to the left is no width of a dead band.
-        let possible = new.filter(|&&kin| {
-            let Parameter { lower, upper, .. } = model.parameters[parameter(kin)];
-            (lower..=upper).contains(&number)
+        let possible = new.filter(|kin| {
+            let Parameter { lower, upper, .. } = model.parameters[parameter(kin.candidate)];
+            (lower..=upper).contains(&start(kin))
         });
-        let fitted = possible.map(|&kin| {
+        let fitted = possible.map(|kin| {
             let mut explanation = attempt.explanation.clone();
-            explanation.values[parameter(kin)] = number;
+            explanation.values[parameter(kin.candidate)] = start(kin);
             reset(self.dictionary, &mut explanation, term);
-            let candidates = [&others[..], &[kin]].concat();
+            // The readings of a late sensor are those of the past: the motion is ahead of them.
+            let late = [(term, -number), (kin.candidate, start(kin))];
+            for (candidate, ahead) in late {
+                if let Some(coordinate) = self.late_sensor(candidate) {
+                    explanation.observed.move_in_time(coordinate, ahead);
+                }
+            }
+            let candidates = [&others[..], &[kin.candidate]].concat();
             fit(self.dictionary, &candidates, explanation).map(|kin| self.sharpened(kin))
         });
         // A kin under which the machine cannot move is no explanation.
@@ -77,23 +98,30 @@ impl Search<'_> {
         fitted.filter(|kin| self.is_possible(kin)).collect()
     }
 
-    /// The channel effects at the place of `term` with one parameter of the same unit.
-    fn kin(&self, term: usize) -> Vec<usize> {
+    /// The channel effects at the place of `term` with one parameter of the same unit; where
+    /// `term` is the time of a sensor, those of the others: one is late if all others are early.
+    fn kin(&self, term: usize) -> Vec<Kin> {
         let Some((place, unit)) = self.number_of_channel(term) else {
             return Vec::new();
         };
-        let alike = |other: &usize| {
-            let number = self.number_of_channel(*other);
-            *other != term && number.is_some_and(|(p, u)| p.1 == place.1 && u == unit)
+        let alike = |candidate: usize| {
+            let (at, of_unit) = self.number_of_channel(candidate)?;
+            let is_sensor = |at: &(PortKind, String)| at.0 == PortKind::Coordinate;
+            let opposite = unit == Dimension::TIME && is_sensor(place) && is_sensor(at);
+            let is_kin = candidate != term && of_unit == unit && (at.1 == place.1 || opposite);
+            is_kin.then_some(Kin {
+                candidate,
+                opposite: at.1 != place.1,
+            })
         };
         (0..self.dictionary.candidates.len())
-            .filter(alike)
+            .filter_map(alike)
             .collect()
     }
 
     /// Where `term` is a time: the times of the sensors that read what its input drives, or of
     /// the inputs that drive what its sensor reads.
-    fn across_the_drive(&self, term: usize) -> Vec<usize> {
+    fn across_the_drive(&self, term: usize) -> Vec<Kin> {
         let given = self.dictionary.focus(&[]);
         let model = &given.machine.compiled.model;
         let drives = |input: &str, coordinate: &str| {
@@ -114,9 +142,20 @@ impl Search<'_> {
             }
             _ => false,
         };
-        (0..self.dictionary.candidates.len())
-            .filter(across)
-            .collect()
+        let all = (0..self.dictionary.candidates.len()).filter(across);
+        all.map(|candidate| Kin {
+            candidate,
+            opposite: false,
+        })
+        .collect()
+    }
+
+    /// The coordinate whose sensor a candidate says the time of.
+    fn late_sensor(&self, candidate: usize) -> Option<usize> {
+        let (place, unit) = self.number_of_channel(candidate)?;
+        let mut coordinates = self.dictionary.machine.compiled.model.coordinates.iter();
+        let coordinate = coordinates.position(|c| c.name == place.1);
+        coordinate.filter(|_| place.0 == PortKind::Coordinate && unit == Dimension::TIME)
     }
 
     /// The place of a candidate that is about a channel, and the unit of its only parameter.
