@@ -37,18 +37,16 @@ pub enum TraceError {
     },
     /// A value in a parameter's stead lies outside its bounds, which no search leaves.
     #[error(
-        "{value} is out of the bounds of parameter `{name}`, {lower} to {upper}; give a value in \
-         between, or widen the bounds in the model"
+        "`{name}` cannot be {value}: the model says {bounds}, and a search keeps to that; give \
+         another value, or change the bounds in the model"
     )]
     OutOfBounds {
         /// The parameter.
         name: String,
         /// What was asked for.
         value: f64,
-        /// The least it may be.
-        lower: f64,
-        /// The most it may be.
-        upper: f64,
+        /// What it may be, in words.
+        bounds: String,
     },
     /// The log does not obey a constraint of the model.
     #[error(

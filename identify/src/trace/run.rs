@@ -182,8 +182,11 @@ fn check_overrides(plain: &Compiled, given: &BTreeMap<String, f64>) -> Result<()
             return Err(TraceError::OutOfBounds {
                 name: name.clone(),
                 value,
-                lower,
-                upper,
+                bounds: match (lower.is_finite(), upper.is_finite()) {
+                    (true, true) => format!("{lower} to {upper}"),
+                    (true, false) => format!("{lower} or more"),
+                    (false, _) => format!("{upper} or less"),
+                },
             });
         }
     }
