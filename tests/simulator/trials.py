@@ -123,7 +123,9 @@ def judge(truth, report, took, known):
             return any(t in rivals[i] or own in near[j] for j, t in enumerate(true))
         covered = all(any(t in rivals[i] or found[i] in near[j] for i in range(len(found)))
                       for j, t in enumerate(true))
-        accepted = covered and all(is_one(i, own) for i, own in enumerate(found)) and len(found) <= len(true)
+        # A name beside the verdict that nothing explains the log is no explanation.
+        accepted = (report["verdict"] != "unknown" and covered and len(found) <= len(true)
+                    and all(is_one(i, own) for i, own in enumerate(found)))
         leading = bool(true) and bool(found) and found[0] in true
     score = {k: (report[k]["acceleration"]["total"], report[k]["rollout"]["total"]) for k in
              ("before", "after", "noise_floor")}
