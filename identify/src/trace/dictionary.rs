@@ -100,6 +100,17 @@ impl Source<'_> {
     pub fn compile(&self) -> Result<Compiled, Report> {
         compile(self.name, self.text, self.library)
     }
+
+    /// The nominal parameters of a machine of this model, with the values that replace them.
+    pub fn values(&self, machine: &Machine) -> Vec<f64> {
+        let mut values = machine.nominal_parameters();
+        for (value, parameter) in values.iter_mut().zip(&machine.compiled.model.parameters) {
+            if let Some(&given) = self.parameters.get(&parameter.name) {
+                *value = given;
+            }
+        }
+        values
+    }
 }
 
 /// The extended model and its candidates.
@@ -215,12 +226,7 @@ impl Dictionary {
         }
         let compiled = compile(source.name, &extended, source.library)?;
         let mut machine = Machine::new(compiled);
-        let mut defaults = machine.nominal_parameters();
-        for (value, parameter) in defaults.iter_mut().zip(&machine.compiled.model.parameters) {
-            if let Some(&given) = source.parameters.get(&parameter.name) {
-                *value = given;
-            }
-        }
+        let defaults = source.values(&machine);
         let all: Vec<Variable> = (0..defaults.len()).map(Variable::Parameter).collect();
         let by_parameter = machine.sensitivity(&all);
         let sensors = machine.sensors(&all);

@@ -75,7 +75,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     let Logs { train, test, split } = Logs::of(request, &plain)?;
     let observed = Observed::new(train, request.hold.unwrap_or(Hold::Linear))?;
     progress.enter(Stage::Derive, &[]);
-    let ranges = ranges(plain, &request.parameters, &observed);
+    let ranges = ranges(&source, plain, &observed);
     let dictionary = Dictionary::new(&source, &ranges).map_err(Box::new)?;
     check_constraints(&dictionary, &observed)?;
     let misread = misread(&dictionary, &observed.record);
@@ -194,16 +194,10 @@ fn check_overrides(plain: &Compiled, given: &BTreeMap<String, f64>) -> Result<()
 }
 
 /// Where the log goes, and what the model as given lacks there.
-fn ranges(plain: Compiled, given: &BTreeMap<String, f64>, observed: &Observed) -> Ranges {
+fn ranges(source: &Source<'_>, plain: Compiled, observed: &Observed) -> Ranges {
     let machine = Machine::new(plain);
-    let nominal = machine.nominal_parameters().into_iter();
-    let names = machine.compiled.model.parameters.iter().map(|p| &p.name);
-    let values: Vec<f64> = nominal
-        .zip(names)
-        .map(|(nominal, name)| given.get(name).copied().unwrap_or(nominal))
-        .collect();
     Ranges {
-        missing: missing(&machine, &values, observed),
+        missing: missing(&machine, &source.values(&machine), observed),
         ..observed.ranges()
     }
 }

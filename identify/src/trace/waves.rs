@@ -14,7 +14,8 @@ use rayon::prelude::*;
 const LOOKED_AT: usize = 2000;
 const TRIED: usize = 8000;
 
-/// Where a coordinate was, how fast, and what generalised force the model lacked there.
+/// Where a coordinate was, how fast, and what generalised force the model lacked there, one entry
+/// per sample that is looked at, in the coordinate's units.
 #[derive(Debug, Clone, Default)]
 pub struct Missing {
     q: Vec<f64>,

@@ -39,21 +39,22 @@ impl Search<'_> {
     pub(super) fn add_kin(&self, alternatives: &mut [Vec<Alternative>]) {
         for (alike, &term) in alternatives.iter_mut().zip(&self.accepted) {
             let mut kin = self.kin(term);
-            kin.extend(self.across_the_drive(term));
+            // Where input and coordinate have one name, they are kin already.
+            let mut across = self.across_the_drive(term);
+            across.retain(|new| kin.iter().all(|known| known.candidate != new.candidate));
+            kin.extend(across);
             for attempt in self.fitted_kin(&self.current, term, &kin) {
                 let better = self.current.cost - attempt.cost;
-                if let Some(&candidate) = attempt.candidates.last()
-                    && better > -TIE
-                {
-                    let values = attempt.explanation.values;
-                    join(
-                        alike,
-                        Alternative {
-                            candidate,
-                            better,
-                            values,
-                        },
-                    );
+                let Some(&candidate) = attempt.candidates.last() else {
+                    continue;
+                };
+                if better > -TIE {
+                    let alternative = Alternative {
+                        candidate,
+                        better,
+                        values: attempt.explanation.values,
+                    };
+                    join(alike, alternative);
                 }
             }
         }
