@@ -174,10 +174,8 @@ impl Search<'_> {
 
 #[cfg(test)]
 mod tests {
-    use crate::log::Log;
-    use crate::trace::{Finding, Request, Silent, Verdict, trace};
-    use dynamics_codegen::Library;
-    use std::collections::BTreeMap;
+    use super::super::wheel::{rectangular, traced};
+    use crate::trace::{Outcome, Verdict};
     use std::fmt::Write;
 
     const WHEEL: &str = "\
@@ -190,43 +188,28 @@ force angle = input(motor);
 ";
 
     /// What a log says of a wheel whose motor is 12 ms late: `u(t − 0.012) = i a(t)`.
-    fn found() -> (Verdict, Vec<Finding>) {
+    fn late() -> Outcome {
         let mut text = String::from("t,q_angle,u_motor\n");
-        let mut random = 3_u64;
+        let mut noise = rectangular(3);
         let waves = [(0.5, 4.0), (0.1, 11.0)];
         for k in 0..1500 {
             let t = 0.005 * f64::from(k);
-            random = random
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            let noise = 2e-4 * ((random >> 11) as f64 / (1_u64 << 53) as f64 - 0.5);
             let q: f64 = waves.iter().map(|(a, w)| a * (w * t).sin()).sum();
             let late = t + 0.012;
             let a: f64 = waves
                 .iter()
                 .map(|(a, w)| -a * w * w * (w * late).sin())
                 .sum();
-            writeln!(text, "{t},{},{}", q + noise, 0.02 * a).unwrap();
+            writeln!(text, "{t},{},{}", q + 2e-4 * noise(), 0.02 * a).unwrap();
         }
-        let outcome = trace(&Request {
-            model_name: "wheel",
-            model_text: WHEEL,
-            library: &Library::builtin(),
-            parameters: BTreeMap::new(),
-            train: &Log::from_bytes("wheel.csv", text.as_bytes()).unwrap(),
-            test: None,
-            hold: None,
-            horizon: 0.5,
-            seed: 1,
-            progress: &Silent,
-        });
-        let outcome = outcome.unwrap();
-        (outcome.verdict, outcome.findings)
+        traced(WHEEL, &text)
     }
 
     #[test]
     fn a_late_motor_and_a_late_encoder_are_the_same_log() {
-        let (verdict, findings) = found();
+        let Outcome {
+            verdict, findings, ..
+        } = late();
         assert_eq!(verdict, Verdict::Channel);
         assert_eq!(findings.len(), 1, "{findings:#?}");
         let found = &findings[0];

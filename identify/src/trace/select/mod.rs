@@ -16,6 +16,8 @@ mod position;
 mod resisting;
 mod search;
 mod simplify;
+#[cfg(test)]
+mod wheel;
 
 pub(super) use fitting::{first_noise, linearised, smooth};
 pub use hold::likelier_hold;

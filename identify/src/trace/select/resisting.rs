@@ -87,10 +87,7 @@ fn power(force: &[f64], states: &States) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::log::Log;
-    use crate::trace::{Request, Silent, trace};
-    use dynamics_codegen::Library;
-    use std::collections::BTreeMap;
+    use super::super::wheel::{rectangular, traced};
     use std::fmt::Write;
 
     const WHEEL: &str = "\
@@ -104,37 +101,21 @@ force j = input(j);
 
     /// A wheel that never turns back, with dry friction of 0.1 N·m: `u = i a + 0.1`, through an
     /// encoder with rectangular noise.
-    fn log() -> Log {
+    fn log() -> String {
         let mut text = String::from("t,q_j,u_j\n");
-        let mut random = 1_u64;
+        let mut noise = rectangular(1);
         for k in 0..1500 {
             let t = 0.004 * f64::from(k);
-            random = random
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            let noise = 1e-4 * ((random >> 11) as f64 / (1_u64 << 53) as f64 - 0.5);
-            let q = 5.0 * t + 0.5 * (4.0 * t).sin() + noise;
+            let q = 5.0 * t + 0.5 * (4.0 * t).sin() + 1e-4 * noise();
             let a = -8.0 * (4.0 * t).sin();
             writeln!(text, "{t},{q},{}", 0.02 * a + 0.1).unwrap();
         }
-        Log::from_bytes("wheel.csv", text.as_bytes()).unwrap()
+        text
     }
 
     #[test]
     fn friction_goes_before_a_push_and_says_what_would_tell() {
-        let outcome = trace(&Request {
-            model_name: "wheel",
-            model_text: WHEEL,
-            library: &Library::builtin(),
-            parameters: BTreeMap::new(),
-            train: &log(),
-            test: None,
-            hold: None,
-            horizon: 0.5,
-            seed: 1,
-            progress: &Silent,
-        });
-        let findings = outcome.unwrap().findings;
+        let findings = traced(WHEEL, &log()).findings;
         assert_eq!(findings.len(), 1, "{findings:?}");
         let friction = &findings[0];
         assert_eq!(
