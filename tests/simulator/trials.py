@@ -2,7 +2,7 @@
 """Runs `dynamics trace` on simulated machines and prints rates with Wilson intervals.
 
     python trials.py FOLDER... --program target/release/dynamics [--jobs 2] [--out results.jsonl]
-    python trials.py --make --seed 7 --count 200 --out-folder DIR --program ...
+    python trials.py --make FOLDER --seed 7 --count 200 --program target/release/dynamics
     python trials.py --read results.jsonl
 
 FOLDER holds machines as simulate.py writes them. A machine counts as

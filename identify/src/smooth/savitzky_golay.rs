@@ -13,6 +13,9 @@ const REFERENCE_ORDER: usize = 4;
 /// Window of the reference pipeline \[s\].
 const REFERENCE_WINDOW: f64 = 0.15;
 
+/// How far a step taken from stamps may be off, a share of it: 37.499999 samples are 37.5.
+const STAMPS: f64 = 1e-6;
+
 /// Fewest samples in that window.
 const REFERENCE_SAMPLES: usize = 7;
 
@@ -32,10 +35,12 @@ pub struct SavitzkyGolay {
 impl SavitzkyGolay {
     /// The filter of order `order` whose window lasts `seconds` at a sampling
     /// step of `step` seconds: `round(seconds/step)` samples, one more when
-    /// that is even, at least `fewest` and at least `order + 1`.
+    /// that is even, at least `fewest` and at least `order + 1`. Halves go up, also where a
+    /// step taken from stamps is a little above the true one.
     pub fn with_duration(order: usize, seconds: f64, step: f64, fewest: usize) -> Self {
+        let whole = (seconds / step * (1.0 + STAMPS)).round();
         // The cast saturates; a step of zero cannot ask for more than fits.
-        let samples = (seconds / step).round().clamp(0.0, 1e6) as usize;
+        let samples = whole.clamp(0.0, 1e6) as usize;
         let window = samples.max(fewest).max(order + 1) | 1;
         SavitzkyGolay { order, window }
     }
@@ -238,6 +243,8 @@ mod tests {
             [31, 39, 151]
         );
         assert_eq!(samples(20.0), 7);
+        // A step as the difference of two stamps gives it.
+        assert_eq!(SavitzkyGolay::reference(1.004 - 1.0).window, 39);
     }
 
     /// A polynomial of the filter's order passes unchanged, at uneven times,
