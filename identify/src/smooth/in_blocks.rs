@@ -18,9 +18,12 @@ const UNSEEN: f64 = 1.0;
 const FASTER: [f64; 3] = [0.06, 0.12, 0.25];
 
 impl Task<'_> {
-    /// Whether noise as likely as `fit` has it hides behind the motion.
+    /// Whether some channel's noise, as likely as `fit` has it, hides behind the motion.
     pub(super) fn is_unseen(&self, fit: &Fit) -> bool {
-        fit.hyper.response(fit.order, self.step) < UNSEEN * self.step
+        let responses = fit.hyper.responses(fit.order, self.step);
+        responses
+            .iter()
+            .any(|response| *response < UNSEEN * self.step)
     }
 
     /// The noise that is most likely where each block moves in its own way; with it the order

@@ -3,6 +3,7 @@
 use super::filter::Step;
 use super::hermite::{State, between};
 use super::smoother::Smoother;
+use crate::log::median;
 use serde::Serialize;
 use std::ops::Range;
 
@@ -137,17 +138,22 @@ pub struct Innovations {
     pub mean: f64,
     /// Mean square.
     pub variance: f64,
-    /// Correlation of neighbours.
+    /// Correlation of neighbours: the median over stretches of the log, so that one violent
+    /// moment does not speak for all of it.
     pub lag_1: f64,
 }
 
+/// Innovations in a stretch over which a correlation is taken: enough to know it to 0.1.
+const STRETCH: usize = 100;
+
 /// Sums over normalised innovations.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Tally {
     pub(super) count: f64,
     sum: f64,
     square: f64,
-    product: f64,
+    /// Correlations of neighbours, one of each stretch.
+    correlations: Vec<f64>,
 }
 
 impl Tally {
@@ -156,26 +162,33 @@ impl Tally {
             channel,
             mean: self.sum / self.count,
             variance: self.square / self.count,
-            lag_1: if self.square > 0.0 {
-                self.product / self.square
-            } else {
-                0.0
-            },
+            lag_1: median(&self.correlations).unwrap_or(0.0),
         }
+    }
+
+    fn add(&mut self, normalised: &[f64]) {
+        let square = |z: &[f64]| z.iter().map(|z| z * z).sum::<f64>();
+        self.count += normalised.len() as f64;
+        self.sum += normalised.iter().sum::<f64>();
+        self.square += square(normalised);
+        let stretches = (normalised.len() / STRETCH).max(1);
+        let stretches = normalised.chunks(normalised.len().div_ceil(stretches).max(1));
+        let correlation = |z: &[f64]| {
+            let neighbours: f64 = z.windows(2).map(|pair| pair[0] * pair[1]).sum();
+            let square = square(z);
+            (square > 0.0).then(|| neighbours / square)
+        };
+        self.correlations.extend(stretches.filter_map(correlation));
     }
 }
 
 /// Adds a stretch, without the samples in which the filter settles.
 pub(super) fn tally<const N: usize>(steps: &[Step<N>], tallies: &mut [Tally; 3]) {
     for (i, tally) in tallies.iter_mut().enumerate() {
-        let mut before: Option<f64> = None;
-        for update in steps.iter().skip(2 * N).filter_map(|step| step.updates[i]) {
-            let z = update.innovation / update.variance.sqrt();
-            tally.count += 1.0;
-            tally.sum += z;
-            tally.square += z * z;
-            tally.product += before.map_or(0.0, |before| before * z);
-            before = Some(z);
-        }
+        let updates = steps.iter().skip(2 * N).filter_map(|step| step.updates[i]);
+        let normalised: Vec<f64> = updates
+            .map(|update| update.innovation / update.variance.sqrt())
+            .collect();
+        tally.add(&normalised);
     }
 }

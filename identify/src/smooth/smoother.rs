@@ -110,7 +110,7 @@ impl Smoother {
         let model = Wiener::<N>::new(&self.hyper, step, duration);
         let n = channels.t.len();
         let mut out = Smoothed::empty(self, channels.t, n);
-        let mut innovations = [Tally::default(); 3];
+        let mut innovations: [Tally; 3] = Default::default();
         for range in segments(channels.t) {
             let steps = model.filter(channels, range.clone());
             for posterior in model.backward(&steps, &channels.t[range.clone()]) {

@@ -391,3 +391,37 @@ fn calm_stretches_tell_the_noise_of_wild_motion() {
     let found = smoother.noise().sd_q;
     assert!((1.6e-4..2.4e-4).contains(&found), "{found}");
 }
+
+/// A linkage that snaps through once: accelerations of one moment alone must not pass for those
+/// of all the motion, which would leave their sensor no noise, nor for errors that follow one
+/// another.
+#[test]
+fn one_flash_does_not_hide_the_noise_of_accelerations() {
+    let t = even(4000, 0.004);
+    let mut random = ChaCha8Rng::seed_from_u64(41);
+    let mut noisy = |x: f64, sd: f64| -> f64 {
+        let z: f64 = StandardNormal.sample(&mut random);
+        x + sd * z
+    };
+    let (width, jump) = (0.012, 0.15);
+    let (mut q, mut dq, mut ddq) = (Vec::new(), Vec::new(), Vec::new());
+    for t in &t {
+        let through = ((t - 9.62) / width).tanh();
+        let rate = (1.0 - through * through) / width;
+        q.push(noisy(t.sin() + jump * through, 4e-4));
+        dq.push(noisy(t.cos() + jump * rate, 0.03));
+        ddq.push(noisy(-t.sin() - 2.0 * jump * through * rate / width, 0.3));
+    }
+    let channels = Channels::new(&t, &q, Some(&dq), Some(&ddq)).unwrap();
+    let smoother = Smoother::fit(&channels).unwrap();
+    let found = smoother.noise().sd_ddq.unwrap();
+    assert!((0.27..0.33).contains(&found), "{found}");
+    let smoothed = smoother.apply(&channels).unwrap();
+    let follow = |channel: &Innovations| channel.lag_1.abs();
+    assert!(
+        smoothed
+            .innovations
+            .iter()
+            .all(|channel| follow(channel) < 0.3)
+    );
+}

@@ -54,6 +54,17 @@ impl Hyper {
         let sd_q = self.sd[0].unwrap_or(1.0);
         (sd_q * sd_q * step / self.density).powf(0.5 / n as f64)
     }
+
+    /// The same of each channel on its own: how far around a sample the i-th derivative is
+    /// averaged, `(sd_i² step / density)^(1/2(n−i))` \[s\]; infinite where there is none.
+    pub fn responses(&self, n: usize, step: f64) -> [f64; 3] {
+        std::array::from_fn(|i| {
+            let Some(sd) = self.sd[i] else {
+                return f64::INFINITY;
+            };
+            (sd * sd * step / self.density).powf(0.5 / (n - i) as f64)
+        })
+    }
 }
 
 impl<const N: usize> Wiener<N> {
