@@ -35,6 +35,9 @@ impl LogArguments {
             }
         };
         let mut log = Log::read_with(path, map.as_ref()).map_err(explained)?;
+        if map.is_none() {
+            log.name_by_number(&coordinates, &inputs);
+        }
         // A robot description has a motor at every joint; a log need not.
         let assumed = model.inputs.iter().filter(|input| input.assumed);
         log.assume_no_input(assumed.map(|input| input.name.as_str()));

@@ -41,6 +41,7 @@ pub(crate) mod health;
 mod map;
 #[cfg(feature = "mcap")]
 mod mcap;
+mod numbered;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod quantum;

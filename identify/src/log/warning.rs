@@ -71,6 +71,11 @@ pub enum Warning {
         /// The column.
         column: String,
     },
+    /// Joints that the log calls by their numbers.
+    Numbered {
+        /// What the log calls each, and its name in the model.
+        joints: Vec<(String, String)>,
+    },
     /// Cells without a measurement were filled, as the log's map asks.
     Filled {
         /// The column.
@@ -201,6 +206,15 @@ impl fmt::Display for Warning {
                 f,
                 "there is no column `{column}`: that joint is taken to be undriven"
             ),
+            Self::Numbered { joints } => {
+                let pair = |(column, name): &(String, String)| format!("`{column}` for `{name}`");
+                let pairs: Vec<String> = joints.iter().map(pair).collect();
+                write!(
+                    f,
+                    "joints of the log are taken by their numbers: {}; a map says otherwise",
+                    pairs.join(", ")
+                )
+            }
             Self::Filled {
                 column,
                 cells,
