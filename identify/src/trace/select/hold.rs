@@ -9,6 +9,7 @@ use crate::trace::dictionary::Dictionary;
 use crate::trace::estimate::Observed;
 use crate::trace::refine::Explanation;
 use dynamics_codegen::dimension::Dimension;
+use nalgebra::{DMatrix, DVector};
 
 /// What inputs most likely do between samples: the assumption under which the log
 /// is more likely, with as much force unexplained as each demands.
@@ -49,6 +50,32 @@ fn other(hold: Hold) -> Hold {
 }
 
 impl Search<'_> {
+    /// What a doubt about inputs between samples adds to the covariance of accepted times and
+    /// all else, where the log is about as likely under the other assumption: `½ Δ Δᵀ`, with how
+    /// far `Δ` the estimate moves under it. An input that is held is as late as one that is drawn
+    /// straight and half a sample later.
+    pub(super) fn doubt_about_hold(&self) -> Option<DMatrix<f64>> {
+        let times = &self.dictionary.machine.compiled.model.parameters;
+        let parameters = &self.current.estimate.parameters;
+        let is_time = |&&p: &&usize| times[p].dimension == Some(Dimension::TIME);
+        parameters.iter().find(is_time)?;
+        let explanation = &self.current.explanation;
+        if explanation.observed.record.u.is_empty() {
+            return None;
+        }
+        let mut otherwise = explanation.clone();
+        otherwise.observed.hold = other(otherwise.observed.hold);
+        let otherwise = self.converged(fit(self.dictionary, &self.accepted, otherwise).ok()?);
+        if otherwise.cost > self.current.cost + TIE {
+            return None;
+        }
+        let moved = parameters
+            .iter()
+            .map(|&p| otherwise.explanation.values[p] - explanation.values[p]);
+        let moved = DVector::from_iterator(parameters.len(), moved);
+        Some(0.5 * &moved * moved.transpose())
+    }
+
     /// The accepted terms less one that is a time, under the other assumption about inputs, if
     /// that explains the log about as well: all sensors early by half a sample are inputs late
     /// by as much.

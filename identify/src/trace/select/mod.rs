@@ -173,6 +173,9 @@ pub fn select(
         search.look_at(observed.clone())?;
         given = Given::of(&begin(observed)?)?;
     }
+    if free_hold && let Some(doubt) = search.doubt_about_hold() {
+        search.current.estimate.covariance += doubt;
+    }
     let (reduced_misfit, cost_at_floor) = search.at_floor()?;
     let remaining = Remaining {
         share_before: given.unexplained.max(0.0).sqrt(),
