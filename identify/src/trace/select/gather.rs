@@ -13,7 +13,8 @@ use crate::trace::rivals::{Alternative, join};
 use crate::trace::screen::{Considered, Screen};
 use rayon::prelude::*;
 
-/// How many effects are tried for each set of terms, and how many sets are looked at.
+/// How many effects are tried for each set of terms, and how many sets short of all are
+/// looked at.
 const TRIED: usize = 3;
 const LOOKED_AT: usize = 8;
 
@@ -34,27 +35,38 @@ impl Search<'_> {
         let massive: Vec<usize> = accepted().filter(is_massive).collect();
         let forces = accepted().filter(|c| !is_massive(c) && !self.is_channel(*c));
         let forces: Vec<usize> = forces.collect();
-        let parameters = accepted()
-            .filter(|&c| self.is_parameter(c))
-            .map(|c| vec![c]);
-        let sets = parameters.chain(sets(&massive, &forces)).take(LOOKED_AT);
-        let each = sets.filter_map(|set| {
+        let attempt = |set: Vec<usize>| {
             let attempt = self.instead_of(&set)?;
             self.is_possible(&attempt)
                 .then_some(Instead { set, attempt })
-        });
-        each.collect()
+        };
+        // Nothing is simpler than one effect in the stead of all.
+        let all = (massive.len() > 2).then(|| attempt(massive.clone()));
+        let all = all.flatten();
+        if all.as_ref().is_some_and(|all| self.is_worth_it(all)) {
+            return all.into_iter().collect();
+        }
+        let parameters = accepted()
+            .filter(|&c| self.is_parameter(c))
+            .map(|c| vec![c]);
+        let sets = parameters.chain(pairs(&massive, &forces)).take(LOOKED_AT);
+        all.into_iter().chain(sets.filter_map(attempt)).collect()
+    }
+
+    /// Whether a load explains the log about as well with less; or better.
+    fn is_worth_it(&self, load: &Instead) -> bool {
+        let search_price = (self.dictionary.candidates.len() as f64).ln();
+        let limit = match load.set.len() {
+            1 => self.current.cost - MARGIN,
+            more => self.current.cost + TIE + (more - 1) as f64 * search_price,
+        };
+        load.attempt.cost < limit
     }
 
     /// One of these that explains the log about as well with less; or better.
     pub(super) fn gathered(&self, loads: Vec<Instead>) -> Result<Attempt, Vec<Instead>> {
-        let search_price = (self.dictionary.candidates.len() as f64).ln();
-        let limit = |load: &Instead| match load.set.len() {
-            1 => self.current.cost - MARGIN,
-            more => self.current.cost + TIE + (more - 1) as f64 * search_price,
-        };
         let good = loads.iter().enumerate();
-        let good = good.filter(|(_, load)| load.attempt.cost < limit(load));
+        let good = good.filter(|(_, load)| self.is_worth_it(load));
         let best = good.min_by(|(_, a), (_, b)| {
             let size = |load: &Instead| load.attempt.candidates.len();
             size(a)
@@ -136,31 +148,26 @@ impl Search<'_> {
     }
 }
 
-/// What may be one cause: all that is `massive`, every two of it, and one of it with one of
-/// the `forces`.
-fn sets(massive: &[usize], forces: &[usize]) -> Vec<Vec<usize>> {
-    let mut sets = Vec::new();
-    if massive.len() > 2 {
-        sets.push(massive.to_vec());
-    }
+/// What may be one cause: every two of what is `massive`, and one of it with one of the `forces`.
+fn pairs(massive: &[usize], forces: &[usize]) -> Vec<Vec<usize>> {
+    let mut pairs = Vec::new();
     for (i, &a) in massive.iter().enumerate() {
         let others = massive[i + 1..].iter().chain(forces);
-        sets.extend(others.map(|&b| vec![a, b]));
+        pairs.extend(others.map(|&b| vec![a, b]));
     }
-    sets
+    pairs
 }
 
 #[cfg(test)]
 mod tests {
-    use super::sets;
+    use super::pairs;
 
     #[test]
-    fn sets_have_two_members_or_all() {
-        assert!(sets(&[1], &[]).is_empty());
-        assert!(sets(&[], &[7, 8]).is_empty());
-        assert_eq!(sets(&[1, 2], &[]), [[1, 2]]);
-        assert_eq!(sets(&[1], &[7, 8]), [[1, 7], [1, 8]]);
-        let of_three = [vec![1, 2, 3], vec![1, 2], vec![1, 3], vec![2, 3]];
-        assert_eq!(sets(&[1, 2, 3], &[]), of_three);
+    fn pairs_have_a_massive_member() {
+        assert!(pairs(&[1], &[]).is_empty());
+        assert!(pairs(&[], &[7, 8]).is_empty());
+        assert_eq!(pairs(&[1, 2], &[]), [[1, 2]]);
+        assert_eq!(pairs(&[1], &[7, 8]), [[1, 7], [1, 8]]);
+        assert_eq!(pairs(&[1, 2, 3], &[]), [[1, 2], [1, 3], [2, 3]]);
     }
 }
