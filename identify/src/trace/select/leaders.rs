@@ -19,8 +19,6 @@ pub(super) fn leaders<'a>(
     considered: &'a [Considered],
     dictionary: &Dictionary,
 ) -> Vec<&'a Considered> {
-    let earns =
-        |c: &&Considered| c.score > MARGIN && c.held_out_gain.is_none_or(|gain| gain > MARGIN);
     let Some(best) = considered
         .iter()
         .filter(earns)
@@ -69,4 +67,26 @@ pub(super) fn leaders<'a>(
         })
         .map(|(_, p)| p.1)
         .collect()
+}
+
+/// Those that did not lead, where none of the `leaders` came to anything: those first that did
+/// best on samples not fitted. A model that is far off says little about how likely the log is
+/// beside a candidate before that is fitted.
+pub(super) fn followers<'a>(
+    considered: &'a [Considered],
+    leaders: &[&'a Considered],
+) -> Vec<&'a Considered> {
+    let leads = |c: &&Considered| leaders.iter().any(|l| l.candidate == c.candidate);
+    let others = considered.iter().filter(earns).filter(|c| !leads(c));
+    let mut others: Vec<&Considered> = others.collect();
+    let held_out = |c: &Considered| c.held_out_gain.unwrap_or(f64::NEG_INFINITY);
+    others.sort_by(|a, b| held_out(b).total_cmp(&held_out(a)));
+    others.truncate(MAX_LEADERS);
+    others
+}
+
+/// Whether a candidate may be worth its price, on samples that were not fitted as well.
+fn earns(considered: &&Considered) -> bool {
+    let held_out = considered.held_out_gain;
+    considered.score > MARGIN && held_out.is_none_or(|gain| gain > MARGIN)
 }

@@ -135,6 +135,9 @@ pub fn select(
     while let Some(simpler) = search.simplified(&search.current, &search.accepted) {
         search.take(simpler);
     }
+    if let Some(one) = search.alone() {
+        search.take(one);
+    }
     if free_hold && let Some(later) = search.hold_for_a_time() {
         search.take(later);
     }
@@ -164,6 +167,12 @@ pub fn select(
     }
     while let Some(resisting) = search.resisting(&alternatives) {
         search.take(resisting);
+        evidence = search.prune();
+        alternatives = alike(&search)?;
+    }
+    // A time may only just have come, in the stead of another term.
+    if free_hold && let Some(later) = search.hold_for_a_time() {
+        search.take(later);
         evidence = search.prune();
         alternatives = alike(&search)?;
     }

@@ -2,7 +2,7 @@
 
 use super::TIE;
 use super::fitting::{fit, fit_holding, linearised};
-use super::leaders::{MAX_LEADERS, leaders};
+use super::leaders::{MAX_LEADERS, followers, leaders};
 use crate::machine::SolveError;
 use crate::trace::dictionary::{Candidate, Dictionary};
 use crate::trace::estimate::Observed;
@@ -97,15 +97,19 @@ impl Search<'_> {
         let considered = screen.considered(&screen.grams());
         let leaders = leaders(&screen, &considered, self.dictionary);
         self.enter(Stage::Fit);
-        // A candidate under which the machine cannot move is no explanation.
-        let tried = leaders
-            .into_par_iter()
-            .map(|leader| self.attempt_in_some_shape(leader).ok());
-        let mut tried: Vec<Attempt> = tried.collect::<Vec<_>>().into_iter().flatten().collect();
+        let mut tried = self.attempts(&leaders);
         tried.extend(self.swaps(&considered));
-        tried.retain(|attempt| self.is_possible(attempt));
-        let (tried, likely) = tried.into_iter().partition(|attempt| self.earns(attempt));
-        let mut tried: Vec<Attempt> = self.sharpened_near_misses(tried);
+        let parted = |mut tried: Vec<Attempt>| -> (Vec<Attempt>, Vec<Attempt>) {
+            tried.retain(|attempt| self.is_possible(attempt));
+            tried.into_iter().partition(|attempt| self.earns(attempt))
+        };
+        let (mut tried, mut likely) = parted(tried);
+        if tried.is_empty() {
+            let (more, as_likely) = parted(self.attempts(&followers(&considered, &leaders)));
+            tried = more;
+            likely.extend(as_likely);
+        }
+        let mut tried = self.sharpened_near_misses(tried);
         let lowest = tried.iter().map(|a| a.cost).min_by(f64::total_cmp);
         let Some(lowest) = lowest else {
             if !self.accepted.is_empty() {
@@ -143,6 +147,13 @@ impl Search<'_> {
         let both = self.at_once(&screen, &chosen, &considered);
         let both = both.map(|both| self.sharpened(both));
         Ok((considered, Some(both.unwrap_or(chosen))))
+    }
+
+    /// The accepted terms with one more, for each of these under which the machine can move.
+    fn attempts(&self, more: &[&Considered]) -> Vec<Attempt> {
+        let tried = more.par_iter();
+        let tried = tried.map(|one| self.attempt_in_some_shape(one).ok());
+        tried.collect::<Vec<_>>().into_iter().flatten().collect()
     }
 
     /// Where none of the attempts leaves sensor noise alone, those that come near the best one

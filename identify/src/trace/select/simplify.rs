@@ -42,6 +42,30 @@ impl Search<'_> {
         })
     }
 
+    /// One of two accepted terms alone, if it explains the log as well: a simple one that came
+    /// first may have left a rich one little to explain, far from where that is alone.
+    pub(super) fn alone(&self) -> Option<Attempt> {
+        let [a, b] = self.accepted[..] else {
+            return None;
+        };
+        let tried = [(a, b), (b, a)].into_par_iter().map(|(kept, gone)| {
+            let afresh = self.first_round.iter().find(|c| c.candidate == kept)?;
+            let mut explanation = self.current.explanation.clone();
+            reset(self.dictionary, &mut explanation, gone);
+            for &(parameter, value) in &afresh.values {
+                explanation.values[parameter] = value;
+            }
+            let alone = fit(self.dictionary, &[kept], explanation).ok()?;
+            let limit = self.current.cost + TIE;
+            (alone.cost < limit).then_some(alone)
+        });
+        let tried: Vec<Option<Attempt>> = tried.collect();
+        tried
+            .into_iter()
+            .flatten()
+            .min_by(|a, b| a.cost.total_cmp(&b.cost))
+    }
+
     /// Candidates at the place of `rich` that have fewer parameters and share some of its;
     /// and two at a time that share all.
     fn simpler(&self, rich: usize, attempt: &Attempt) -> Vec<Vec<usize>> {
