@@ -90,3 +90,32 @@ fn earns(considered: &&Considered) -> bool {
     let held_out = considered.held_out_gain;
     considered.score > MARGIN && held_out.is_none_or(|gain| gain > MARGIN)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn followers_did_well_on_samples_not_fitted() {
+        let one = |candidate: usize, score: f64, held_out_gain: Option<f64>| Considered {
+            candidate,
+            gain: score,
+            score,
+            held_out_gain,
+            values: Vec::new(),
+            columns: Vec::new(),
+            other_shapes: Vec::new(),
+        };
+        let considered = [
+            one(0, 100.0, Some(20.0)),
+            one(1, 90.0, Some(15.0)),
+            one(2, 80.0, None),
+            one(3, 70.0, Some(60.0)),
+            one(4, 60.0, Some(-5.0)),
+            one(5, 1.0, Some(50.0)),
+        ];
+        let found = followers(&considered, &[&considered[0]]);
+        let found: Vec<usize> = found.iter().map(|c| c.candidate).collect();
+        assert_eq!(found, [3, 1, 2]);
+    }
+}
