@@ -100,12 +100,8 @@ fn is_there(columns: &[String], name: &str) -> bool {
 
 /// The last number in a name.
 fn number(name: &str) -> Option<u64> {
-    let digits = name.split(|c: char| !c.is_ascii_digit());
-    digits
-        .filter(|run| !run.is_empty())
-        .next_back()?
-        .parse()
-        .ok()
+    let mut runs = name.split(|c: char| !c.is_ascii_digit());
+    runs.rfind(|run| !run.is_empty())?.parse().ok()
 }
 
 /// The words of a name, without numbers.
