@@ -29,18 +29,11 @@ impl Log {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-
-    fn log(header: &str) -> Log {
-        let columns = header.matches(',').count();
-        let rows = (0..60).map(|k| format!("{}{}\n", 0.01 * f64::from(k), ",1".repeat(columns)));
-        let text = format!("{header}\n{}", rows.collect::<String>());
-        Log::from_bytes("test.csv", text.as_bytes()).unwrap()
-    }
+    use super::super::tests::headed;
 
     #[test]
     fn what_has_no_column_is_not_driven() {
-        let mut log = log("t,q_a,q_b,u_a");
+        let mut log = headed("t,q_a,q_b,u_a");
         log.assume_no_input(["a", "b"].into_iter());
         assert_eq!(log.channels["u_b"], vec![0.0; 60]);
         assert_eq!(log.channels["u_a"], vec![1.0; 60]);
@@ -49,7 +42,7 @@ mod tests {
 
     #[test]
     fn a_misspelt_column_is_not_overlooked() {
-        let mut log = log("t,q_a,q_b,u_1");
+        let mut log = headed("t,q_a,q_b,u_1");
         log.assume_no_input(["a", "b"].into_iter());
         assert!(!log.channels.contains_key("u_a"));
     }

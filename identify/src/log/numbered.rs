@@ -1,5 +1,6 @@
 //! Joints that a log knows by their numbers alone.
 
+use super::map::{COMMANDED, PREFIXES};
 use super::{Log, Warning};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,7 +22,7 @@ impl Log {
         else {
             return;
         };
-        let Some(motors) = matched(&self.called(&["u_", "ucmd_"]), inputs) else {
+        let Some(motors) = matched(&self.called(&["u_", COMMANDED]), inputs) else {
             return;
         };
         let new_name = |column: &String| {
@@ -62,9 +63,9 @@ impl Log {
 
 /// A column's prefix, empty if it has none, and the name behind it.
 fn split(column: &str) -> (&str, &str) {
-    let prefixes = ["q_", "dq_", "ddq_", "u_", "ucmd_"];
-    let prefix = prefixes.into_iter().find(|p| column.starts_with(p));
-    column.split_at(prefix.map_or(0, str::len))
+    let mut prefixes = PREFIXES.iter().chain(&[COMMANDED]);
+    let prefix = prefixes.find(|prefix| column.starts_with(**prefix));
+    column.split_at(prefix.map_or(0, |prefix| prefix.len()))
 }
 
 /// The name that each column's number means; `None` if it is not plain for all of them.
@@ -114,18 +115,11 @@ fn words(name: &str) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::super::tests::{headed, names};
 
-    fn log(header: &str) -> Log {
-        let columns = header.matches(',').count();
-        let rows = (0..60).map(|k| format!("{}{}\n", 0.01 * f64::from(k), ",1".repeat(columns)));
-        let text = format!("{header}\n{}", rows.collect::<String>());
-        Log::from_bytes("test.csv", text.as_bytes()).unwrap()
-    }
-
-    fn renamed(header: &str, names: &[&str]) -> Vec<String> {
-        let mut log = log(header);
-        let names: Vec<String> = names.iter().map(|&name| name.to_owned()).collect();
+    fn renamed(header: &str, joints: &[&str]) -> Vec<String> {
+        let mut log = headed(header);
+        let names = names(joints);
         log.name_by_number(&names, &names);
         log.channels.into_keys().collect()
     }
@@ -148,10 +142,10 @@ mod tests {
 
     #[test]
     fn nothing_is_guessed() {
-        let stays = |header: &str, names: &[&str]| {
+        let stays = |header: &str, joints: &[&str]| {
             let mut columns: Vec<&str> = header.split(',').skip(1).collect();
             columns.sort_unstable();
-            assert_eq!(renamed(header, names), columns, "{names:?}");
+            assert_eq!(renamed(header, joints), columns, "{joints:?}");
         };
         // From nought on; a motor; one too many; one too few; an input that belongs to none.
         stays("t,q_0,q_1", &ARM);

@@ -15,6 +15,14 @@ fn good(n: usize) -> String {
     text
 }
 
+/// A log of sixty samples with these columns, the first of which is `t`; all others are one.
+pub(super) fn headed(header: &str) -> Log {
+    let columns = header.matches(',').count();
+    let rows = (0..60).map(|k| format!("{}{}\n", 0.01 * f64::from(k), ",1".repeat(columns)));
+    let text = format!("{header}\n{}", rows.collect::<String>());
+    Log::from_bytes("test.csv", text.as_bytes()).unwrap()
+}
+
 fn row(k: usize) -> String {
     let t = 0.01 * k as f64;
     format!("{t:.2},{:.7},{:.7}", (3.0 * t).sin(), (5.0 * t).cos())
@@ -37,7 +45,7 @@ fn refused(bytes: impl AsRef<[u8]>) -> String {
     }
 }
 
-fn names(list: &[&str]) -> Vec<String> {
+pub(super) fn names(list: &[&str]) -> Vec<String> {
     list.iter().map(|name| (*name).to_owned()).collect()
 }
 

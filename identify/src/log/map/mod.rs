@@ -98,9 +98,9 @@ enum Wrap {
 }
 
 /// Prefixes of channels.
-const PREFIXES: [&str; 4] = ["q_", "dq_", "ddq_", "u_"];
+pub(super) const PREFIXES: [&str; 4] = ["q_", "dq_", "ddq_", "u_"];
 /// What comes before the name of an input as it was commanded.
-const COMMANDED: &str = "ucmd_";
+pub(super) const COMMANDED: &str = "ucmd_";
 
 impl Map {
     /// Where the map of a log is looked for: `arm.toml` beside `arm.csv`, `arm.csv.gz`,

@@ -101,7 +101,8 @@ impl Search<'_> {
         }
     }
 
-    fn is_parameter(&self, candidate: usize) -> bool {
+    /// Whether a candidate is another value of one of the model's parameters.
+    pub(super) fn is_parameter(&self, candidate: usize) -> bool {
         let subject = &self.dictionary.candidates[candidate].subject;
         matches!(subject, Subject::Parameter(_))
     }

@@ -7,7 +7,6 @@
 
 use super::fitting::fit;
 use super::search::{Attempt, Search};
-use crate::trace::dictionary::Subject;
 use crate::trace::rivals::Alternative;
 use rayon::prelude::*;
 
@@ -20,14 +19,10 @@ impl Search<'_> {
     /// The accepted terms with one replaced by that of its `alternatives` which explains the log
     /// better, after what its parameters cost; or by a parameter that explains it exactly as well.
     pub(super) fn outdone(&self, alternatives: &[Vec<Alternative>]) -> Option<Attempt> {
-        let is_parameter = |candidate: usize| {
-            let subject = &self.dictionary.candidates[candidate].subject;
-            matches!(subject, Subject::Parameter(_))
-        };
         let replacement = |(&term, alternatives): (&usize, &Vec<Alternative>)| {
             let better = alternatives.first().filter(|a| a.better > BETTER);
-            let same = |a: &&Alternative| a.better > -SAME && is_parameter(a.candidate);
-            let plain = || match is_parameter(term) {
+            let same = |a: &&Alternative| a.better > -SAME && self.is_parameter(a.candidate);
+            let plain = || match self.is_parameter(term) {
                 true => None,
                 false => alternatives.iter().find(same),
             };
