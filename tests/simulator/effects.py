@@ -53,6 +53,17 @@ def _payload(s, shape, ref):
     return found
 
 
+def _lugre(s, shape, ref):
+    return {"Fc": s * ref["F"], "d": 0.1 * s * ref["F"] / ref["V"],
+            "reach": min(max((0.03 + 0.05 * shape[0]) * ref["X"], 2e-3), 0.25), "rise": 0.4 + 0.8 * shape[1],
+            "vst": min(max((0.2 + 0.2 * shape[2]) * ref["V"], 0.02), 0.9)}
+
+
+def _com_offset(s, shape, ref):
+    way = 2 * np.pi * shape[0]
+    return {"x": 0.5 * s * ref["length"] * np.cos(way), "y": 0.5 * s * ref["length"] * np.sin(way)}
+
+
 def _bouc_wen(s, shape, ref):
     reach = (0.15 + 0.15 * shape[0]) * ref["X"]
     return {"k": s * ref["F"] / reach, "A": 1.0, "beta": 0.67 / reach, "gamma": 0.33 / reach}
@@ -88,6 +99,12 @@ KINDS = {k.name: k for k in (
     Kind("load_friction", plant.LOAD_FRICTION, "force",
          "Q[coord] += -mu * |u_act[coord]| * tanh(dq[coord]/vs)   (load = acting drive torque)",
          lambda s, w, r: {"mu": s, "vs": _smooth(w, r)}, 0.4),
+    Kind("lugre", plant.LUGRE, "memory",
+         "zdot = (dq - |dq| z / (1 + rise * exp(-(dq/vst)^2))) / reach ;  Q[coord] += -Fc * z - d * dq ; z(0)=0",
+         _lugre),
+    Kind("rolling_resistance", plant.ROLLING_RESISTANCE, "force",
+         "Q += -f * tanh(|v|/vs) * v/|v| over the translations (x, y or x, y, z)",
+         lambda s, w, r: {"f": s * r["F"], "vs": _smooth(w, r)}),
     Kind("contact_friction", plant.CONTACT_FRICTION, "force",
          "tangential force at the contact: F = -mu * |N| * tanh(|v|/vs) * v/|v|, N = |lam| * ||A||",
          lambda s, w, r: {"mu": s, "vs": _smooth(w, r)}, 0.5, first=0.05),
@@ -96,6 +113,13 @@ KINDS = {k.name: k for k in (
     Kind("payload", plant.PAYLOAD, "inertia",
          "point mass m_add on the link (pole) at distance L_add from its proximal joint; "
          "unicycle: at (x_add, y_add) ahead and left of C", _payload),
+    Kind("com_offset", plant.COM_OFFSET, "inertia",
+         "the link's centre of mass is x further along the link and y across it (counter-clockwise)", _com_offset),
+    Kind("joint_coupling", plant.JOINT_COUPLING, "coupling",
+         "w = dq[a] + dq[b] ;  T += I w^2 / 2 ;  Q[a], Q[b] += -d * w - Fc * tanh(w/vs)",
+         lambda s, w, r: {"I": 0.3 * s * r["M"], "d": 0.3 * s * r["F"] / r["V"], "Fc": s * r["F"], "vs": _smooth(w, r)}),
+    Kind("gravity_tilt", plant.GRAVITY_TILT, "gravity", "gravity is turned by delta, counter-clockwise",
+         lambda s, w, r: {"delta": 0.3 * s * _sign(w)}),
     Kind("input_gain", plant.INPUT_GAIN, "input", "u_act[input] = c * u[input]",
          lambda s, w, r: {"c": 1 - _sign(w) * s}, 0.5),
     Kind("input_bias", plant.INPUT_BIAS, "input", "u_act[input] = u[input] + u0",
@@ -110,6 +134,15 @@ KINDS = {k.name: k for k in (
          "u_act[input] = 0 where |u| < w, else u - w * sign(u)", lambda s, w, r: {"w": s * r["U"]}),
     Kind("saturation", plant.SATURATION, "input", "u_act[input] = clip(u, -u_max, u_max)",
          lambda s, w, r: {"u_max": r["U"] * 2.2 / (1 + 2 * s)}, 1.5, first=0.5),
+    Kind("backlash", plant.BACKLASH, "input",
+         "u_act stays while u moves within w of it, else follows at that distance; u_act(0) = u(0)",
+         lambda s, w, r: {"w": s * r["U"]}),
+    Kind("measurement_offset", -1, "sensor", "q_logged = q + offset",
+         lambda s, w, r: {"offset": s * r["X"] * _sign(w)}),
+    Kind("measurement_scale", -1, "sensor", "q_logged = scale * q, dq and ddq alike",
+         lambda s, w, r: {"scale": 1 + 0.3 * s * _sign(w)}),
+    Kind("time_shift", -1, "sensor", "q_logged(t) = q(t - tau), dq and ddq alike",
+         lambda s, w, r: {"tau": 0.05 * s * _sign(w)}),
     Kind("bouc_wen", plant.BOUC_WEN, "force",
          "zdot = A*dq - beta*|dq|*z - gamma*dq*|z| ;  Q[coord] += -k*z ; z(0)=0   (dq = dq[coord])",
          _bouc_wen, source=OUTSIDE),
@@ -125,8 +158,8 @@ KINDS = {k.name: k for k in (
          lambda s, w, r: {}, 0.4, first=0.1),
 )}
 
-JOINT_EFFECTS = ("viscous", "coulomb", "asymmetric_coulomb", "stribeck", "quadratic_drag",
-                 "constant_force", "spring", "cubic_spring", "cogging")
+# families of which a log's states and inputs tell the force, without a state that is hidden
+ALONG_A_LOG = ("force", "inertia", "coupling", "gravity", "input", "parameter")
 
 
 @dataclass
@@ -151,7 +184,7 @@ class Effect:
 
     def records(self):
         """Rows (kind, target, six numbers) for plant.py."""
-        if self.kind.family == "parameter":
+        if self.kind.family in ("parameter", "sensor"):
             return []
         numbers = list(self.parameters().values())
         numbers += [0.0] * (6 - len(numbers))
@@ -161,12 +194,15 @@ class Effect:
 
 # two of a group at one place are one effect to any observer
 ALIKE = (
-    {"coulomb", "asymmetric_coulomb", "stribeck", "load_friction"},
-    {"viscous", "quadratic_drag", "speed_drag", "stribeck"},
+    {"coulomb", "asymmetric_coulomb", "stribeck", "load_friction", "lugre"},
+    {"viscous", "quadratic_drag", "speed_drag", "stribeck", "lugre"},
     {"spring", "cubic_spring"},
+    {"spring", "constant_force", "input_bias"},
     {"constant_force", "input_bias", "asymmetric_coulomb"},
-    {"input_delay", "input_lag"},
-    {"input_gain", "dead_band", "saturation"},
+    {"payload", "com_offset"},
+    {"speed_drag", "rolling_resistance"},
+    {"input_delay", "input_lag", "time_shift"},
+    {"input_gain", "dead_band", "saturation", "backlash"},
 )
 
 
@@ -201,7 +237,16 @@ def places(system, name):
         return inputs + [(tuple(range(len(inputs))), list(system.inputs))]
     if KINDS[name].family == "input":
         return inputs
-    if name == "speed_drag":
+    if name == "gravity_tilt":
+        return [(0, [])] if system.code in (plant.CHAIN, plant.CARTPOLE) else []
+    if name == "joint_coupling":
+        pairs = zip(system.coords, system.coords[1:])
+        return [(i, [a, b]) for i, (a, b) in enumerate(pairs)] if system.name in ("pendulum2", "planar_arm") else []
+    if name == "com_offset":
+        return [(i, [f"link{i + 1}"]) for i in range(system.links)] if system.name in ("pendulum2", "planar_arm") else []
+    if KINDS[name].family == "sensor":
+        return coordinates
+    if name in ("speed_drag", "rolling_resistance"):
         return [(0, list(system.coords[:2 if system.name == "unicycle2d" else 3]))] \
             if system.name in ("unicycle2d", "surface_particle") else []
     if name == "contact_friction":

@@ -31,6 +31,27 @@ class Run:
     multipliers: np.ndarray
 
 
+def _misread(effect, q, v, a, step):
+    """Position, velocity and acceleration of a coordinate as a faulty sensor reads them."""
+    x = effect.parameters()
+    if effect.kind.name == "measurement_offset":
+        return q + x["offset"], v, a
+    if effect.kind.name == "measurement_scale":
+        return x["scale"] * q, x["scale"] * v, x["scale"] * a
+    whole = int(np.floor(-x["tau"] / step))
+    s = -x["tau"] / step - whole
+    last = len(q) - 1
+    here = np.clip(np.arange(len(q)) + whole, 0, last)
+    there = np.clip(here + 1, 0, last)
+
+    def between(y, slope):
+        """The cubic through both values and slopes."""
+        return ((2 * s**3 - 3 * s**2 + 1) * y[here] + (s**3 - 2 * s**2 + s) * step * slope[here]
+                + (3 * s**2 - 2 * s**3) * y[there] + (s**3 - s**2) * step * slope[there])
+
+    return between(q, v), between(v, a), (1 - s) * a[here] + s * a[there]
+
+
 class Machine:
     """A system with nominal numbers, a sensor, two motions and a list of effects."""
 
@@ -109,10 +130,10 @@ class Machine:
         if kind.family == "input":
             chosen = list(where) if isinstance(where, tuple) else [where]
             ref["U"] = float(self.input_rms[chosen].mean())
-        elif name == "payload":
+        elif name in ("payload", "com_offset"):
             ref |= self._payload_reference(where)
         elif kind.family != "parameter":
-            if name in ("speed_drag", "contact_friction"):
+            if name in ("speed_drag", "rolling_resistance", "contact_friction"):
                 ref |= {"F": float(self.force[:2].mean()), "V": float(np.hypot(*self.speed[:2]))}
             else:
                 ref |= {"F": float(self.force[where]), "V": float(self.speed[where])}
@@ -140,6 +161,10 @@ class Machine:
         """Steps per sample: 1 ms, finer where a smooth sign is steep for a light coordinate."""
         stiff = 0.0
         for kind, target, x in zip(*records):
+            if kind == plant.ROLLING_RESISTANCE:
+                stiff = max(stiff, x[0] / x[1] * self.lightness[:2].max())
+            elif kind == plant.JOINT_COUPLING:
+                stiff = max(stiff, x[2] / x[3] * 2 * self.lightness[target:target + 2].sum())
             slope = {plant.COULOMB: (0, 1), plant.ASYMMETRIC_COULOMB: (0, 2), plant.STRIBECK: (1, 3),
                      plant.CONTACT_FRICTION: None}.get(kind)
             if slope:
@@ -169,13 +194,24 @@ class Machine:
             rollout.project(self.system.code, p, self.system.constraints, q, v, 0.0, *records)
         return q, v
 
-    def measured(self, which, run):
-        """Channels as the sensors give them, unrounded."""
+    def margin(self):
+        """Samples at both ends of a run for which a sensor that is late or early has no reading."""
+        late = [abs(e.parameters()["tau"]) for e in self.effects if e.kind.name == "time_shift"]
+        return int(np.ceil(max(late, default=0.0) * self.rate - 1e-9))
+
+    def measured(self, which, run, corrected=()):
+        """Channels as the sensors give them, unrounded; errors of the `corrected` effects apart."""
         noise = self.noise[which]
-        q = run.q + noise["q"]
+        position, v, a = run.q.copy(), run.v.copy(), run.a.copy()
+        for e in self.effects:
+            if e.kind.family == "sensor" and not any(e is c for c in corrected):
+                channel = tuple(x[:, e.where] for x in (position, v, a))
+                for own, read in zip(channel, _misread(e, *channel, 1 / self.rate)):
+                    own[:] = read
+        q = position + noise["q"]
         quantum = np.where(self.quantum > 0, self.quantum, 1.0)
         q = np.where(self.quantum > 0, np.round(q / quantum) * quantum, q)
-        every = {"q": q, "dq": run.v + noise["dq"], "ddq": run.a + noise["ddq"]}
+        every = {"q": q, "dq": v + noise["dq"], "ddq": a + noise["ddq"]}
         return {k: every[k] for k in self.columns if k != "u"}
 
     # --- visibility -----------------------------------------------------------
@@ -188,16 +224,17 @@ class Machine:
             run = self.run(which)
             if not np.all(np.isfinite(run.q)) or not self.tame(run):
                 return None
-            log = oracle.Log(self, run, self.measured(which, run))
             without = []
             for e in self.effects:
                 rest = [o for o in self.effects if o is not e]
-                without.append(self._error(log, run, rest)[0])
-            found[which] = {"run": run, "floor": self._error(log, run, self.effects),
-                            "nominal": self._error(log, run, []), "scale": log.scale, "without": without}
+                without.append(self._error(which, run, rest)[0])
+            true = oracle.Log(self, run, self.measured(which, run, self.effects))
+            found[which] = {"run": run, "floor": self._error(which, run, self.effects),
+                            "nominal": self._error(which, run, []), "scale": true.scale, "without": without}
         return found
 
-    def _error(self, log, run, kept):
+    def _error(self, which, run, kept):
+        log = oracle.Log(self, run, self.measured(which, run, kept))
         p = self.system.vector(self.true_parameters(kept))
         return log.error(p, fx.encode(kept), self._states(run, kept))
 
@@ -251,7 +288,7 @@ class Machine:
         run, p = score["train"]["run"], self.system.vector(self.nominal)
         base = oracle.signature(self, run, p, no_effects(), run.z[:, :0])
         rivals = [(name, on, self._signature(run, [self.effect(name, where, on, np.full(3, 0.4))]) - base)
-                  for name, kind in fx.KINDS.items() if kind.source == fx.LIBRARY
+                  for name, kind in fx.KINDS.items() if kind.source == fx.LIBRARY and kind.family in fx.ALONG_A_LOG
                   for where, on in fx.places(self.system, name)]
         found = []
         for e in self.effects:

@@ -34,14 +34,15 @@ class Log:
 
     def __init__(self, machine, run, measured):
         rate, self.machine, self.run = machine.rate, machine, run
-        q, dq, ddq = (measured.get(k) for k in ("q", "dq", "ddq"))
+        blank, count = machine.margin(), len(run.q)
+        q, dq, ddq = (None if k not in measured else measured[k][blank:count - blank] for k in ("q", "dq", "ddq"))
         self.half = (len(smoother(rate, 0)) - 1) // 2
-        self.inner = slice(self.half, len(q) - self.half)
-        self.t = np.arange(len(q)) / rate
+        self.inner = slice(blank + self.half, count - blank - self.half)
+        self.t = np.arange(count) / rate
         self.q = filtered(q, rate)
         self.v = filtered(dq, rate) if dq is not None else filtered(q, rate, 1)
         if ddq is not None:
-            self.a = ddq[self.inner]
+            self.a = ddq[self.half:-self.half]
         else:
             self.a = filtered(dq, rate, 1) if dq is not None else filtered(q, rate, 2)
         self.smooth = ddq is None

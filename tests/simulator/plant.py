@@ -17,19 +17,21 @@ CHAIN, CARTPOLE, PARTICLE, UNICYCLE, DUFFING = range(5)
 
 # effects: generalised forces, inertia, hidden states, input channel
 (VISCOUS, COULOMB, STRIBECK, QUADRATIC_DRAG, SPEED_DRAG, CONSTANT_FORCE, SPRING, CUBIC_SPRING,
- COGGING, LOAD_FRICTION, CONTACT_FRICTION, POSITION_VISCOUS, ASYMMETRIC_COULOMB) = range(13)
-ARMATURE, PAYLOAD = 20, 21
-BOUC_WEN, DAHL = 30, 31
-INPUT_GAIN, INPUT_BIAS, INPUT_DELAY, INPUT_LAG, DEAD_BAND, SATURATION = range(40, 46)
+ COGGING, LOAD_FRICTION, CONTACT_FRICTION, POSITION_VISCOUS, ASYMMETRIC_COULOMB,
+ ROLLING_RESISTANCE) = range(14)
+ARMATURE, PAYLOAD, COM_OFFSET, JOINT_COUPLING, GRAVITY_TILT = range(20, 25)
+BOUC_WEN, DAHL, LUGRE = range(30, 33)
+INPUT_GAIN, INPUT_BIAS, INPUT_DELAY, INPUT_LAG, DEAD_BAND, SATURATION, BACKLASH = range(40, 47)
 
 
 @njit()
 def chain_bodies(n, p, kinds, targets, numbers):
-    """Rows (link, mass, distance along that link, inertia): the links, then payloads."""
+    """Rows (link, mass, distance from its joint, inertia, angle from the link): the links, then
+    payloads. A centre of mass that is elsewhere is at another distance and angle."""
     extra = 0
     for e in range(len(kinds)):
         extra += kinds[e] == PAYLOAD
-    bodies = np.zeros((n + extra, 4))
+    bodies = np.zeros((n + extra, 5))
     for i in range(n):
         bodies[i, 0], bodies[i, 1] = i, p[4 * i]
         bodies[i, 2], bodies[i, 3] = p[4 * i + 2], p[4 * i + 3]
@@ -38,16 +40,31 @@ def chain_bodies(n, p, kinds, targets, numbers):
         if kinds[e] == PAYLOAD:
             bodies[row, 0], bodies[row, 1], bodies[row, 2] = targets[e], numbers[e, 0], numbers[e, 1]
             row += 1
+        elif kinds[e] == COM_OFFSET:
+            link = targets[e]
+            along, across = bodies[link, 2] + numbers[e, 0], numbers[e, 1]
+            bodies[link, 2], bodies[link, 4] = math.hypot(along, across), math.atan2(across, along)
     return bodies
 
 
 @njit()
-def chain_terms(n, p, q, v, bodies, M, Q):
+def gravity_turn(kinds, numbers):
+    """Angle by which gravity is turned, counter-clockwise."""
+    angle = 0.0
+    for e in range(len(kinds)):
+        if kinds[e] == GRAVITY_TILT:
+            angle += numbers[e, 0]
+    return angle
+
+
+@njit()
+def chain_terms(n, p, q, v, bodies, tilt, M, Q):
     """Planar chain with relative angles; p = (m, L, lc, I) per link, g, g-direction, d.
 
     Absolute angles phi = cumulative sum of q. With r_i the lever of link i for a
     body, M_abs[i,j] = sum m r_i r_j cos(phi_i - phi_j), and the bias likewise with
-    the sine. p[4n+1] = 0: phi from the downward vertical; 1: phi from the x axis.
+    the sine; at the body itself phi is that of its lever. Gravity is turned by `tilt`.
+    p[4n+1] = 0: phi from the downward vertical; 1: phi from the x axis.
     """
     g, from_x = p[4 * n], p[4 * n + 1] > 0.5
     phi, w = np.cumsum(q), np.cumsum(v)
@@ -57,11 +74,13 @@ def chain_terms(n, p, q, v, bodies, M, Q):
         absolute[last, last] += bodies[body, 3]
         for i in range(last + 1):
             ri = p[4 * i + 1] if i < last else bodies[body, 2]
-            force[i] -= mass * g * ri * (math.cos(phi[i]) if from_x else math.sin(phi[i]))
+            at_i = phi[i] if i < last else phi[i] + bodies[body, 4]
+            force[i] -= mass * g * ri * (math.cos(at_i - tilt) if from_x else math.sin(at_i - tilt))
             for j in range(last + 1):
                 rj = p[4 * j + 1] if j < last else bodies[body, 2]
-                absolute[i, j] += mass * ri * rj * math.cos(phi[i] - phi[j])
-                force[i] -= mass * ri * rj * math.sin(phi[i] - phi[j]) * w[j] * w[j]
+                at_j = phi[j] if j < last else phi[j] + bodies[body, 4]
+                absolute[i, j] += mass * ri * rj * math.cos(at_i - at_j)
+                force[i] -= mass * ri * rj * math.sin(at_i - at_j) * w[j] * w[j]
     for i in range(n):
         Q[i] = force[i:].sum()
         for j in range(n):
@@ -93,16 +112,18 @@ def terms(system, p, q, v, t, kinds, targets, numbers, M, Q, A, b, c, rate):
     """Fills M, Q (without inputs), A, b, c and rate (dc/dt, or c if nonholonomic)."""
     n, m = len(q), len(b)
     M[:, :], Q[:], A[:, :] = 0.0, 0.0, 0.0
+    tilt = gravity_turn(kinds, numbers)
     if system == CHAIN:
-        chain_terms(n, p, q, v, chain_bodies(n, p, kinds, targets, numbers), M, Q)
+        chain_terms(n, p, q, v, chain_bodies(n, p, kinds, targets, numbers), tilt, M, Q)
         if m == 2:
             chain_closure(n, p, q, v, A, b, c, rate)
     elif system == CARTPOLE:  # mc, mp, l, I, g
-        _pole(p[1], p[2], p[3], p[4], q, v, M, Q)
+        _pole(p[1], p[2], p[3], p[4], tilt, q, v, M, Q)
         M[0, 0] += p[0]
+        Q[0] += p[0] * p[4] * math.sin(tilt)
         for e in range(len(kinds)):
             if kinds[e] == PAYLOAD:
-                _pole(numbers[e, 0], numbers[e, 1], 0.0, p[4], q, v, M, Q)
+                _pole(numbers[e, 0], numbers[e, 1], 0.0, p[4], tilt, q, v, M, Q)
     elif system == PARTICLE:  # m, p1..p5, g
         for i in range(3):
             M[i, i] = p[0]
@@ -140,14 +161,14 @@ def terms(system, p, q, v, t, kinds, targets, numbers, M, Q, A, b, c, rate):
 
 
 @njit()
-def _pole(mass, length, inertia, g, q, v, M, Q):
+def _pole(mass, length, inertia, g, tilt, q, v, M, Q):
     sine, cosine = math.sin(q[1]), math.cos(q[1])
     M[0, 0] += mass
     M[0, 1] += mass * length * cosine
     M[1, 0] += mass * length * cosine
     M[1, 1] += inertia + mass * length * length
-    Q[0] += mass * length * sine * v[1] * v[1]
-    Q[1] -= mass * g * length * sine
+    Q[0] += mass * length * sine * v[1] * v[1] + mass * g * math.sin(tilt)
+    Q[1] -= mass * g * length * math.sin(q[1] - tilt)
 
 
 @njit()
@@ -207,6 +228,8 @@ def effect_force(kind, x, q, v, load, z):
         return -x[0] * z
     if kind == DAHL:
         return -z
+    if kind == LUGRE:
+        return -x[0] * z - x[1] * v
     return 0.0
 
 
@@ -217,6 +240,8 @@ def hidden_rate(kind, x, v, z, command):
         return x[1] * v - x[2] * abs(v) * z - x[3] * v * abs(z)
     if kind == DAHL:  # Fc, sigma
         return x[1] * (v - abs(v) * z / x[0])
+    if kind == LUGRE:  # Fc, d, reach, rise, vst
+        return (v - abs(v) * z / (1 + x[3] * math.exp(-(v / x[4])**2))) / x[2]
     if kind == INPUT_LAG:
         return (command - z) / x[0]
     return 0.0
@@ -270,14 +295,25 @@ def acceleration(system, p, m, driven, kinds, targets, numbers, q, v, t, u, z):
         kind, i, x = kinds[e], targets[e], numbers[e]
         if kind == ARMATURE:
             M[i, i] += x[0]
-        elif kind == SPEED_DRAG:
+        elif kind == SPEED_DRAG or kind == ROLLING_RESISTANCE:
             planar = 2 if system == UNICYCLE else n
             speed = math.sqrt((v[:planar]**2).sum())
+            if kind == SPEED_DRAG:
+                per_velocity = x[0] * speed
+            else:
+                per_velocity = x[0] * (math.tanh(speed / x[1]) / speed if speed > 1e-9 else 1 / x[1])
             for j in range(planar):
-                Q[j] -= x[0] * speed * v[j]
+                Q[j] -= per_velocity * v[j]
+        elif kind == JOINT_COUPLING:  # I, d, Fc, vs of a drive that turns with joints i and i + 1
+            together = v[i] + v[i + 1]
+            force = -x[1] * together - x[2] * math.tanh(together / x[3])
+            for j in range(i, i + 2):
+                Q[j] += force
+                M[j, i] += x[0]
+                M[j, i + 1] += x[0]
         elif kind == CONTACT_FRICTION:
             friction = e
-        elif kind < ARMATURE or kind == BOUC_WEN or kind == DAHL:
+        elif kind < ARMATURE or BOUC_WEN <= kind <= LUGRE:
             load = 0.0
             for j in range(len(u)):
                 if driven[j] == i:

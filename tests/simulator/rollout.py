@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from compiled import njit
-from plant import (DEAD_BAND, INPUT_BIAS, INPUT_DELAY, INPUT_GAIN, INPUT_LAG, SATURATION,
+from plant import (BACKLASH, DEAD_BAND, INPUT_BIAS, INPUT_DELAY, INPUT_GAIN, INPUT_LAG, SATURATION,
                    UNICYCLE, acceleration, hidden_rate, solve_in_place, terms)
 
 
@@ -52,8 +52,14 @@ def delays(nu, kinds, targets, numbers, step):
 
 
 @njit()
+def through_play(z, value, width):
+    """What follows a value through a play of half that width, from where it was last."""
+    return min(max(z, value - width), value + width)
+
+
+@njit()
 def acting_input(nodes, k, fraction, late, first_order, kinds, targets, numbers, z):
-    """The input that acts: delay, lag (its state in z), then `through_channel`."""
+    """The input that acts: delay, lag or play (its state in z), then `through_channel`."""
     nu = nodes.shape[1]
     commanded, acting = np.empty(nu), np.empty(nu)
     for j in range(nu):
@@ -62,6 +68,8 @@ def acting_input(nodes, k, fraction, late, first_order, kinds, targets, numbers,
         for e in range(len(kinds)):
             if kinds[e] == INPUT_LAG and targets[e] == j:
                 value = z[e]
+            elif kinds[e] == BACKLASH and targets[e] == j:
+                value = through_play(z[e], value, numbers[e, 0])
         acting[j] = through_channel(value, j, kinds, targets, numbers)
     return commanded, acting
 
@@ -143,7 +151,7 @@ def simulate(system, p, m, driven, kinds, targets, numbers, q0, v0, open_loop, g
             nodes[k + 1] = np.round((open_loop[k + 1] + fb) * 1e5) / 1e5
         if k == 0:
             for e in range(len(kinds)):
-                if kinds[e] == INPUT_LAG:
+                if kinds[e] == INPUT_LAG or kinds[e] == BACKLASH:
                     z[e] = nodes[0, targets[e]]
         for s in range(substeps):
             f0, t = s / substeps, (k + s / substeps) * step
@@ -168,6 +176,10 @@ def simulate(system, p, m, driven, kinds, targets, numbers, q0, v0, open_loop, g
             z = z + h / 6 * (g1 + 2 * g2 + 2 * g3 + g4)
             if m > 0 and projected:
                 project(system, p, m, q, v, t1, kinds, targets, numbers)
+        for e in range(len(kinds)):
+            if kinds[e] == BACKLASH:  # within a sample a command goes one way only
+                j = targets[e]
+                z[e] = through_play(z[e], command_at(nodes, j, k, 1.0, late[j], first_order), numbers[e, 0])
         if not np.all(np.isfinite(q)) or np.max(np.abs(v)) > 1e3:
             break
     Q[:] = np.nan
@@ -176,21 +188,25 @@ def simulate(system, p, m, driven, kinds, targets, numbers, q0, v0, open_loop, g
 
 @njit()
 def input_series(nodes, step, first_order, kinds, targets, numbers):
-    """The acting input at every sample for a logged command (lag integrated exactly)."""
+    """The acting input at every sample for a logged command (lag and play followed exactly)."""
     count, nu = nodes.shape
     found = np.empty((count, nu))
     late = delays(nu, kinds, targets, numbers, step)
     last = np.empty((count + 1, nu))
     last[:count], last[count] = nodes, nodes[count - 1]
     for j in range(nu):
-        lag = 0.0
+        lag, play = 0.0, -1.0
         for e in range(len(kinds)):
             if kinds[e] == INPUT_LAG and targets[e] == j:
                 lag = numbers[e, 0]
+            elif kinds[e] == BACKLASH and targets[e] == j:
+                play = numbers[e, 0]
         x = nodes[0, j]
         for k in range(count):
             value = command_at(last, j, k, 0.0, late[j], first_order)
-            found[k, j] = through_channel(x if lag > 0 else value, j, kinds, targets, numbers)
+            if play >= 0:
+                x = through_play(x, value, play)
+            found[k, j] = through_channel(x if lag > 0 or play >= 0 else value, j, kinds, targets, numbers)
             if lag > 0:
                 end = command_at(last, j, k, 1.0, late[j], first_order) if first_order else value
                 slope, decay = (end - value) / step, math.exp(-step / lag)

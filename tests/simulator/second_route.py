@@ -13,7 +13,7 @@ import numpy as np
 import lagrange
 import models
 
-INTEGRATED = ("bouc_wen", "dahl", "input_lag")
+INTEGRATED = ("bouc_wen", "dahl", "lugre", "input_lag")
 FINE = 40
 """Substeps per sample where a hidden state is integrated again."""
 
@@ -58,19 +58,40 @@ def energy(name, system, parameters):
 
 
 def _with_inertia(model, system, effect):
-    """The model with a payload or rotor inertia added to its kinetic and potential energy."""
+    """The model with what an effect adds to its kinetic and potential energy."""
     x, plain = effect.parameters(), model.energies
 
     def energies(q, v, p):
         kinetic, potential = plain(q, v, p)
         if effect.kind.name == "armature":
             return kinetic + x["Ia"] / 2 * v[effect.on[0]]**2, potential
-        place = _payload_place(system, effect, q, p, x)
-        kinetic = kinetic + x["m_add"] / 2 * models._squared(models._rate(place, q, v))
-        height = 0 if system.name == "unicycle2d" else place[1]
-        return kinetic, potential + x["m_add"] * p.get("g", 0) * height
+        if effect.kind.name == "joint_coupling":
+            return kinetic + x["I"] / 2 * sum(v[name] for name in effect.on)**2, potential
+        if effect.kind.name == "gravity_tilt":
+            return kinetic, _tilted(system, plain, q, v, p, x["delta"])
+        link = effect.where + 1
+        if effect.kind.name == "com_offset":
+            mass, was = p[f"m{link}"], p[f"lc{link}"]
+            points = [(-mass, _on_link(system, link, q, p, was)),
+                      (mass, _on_link(system, link, q, p, was + x["x"], x["y"]))]
+        else:
+            points = [(x["m_add"], _payload_place(system, effect, q, p, x))]
+        for mass, place in points:
+            kinetic = kinetic + mass / 2 * models._squared(models._rate(place, q, v))
+            height = 0 if system.name == "unicycle2d" else place[1]
+            potential = potential + mass * p.get("g", 0) * height
+        return kinetic, potential
 
     return dataclasses.replace(model, energies=energies)
+
+
+def _tilted(system, energies, q, v, p, delta):
+    """Potential energy where gravity is turned: what hangs is turned back by as much."""
+    first = "theta" if system.name == "cartpole" else system.coords[0]
+    potential = ca.substitute(ca.SX(energies(q, v, p)[1]), q[first], q[first] - delta)
+    if system.name == "cartpole":
+        potential -= (p["mc"] + p["mp"]) * p["g"] * q["x"] * np.sin(delta)
+    return potential
 
 
 def _payload_place(system, effect, q, p, x):
@@ -79,14 +100,19 @@ def _payload_place(system, effect, q, p, x):
         return ca.vertcat(q["x"] + c * x["x_add"] - s * x["y_add"], q["y"] + s * x["x_add"] + c * x["y_add"])
     if system.name == "cartpole":
         return ca.vertcat(q["x"] + x["L_add"] * ca.sin(q["theta"]), -x["L_add"] * ca.cos(q["theta"]))
+    return _on_link(system, effect.where + 1, q, p, x["L_add"])
+
+
+def _on_link(system, link, q, p, along, across=0.0):
+    """Where a point of a chain's link is, along it and counter-clockwise across it."""
     place, angle = ca.vertcat(0, 0), 0
-    for i in range(1, effect.where + 2):
+    for i in range(1, link + 1):
         angle = angle + q[f"j{i}"]
         out = ca.vertcat(ca.cos(angle), ca.sin(angle)) if system.name == "fourbar" \
             else ca.vertcat(ca.sin(angle), -ca.cos(angle))
-        length = x["L_add"] if i == effect.where + 1 else p.get(f"l{i}", p.get(f"L{i}"))
+        length = along if i == link else p.get(f"l{i}", p.get(f"L{i}"))
         place = place + length * out
-    return place
+    return place + across * ca.vertcat(-out[1], out[0])
 
 
 def _force(name, x, q, v, load, z):
@@ -108,6 +134,7 @@ def _force(name, x, q, v, load, z):
         "cubic_spring": lambda: -x["k3"] * (q - x["q0"])**3,
         "cogging": lambda: -x["amp"] * np.sin(x["n"] * q + x["phase"]),
         "position_viscous": lambda: -x["d"] * (1 + np.sin(x["n"] * q + x["phase"])) * v,
+        "lugre": lambda: -x["Fc"] * z - x["d"] * v,
         "bouc_wen": lambda: -x["k"] * z,
         "dahl": lambda: -z,
     }[name]()
@@ -122,6 +149,8 @@ def _hidden(name, x, v, a, step, hold_linear):
     def rate(z, w):
         if name == "dahl":
             return x["sigma"] * (w - abs(w) * z / x["Fc"])
+        if name == "lugre":
+            return (w - abs(w) * z / (1 + x["rise"] * np.exp(-(w / x["vst"])**2))) / x["reach"]
         return x["A"] * w - x["beta"] * abs(w) * z - x["gamma"] * w * abs(z)
 
     z, found, h = 0.0, np.zeros(len(v)), step / FINE
@@ -152,6 +181,16 @@ def _lagged(command, hold_linear, lag, step):
     return found
 
 
+def _played(command, width):
+    """What a play of half that width makes of a command, sample by sample."""
+    found = np.empty(len(command))
+    y = command[0]
+    for k, u in enumerate(command):
+        y = u - width if u - width > y else u + width if u + width < y else y
+        found[k] = y
+    return found
+
+
 def _acting(machine, run, t):
     """Acting inputs along the log."""
     u = run.command.copy()
@@ -171,6 +210,8 @@ def _acting(machine, run, t):
                 w = x["c"] * w
             elif e.kind.name == "input_bias":
                 w = w + x["u0"]
+            elif e.kind.name == "backlash":
+                w = _played(w, x["w"])
             elif e.kind.name == "dead_band":
                 w = np.sign(w) * np.maximum(np.abs(w) - x["w"], 0)
             else:
@@ -187,9 +228,20 @@ def _extra_force(machine, effect, run, acting, t):
         speed = np.linalg.norm(run.v[:, :planar], axis=1, keepdims=True)
         extra[:, :planar] = -x["c"] * speed * run.v[:, :planar]
         return extra
+    if name == "rolling_resistance":
+        planar = len(effect.on)
+        speed = np.linalg.norm(run.v[:, :planar], axis=1, keepdims=True)
+        direction = run.v[:, :planar] / np.maximum(speed, 1e-12)
+        extra[:, :planar] = -x["f"] * np.tanh(speed / x["vs"]) * direction
+        return extra
+    if name == "joint_coupling":
+        pair = slice(effect.where, effect.where + 2)
+        w = run.v[:, pair].sum(axis=1, keepdims=True)
+        extra[:, pair] = -x["d"] * w - x["Fc"] * np.tanh(w / x["vs"])
+        return extra
     i = effect.where
     z = None
-    if name in ("bouc_wen", "dahl"):
+    if name in ("bouc_wen", "dahl", "lugre"):
         z = _hidden(name, x, run.v[:, i], run.a[:, i], t[1], machine.first_order)
     drive = list(machine.system.driven)
     load = acting[:, drive.index(i)] if i in drive else None
@@ -233,11 +285,13 @@ def accelerations(machine, run):
     acting = _acting(machine, run, t)
     extra, friction = np.zeros_like(run.q), None
     for e in machine.effects:
-        if e.kind.family == "inertia":
+        if e.kind.family in ("inertia", "coupling", "gravity"):
             model = _with_inertia(model, system, e)
+        if e.kind.family == "coupling":
+            extra += _extra_force(machine, e, run, acting, t)
         elif e.kind.name == "contact_friction":
             friction = e.parameters()
-        elif e.kind.family == "force":
+        elif e.kind.family in ("force", "memory"):
             extra += _extra_force(machine, e, run, acting, t)
     function, _ = lagrange.derive(model)
     p = list(parameters.values())

@@ -53,7 +53,10 @@ def _effect(machine, effect, visibility, near):
         params = effect.parameters()
         if kind.family == "input":
             params = {"inputs": effect.on, **params}
-        elif kind.name not in ("speed_drag", "contact_friction", "payload"):
+        elif kind.name == "joint_coupling":
+            params = {"coords": effect.on, **params}
+        elif kind.name not in ("speed_drag", "rolling_resistance", "contact_friction", "payload", "com_offset",
+                               "gravity_tilt"):
             params = {"coord": effect.on[0], **params}
     return {"type": kind.name, "on": effect.on, "family": kind.family, "formula": kind.formula, "params": params,
             "visibility": float(f"{visibility:.4g}"), "near_equivalents": near}
@@ -103,7 +106,8 @@ def log(path, machine, which, run):
         header += [f"{channel}_{n}" for n in names]
         columns += list(channels[channel].T)
         formats += [number[channel]] * len(names)
-    np.savetxt(path, np.stack(columns, axis=1), fmt=formats, delimiter=",", header=",".join(header), comments="")
+    blank = machine.margin()
+    np.savetxt(path, np.stack(columns, axis=1)[blank:len(run.q) - blank], fmt=formats, delimiter=",", header=",".join(header), comments="")
 
 
 def write(folder, name, machine, verdict, score, seed, index):
