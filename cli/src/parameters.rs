@@ -14,7 +14,8 @@ const MAX_BYTES: usize = 16 << 20;
 /// parameter's bounds is used, and worth a warning.
 ///
 /// # Errors
-/// If the file is not a JSON object from parameter names to finite numbers.
+/// If the file is not a JSON object from parameter names to finite numbers, alone or under
+/// the key `parameters` or `nominal` of an object.
 pub fn override_from(path: &Path, model: &Model, values: &mut [f64]) -> Result<(), Mistake> {
     let bytes = model::read(path, MAX_BYTES)?;
     let file = path.display().to_string();
@@ -29,10 +30,23 @@ pub fn override_from(path: &Path, model: &Model, values: &mut [f64]) -> Result<(
         text,
         shape: "parameters are an object of numbers by name, such as `{\"m1\": 1.3}`",
     };
-    for warning in assign(text.value()?, model, values)? {
+    for warning in assign(in_a_description(text.value()?), model, values)? {
         output::warn(&warning);
     }
     Ok(())
+}
+
+/// Where a description of a machine holds its parameters among other things.
+const KEYS: [&str; 2] = ["parameters", "nominal"];
+
+/// The parameters in a file that may hold them under a key of their own.
+fn in_a_description(file: Value<'_>) -> Value<'_> {
+    const WHAT: &str = "an object of parameters";
+    let members = file.members(WHAT).unwrap_or_default();
+    let own = members.iter().find(|member| {
+        KEYS.contains(&member.name.as_str()) && member.value.members(WHAT).is_ok()
+    });
+    own.map_or(file, |member| member.value)
 }
 
 /// Puts an object's values into `values`; returns warnings.

@@ -207,10 +207,13 @@ fn lines_with_parameters_of_their_own_keep_their_order() {
 fn a_file_of_parameters_replaces_the_nominal_values() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("p.json");
-    std::fs::write(&path, "{\"g\": 0}").unwrap();
-    let flags = ["--parameters", path.to_str().unwrap()];
-    let answers = eval(PENDULUM, &flags, "{\"q\": [0.3, 0.4]}");
-    assert_eq!(vector(&answers[0]["bias"]), [0.0, 0.0]);
+    let described = r#"{"id": "second", "nominal": {"g": 0}, "rate_hz": 200}"#;
+    for file in [r#"{"g": 0}"#, described] {
+        std::fs::write(&path, file).unwrap();
+        let flags = ["--parameters", path.to_str().unwrap()];
+        let answers = eval(PENDULUM, &flags, "{\"q\": [0.3, 0.4]}");
+        assert_eq!(vector(&answers[0]["bias"]), [0.0, 0.0]);
+    }
 }
 
 #[test]

@@ -121,3 +121,60 @@ impl Search<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::wheel::{rectangular, traced};
+    use crate::trace::Outcome;
+    use std::fmt::Write;
+
+    const WHEEL: &str = "\
+model wheel;
+coordinate angle: rad;
+input motor: N*m;
+parameter i: kg*m^2 = 0.02;
+kinetic i/2*dot(angle)^2;
+force angle = input(motor);
+";
+    const STEP: f64 = 0.005;
+    const TICKS: i32 = 10;
+
+    /// What a log says of a wheel whose motor holds each value for a sample and gets it `late`
+    /// tenths of a sample later: between jumps the angle is a parabola.
+    fn held(late: i32, noise: f64) -> Outcome {
+        let motor = |t: f64| 0.04 * (3.0 * t).sin() + 0.06 * (7.0 * t).cos();
+        let mut text = String::from("t,q_angle,u_motor\n");
+        let mut random = rectangular(5);
+        let (mut q, mut v) = (0.3, 0.0);
+        let tick = STEP / f64::from(TICKS);
+        for k in 0..2000 {
+            let t = STEP * f64::from(k);
+            writeln!(text, "{t},{},{}", q + noise * random(), motor(t)).unwrap();
+            for i in 0..TICKS {
+                let sent = (k * TICKS + i - late).max(0) / TICKS;
+                let a = motor(STEP * f64::from(sent)) / 0.02;
+                q += v * tick + 0.5 * a * tick * tick;
+                v += a * tick;
+            }
+        }
+        traced(WHEEL, &text)
+    }
+
+    #[test]
+    fn an_input_that_is_held_is_not_late() {
+        let findings = held(0, 2e-4).findings;
+        assert!(findings.is_empty(), "{findings:#?}");
+    }
+
+    #[test]
+    fn a_delay_is_as_uncertain_as_what_inputs_do_between_samples() {
+        let findings = held(24, 1e-3).findings;
+        assert_eq!(findings.len(), 1, "{findings:#?}");
+        let tau = &findings[0].parameters["tau"];
+        let late = 2.4 * STEP;
+        // Were the input drawn straight it would be half a sample later.
+        let [held, straight] = [late, late + 0.5 * STEP].map(|t| (tau.value - t).abs());
+        assert!(held < 2.0 * tau.std && straight < 2.0 * tau.std, "{tau:?}");
+        assert!(tau.std < STEP, "{tau:?}");
+    }
+}

@@ -115,3 +115,45 @@ impl Search<'_> {
         values
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::wheel::{rectangular, traced};
+    use std::fmt::Write;
+
+    const WHEEL: &str = "\
+model wheel;
+coordinate angle: rad;
+input motor: N*m;
+parameter i: kg*m^2 = 0.02;
+parameter hard: N*m = 0.2 in 0..;
+kinetic i/2*dot(angle)^2;
+potential hard/4*angle^4;
+force angle = input(motor);
+";
+
+    /// A wheel on a hardening spring, `hard q³`, with another of 0.3 N·m that rests at 0.25:
+    /// the other alone is `0.3 (q³ − 0.75 q² + …)`, of which the first part is more of `hard`.
+    #[test]
+    fn a_term_that_came_first_goes_where_the_second_does_alone() {
+        let mut text = String::from("t,q_angle,u_motor\n");
+        let mut noise = rectangular(7);
+        let waves = [(0.7, 2.0), (0.4, 5.3)];
+        for k in 0..2000 {
+            let t = 0.005 * f64::from(k);
+            let sum = |f: fn(f64, f64, f64) -> f64| -> f64 {
+                waves.iter().map(|&(a, w)| f(a, w, t)).sum()
+            };
+            let q = sum(|a, w, t| a * (w * t).sin());
+            let a = sum(|a, w, t| -a * w * w * (w * t).sin());
+            let u = 0.02 * a + 0.2 * q.powi(3) + 0.3 * (q - 0.25).powi(3);
+            writeln!(text, "{t},{},{u}", q + 2e-4 * noise()).unwrap();
+        }
+        let findings = traced(WHEEL, &text).findings;
+        let names: Vec<&str> = findings.iter().map(|f| f.effect.as_str()).collect();
+        assert_eq!(names, ["cubic_spring"], "{findings:#?}");
+        let spring = &findings[0].parameters;
+        assert!((spring["k_3"].value - 0.3).abs() < 0.01, "{spring:?}");
+        assert!((spring["q_0"].value - 0.25).abs() < 0.01, "{spring:?}");
+    }
+}
