@@ -43,9 +43,9 @@ const KEYS: [&str; 2] = ["parameters", "nominal"];
 fn in_a_description(file: Value<'_>) -> Value<'_> {
     const WHAT: &str = "an object of parameters";
     let members = file.members(WHAT).unwrap_or_default();
-    let own = members.iter().find(|member| {
-        KEYS.contains(&member.name.as_str()) && member.value.members(WHAT).is_ok()
-    });
+    let own = members
+        .iter()
+        .find(|member| KEYS.contains(&member.name.as_str()) && member.value.members(WHAT).is_ok());
     own.map_or(file, |member| member.value)
 }
 

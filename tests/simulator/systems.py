@@ -145,7 +145,7 @@ SYSTEMS = {
         "surface_particle", "standard", ("x", "y", "z"), ("x", "y", "z"), plant.PARTICLE, 1,
         (0, 1, 2), (False,) * 3,
         (("m", 2.5), ("p1", 0.08), ("p2", 0.06), ("p3", 0.05), ("p4", 0.1), ("p5", 3.0),
-         ("g", GRAVITY)), ("m",)),
+         ("g", GRAVITY)), ("m", "p1", "p2", "p3", "p4", "p5")),
     "unicycle2d": System(
         "unicycle2d", "standard", ("x", "y", "theta"), ("drive", "turn"), plant.UNICYCLE, 1,
         (0, 2), (False, False, True), (("m", 4.0), ("R", 0.07), ("I_G", 0.09)), ("m", "R", "I_G")),
@@ -155,12 +155,12 @@ SYSTEMS = {
     "duffing_constrained": System(
         "duffing", "constrained", ("x1", "x2"), ("x1", "x2"), plant.DUFFING, 1, (0, 1),
         (False, False), (*_DUFFING, ("p1", 0.25), ("p2", 0.15), ("p3", 4.4)),
-        ("m1", "m2", "k2", "k2nl", "c2")),
+        ("m1", "m2", "k2", "k2nl", "c2", "p1", "p2", "p3")),
     "fourbar": System(
         "fourbar", "standard", ("j1", "j2", "j3"), ("j1",), plant.CHAIN, 2, (0,), (True,) * 3,
         (("m1", 0.6), ("L1", 0.16), ("lc1", 0.07), ("I1", 0.002), ("m2", 1.0), ("L2", 0.42),
          ("lc2", 0.2), ("I2", 0.015), ("m3", 0.9), ("L3", 0.36), ("lc3", 0.17), ("I3", 0.01),
          ("d", 0.42), ("g", GRAVITY)),
-        ("m1", "lc1", "I1", "m2", "lc2", "I2", "m3", "lc3", "I3"), 3),
+        ("m1", "L1", "lc1", "I1", "m2", "L2", "lc2", "I2", "m3", "L3", "lc3", "I3", "d"), 3),
     **{f"planar_arm{n}": planar_arm(n) for n in (3, 4, 5)},
 }

@@ -1,5 +1,6 @@
 //! What sensors read along a motion.
 
+use super::closure::Closure;
 use super::shifted::shifted;
 use super::{Machine, States};
 use dynamics_codegen::derive::Variable;
@@ -18,6 +19,8 @@ pub struct Sensors {
     /// Which of the variables change a reading of a motion that stays as it is, by their
     /// places, ascending.
     pub sensing: Vec<usize>,
+    /// What holonomic constraints owe to the variables.
+    pub closure: Closure,
 }
 
 /// Readings at every sample, one column per coordinate.
@@ -39,6 +42,7 @@ impl Machine {
     /// The sensors, with derivatives by those `variables` that change readings of a motion
     /// that stays as it is.
     pub fn sensors(&mut self, variables: &[Variable]) -> Sensors {
+        let closure = self.closure(variables);
         let (model, system) = (&mut self.compiled.model, &self.compiled.system);
         let mut outputs = system.measured.clone();
         outputs.extend(&system.measured_rates);
@@ -73,6 +77,7 @@ impl Machine {
             tape: Tape::new(&model.graph, &outputs, &arguments),
             coordinates: model.coordinates.len(),
             sensing,
+            closure,
         }
     }
 

@@ -1,6 +1,7 @@
 //! A model that is known only now: its equations on tapes, solved for
 //! accelerations and multipliers at many states at once.
 
+mod closure;
 mod contact;
 mod exponential;
 mod hold;

@@ -12,6 +12,19 @@ pub struct NoiseEvidence {
     pub score: DVector<f64>,
     /// `Σ tr CΛ`, its expectation.
     pub information: DVector<f64>,
+    /// The same of the variances with which constraints are missed.
+    pub closure_score: DVector<f64>,
+    /// Its expectation.
+    pub closure_information: DVector<f64>,
+}
+
+/// What the readings say about the error of one constraint at one sample.
+struct ClosureError {
+    row: usize,
+    /// Its smoothed value, in units of its variance.
+    pull: f64,
+    /// What is expected of the square of that.
+    own: f64,
 }
 
 /// The adjoint state of the modified Bryson–Frazier smoother.
@@ -30,7 +43,7 @@ impl Whitener<'_> {
         let rows = self.whiten(&Mix::Sum(&weights));
         let predicted = self.predict(&weights);
         let mut smoothed = vec![DVector::zeros(0); self.dynamics.t.len()];
-        self.backward(&rows, false, |sample, adjoint| {
+        self.backward(&rows, false, |sample, adjoint, _| {
             smoothed[sample] = &predicted[sample] - &self.covariance[sample] * &adjoint.vector;
         });
         smoothed
@@ -45,12 +58,18 @@ impl Whitener<'_> {
         let mut evidence = NoiseEvidence {
             score: DVector::zeros(n),
             information: DVector::zeros(n),
+            closure_score: DVector::zeros(self.dynamics.closed.rows()),
+            closure_information: DVector::zeros(self.dynamics.closed.rows()),
         };
         let mut directions = DMatrix::zeros(3 * n, 3);
-        self.backward(&rows, true, |sample, adjoint| {
+        self.backward(&rows, true, |sample, adjoint, errors| {
             let Some(matrix) = &adjoint.matrix else {
                 return;
             };
+            for error in errors {
+                evidence.closure_score[error.row] += error.pull.powi(2);
+                evidence.closure_information[error.row] += error.own;
+            }
             let begins = sample == 0 || self.gaps[sample - 1];
             for i in 0..n {
                 if begins {
@@ -76,12 +95,13 @@ impl Whitener<'_> {
     }
 
     /// Runs the adjoint from the last sample to the first; `see` is shown its state
-    /// after the readings of each sample, where it belongs to the prediction.
+    /// after the readings of each sample, where it belongs to the prediction, and what was
+    /// said about the errors of its constraints.
     fn backward(
         &self,
         rows: &DMatrix<f64>,
         with_matrix: bool,
-        mut see: impl FnMut(usize, &Adjoint),
+        mut see: impl FnMut(usize, &Adjoint, &[ClosureError]),
     ) {
         let size = 3 * self.dynamics.coordinate_count();
         let nothing = || Adjoint {
@@ -90,7 +110,9 @@ impl Whitener<'_> {
         };
         let mut adjoint = nothing();
         let mut next = self.updates.len();
+        let mut errors = Vec::new();
         for sample in (0..self.dynamics.t.len()).rev() {
+            errors.clear();
             if sample + 1 < self.dynamics.t.len() {
                 if self.gaps[sample] {
                     adjoint = nothing();
@@ -101,12 +123,17 @@ impl Whitener<'_> {
             while next > 0 && self.updates[next - 1].sample as usize == sample {
                 next -= 1;
                 let update = &self.updates[next];
-                match self.unit_row(update) {
-                    Some(place) => adjoint.undo_at(update, rows[(next, 0)], place),
-                    None => adjoint.undo(update, rows[(next, 0)], &self.slope_row(update)),
+                if let Some(place) = self.unit_row(update) {
+                    adjoint.undo_at(update, rows[(next, 0)], place);
+                    continue;
+                }
+                let row = self.slope_row(update.sample as usize, update.sensor);
+                let (pull, own) = adjoint.undo(update, rows[(next, 0)], &row);
+                if let Sensor::Closure(row) = update.sensor {
+                    errors.push(ClosureError { row, pull, own });
                 }
             }
-            see(sample, &adjoint);
+            see(sample, &adjoint, &errors);
         }
     }
 
@@ -115,15 +142,8 @@ impl Whitener<'_> {
         match update.sensor {
             Sensor::Position(i) => Some(i),
             Sensor::Velocity(i) => Some(self.dynamics.coordinate_count() + i),
-            Sensor::Acceleration(_) => None,
+            Sensor::Acceleration(_) | Sensor::Closure(_) => None,
         }
-    }
-
-    /// `h` of a reading of acceleration, `z = h·δ`.
-    fn slope_row(&self, update: &Update) -> DVector<f64> {
-        let (Sensor::Position(i) | Sensor::Velocity(i) | Sensor::Acceleration(i)) = update.sensor;
-        let slope = &self.dynamics.slope[update.sample as usize];
-        slope.row(i).transpose()
     }
 
     /// One-step predictions of the departure. The innovations follow from the state anew:
@@ -189,16 +209,19 @@ impl Adjoint {
         }
     }
 
-    /// With `C = I − K hᵀ`: `λ ← Cᵀλ − h ν/S`, `Λ ← CᵀΛC + h hᵀ/S`.
-    fn undo(&mut self, update: &Update, innovation: f64, row: &DVector<f64>) {
+    /// With `C = I − K hᵀ`: `λ ← Cᵀλ − h ν/S`, `Λ ← CᵀΛC + h hᵀ/S`. Returns the reading's
+    /// smoothed error in units of its variance, and what is expected of its square.
+    fn undo(&mut self, update: &Update, innovation: f64, row: &DVector<f64>) -> (f64, f64) {
         let pull = update.gain.dot(&self.vector) + innovation / update.sd;
         self.vector.axpy(-pull, row, 1.0);
+        let mut own = 1.0 / (update.sd * update.sd);
         if let Some(matrix) = &mut self.matrix {
             let image = &*matrix * &update.gain;
-            let own = update.gain.dot(&image) + 1.0 / (update.sd * update.sd);
+            own += update.gain.dot(&image);
             matrix.ger(-1.0, row, &image, 1.0);
             matrix.ger(-1.0, &image, row, 1.0);
             matrix.ger(own, row, row, 1.0);
         }
+        (pull, own)
     }
 }

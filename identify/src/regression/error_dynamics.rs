@@ -1,5 +1,6 @@
 //! The linear equation of the departure from the logged curve.
 
+use super::closed::Closed;
 use super::sensed::Sensed;
 use super::shooting::{Shot, is_unresolved, shoot};
 use crate::log::longest_step;
@@ -55,6 +56,8 @@ pub struct ErrorDynamics {
     pub columns: usize,
     /// What columns change in readings alone.
     pub sensed: Sensed,
+    /// What holonomic constraints say about the curve.
+    pub closed: Closed,
 }
 
 /// One place along the curve.
@@ -69,6 +72,8 @@ pub(super) struct Local {
     pub forbidden: Option<DMatrix<f64>>,
     /// Sum of squares of the forces that balance here.
     pub force: DVector<f64>,
+    /// Holonomic constraints, and their gradients.
+    pub closure: (DVector<f64>, DMatrix<f64>),
 }
 
 /// How long a force that nothing explains is thought to last, s.
@@ -126,16 +131,19 @@ impl ErrorDynamics {
                 Ok(piece)
             })
             .collect::<Result<_, SolveError>>()?;
-        let mut all = Self::join(curve, pieces);
+        let (mut all, mut closure) = Self::join(curve, pieces);
         let end = curve.len() - 1;
         let last = local(&mut curve.slice(end..end + 1), 2, end - 1..end)?.remove(0);
         all.slope.push(with_mobility(&last));
         all.acceleration.push(last.acceleration);
+        closure.push(last.closure);
+        all.closed = Closed::new(columns, curve, closure);
         all.sensed = Sensed::new(columns, curve, &all.accelerations());
         Ok(all)
     }
 
-    fn join(curve: &States, pieces: Vec<Piece>) -> Self {
+    /// Pieces put together, and the constraints along them.
+    fn join(curve: &States, pieces: Vec<Piece>) -> (Self, Vec<(DVector<f64>, DMatrix<f64>)>) {
         let samples = curve.len();
         let columns = pieces.first().map_or(0, |p| p.forcing[0].ncols() - 1);
         let mut all = Self {
@@ -149,8 +157,11 @@ impl ErrorDynamics {
             force_scale: DVector::zeros(curve.q.len()),
             columns,
             sensed: Sensed::default(),
+            closed: Closed::default(),
         };
+        let mut closure = Vec::with_capacity(samples);
         for piece in pieces {
+            closure.extend(piece.closure);
             all.transition.extend(piece.transition);
             all.forcing.extend(piece.forcing);
             all.slope.extend(piece.slope);
@@ -164,7 +175,7 @@ impl ErrorDynamics {
         all.acceleration_scale
             .apply(|x| *x = (*x / samples as f64).sqrt());
         all.force_scale.apply(|x| *x = (*x / samples as f64).sqrt());
-        all
+        (all, closure)
     }
 
     /// Accelerations along the curve, one column per coordinate.
@@ -265,6 +276,7 @@ struct Piece {
     acceleration: Vec<DMatrix<f64>>,
     forbidden: Vec<DMatrix<f64>>,
     force: DVector<f64>,
+    closure: Vec<(DVector<f64>, DMatrix<f64>)>,
 }
 
 impl Piece {
@@ -367,6 +379,7 @@ fn locals(
             block.tape.evaluate(&own, block.parameters, &motions)
         })
         .collect();
+    let holonomic = machine.holonomic_rows();
     let width = 1 + blocks.iter().map(|b| b[0].0.ncols()).sum::<usize>();
     Ok(motions
         .into_iter()
@@ -391,6 +404,10 @@ fn locals(
                 mobility,
                 forbidden,
                 force: force_size(&motion),
+                closure: (
+                    motion.terms.constraint_residual.select_rows(&holonomic),
+                    motion.terms.constraint_matrix.select_rows(&holonomic),
+                ),
             }
         })
         .collect())
@@ -419,6 +436,7 @@ fn piece(
         acceleration: Vec::new(),
         forbidden: Vec::new(),
         force: DVector::zeros(n),
+        closure: Vec::new(),
     };
     for (i, k) in range.enumerate() {
         let h = curve.t[k + 1] - curve.t[k];
@@ -436,6 +454,7 @@ fn piece(
         piece.acceleration.push(start.acceleration.clone());
         piece.forbidden.extend(middle.forbidden.clone());
         piece.force += &start.force;
+        piece.closure.push(start.closure.clone());
     }
     piece
 }

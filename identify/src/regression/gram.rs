@@ -34,8 +34,8 @@ pub const INVISIBLE: f64 = 1e-16;
 const RIDGE: f64 = 1e-10;
 
 impl Gram {
-    /// From whitened rows and the blocks' row ranges.
-    pub fn new(rows: &DMatrix<f64>, blocks: &[std::ops::Range<usize>]) -> Self {
+    /// From whitened rows and the blocks' row ranges; `readings` of them are a sensor's.
+    pub fn new(rows: &DMatrix<f64>, blocks: &[std::ops::Range<usize>], readings: usize) -> Self {
         let blocks: Vec<DMatrix<f64>> = blocks
             .iter()
             .map(|range| {
@@ -50,7 +50,7 @@ impl Gram {
         Self {
             total,
             blocks,
-            rows: rows.nrows(),
+            rows: readings,
         }
     }
 
@@ -107,7 +107,7 @@ impl Gram {
         }
     }
 
-    /// How many rows there were.
+    /// How many readings there were.
     pub fn rows(&self) -> usize {
         self.rows
     }

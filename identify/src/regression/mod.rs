@@ -13,6 +13,7 @@
 
 mod adjoint;
 mod band;
+mod closed;
 mod error_dynamics;
 mod gram;
 mod innovations;

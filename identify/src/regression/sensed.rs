@@ -49,22 +49,27 @@ impl Sensed {
     /// sensor knows of any column.
     pub(super) fn of(&self, sample: usize, mix: &Mix<'_>) -> Option<DMatrix<f64>> {
         let values = self.values.get(sample)?;
-        let mut sum = DMatrix::zeros(values.nrows(), mix.count());
-        for (place, &column) in self.columns.iter().enumerate() {
-            let weights: &mut dyn Iterator<Item = (usize, f64)> = match mix {
-                // The data are number zero there.
-                Mix::Columns(all) => {
-                    let wanted = all.iter().enumerate();
-                    &mut wanted.filter_map(|(i, &c)| (c == column + 1).then_some((i, 1.0)))
-                }
-                Mix::Sum(weights) => &mut std::iter::once((0, weights[column + 1])),
-            };
-            for (i, weight) in weights {
-                sum.column_mut(i).axpy(weight, &values.column(place), 1.0);
-            }
-        }
-        Some(sum)
+        Some(mixed(&self.columns, values, mix))
     }
+}
+
+/// A mix of columns, where all but those `known` are null: these have the given values.
+pub(super) fn mixed(known: &[usize], values: &DMatrix<f64>, mix: &Mix<'_>) -> DMatrix<f64> {
+    let mut sum = DMatrix::zeros(values.nrows(), mix.count());
+    for (place, &column) in known.iter().enumerate() {
+        let weights: &mut dyn Iterator<Item = (usize, f64)> = match mix {
+            // The data are number zero there.
+            Mix::Columns(all) => {
+                let wanted = all.iter().enumerate();
+                &mut wanted.filter_map(|(i, &c)| (c == column + 1).then_some((i, 1.0)))
+            }
+            Mix::Sum(weights) => &mut std::iter::once((0, weights[column + 1])),
+        };
+        for (i, weight) in weights {
+            sum.column_mut(i).axpy(weight, &values.column(place), 1.0);
+        }
+    }
+    sum
 }
 
 impl Measured {

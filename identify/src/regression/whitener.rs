@@ -35,23 +35,28 @@ pub struct ProcessNoise {
     /// The least that it may be: one for all explanations of a log, since one that brings
     /// larger forces with it must not have to bear larger unexplained ones.
     pub smallest: DVector<f64>,
+    /// How far each holonomic constraint is missed, in its unit: lengths that nothing corrects.
+    pub closure_sd: DVector<f64>,
+    /// The least that it may be.
+    pub smallest_closure: DVector<f64>,
 }
 
 impl ProcessNoise {
-    /// A multiple of the noise, not below the smallest.
+    /// A multiple of the forces, not below the smallest.
     #[must_use]
     pub fn times(&self, factor: f64) -> Self {
-        let smallest = self.smallest.clone();
-        let force_sd = (&self.force_sd * factor).sup(&smallest);
-        Self { force_sd, smallest }
+        Self {
+            force_sd: (&self.force_sd * factor).sup(&self.smallest),
+            ..self.clone()
+        }
     }
 
-    /// The smallest noise.
+    /// The smallest forces.
     #[must_use]
     pub fn at_smallest(&self) -> Self {
         Self {
             force_sd: self.smallest.clone(),
-            smallest: self.smallest.clone(),
+            ..self.clone()
         }
     }
 }
@@ -71,6 +76,8 @@ pub(super) enum Sensor {
     Position(usize),
     Velocity(usize),
     Acceleration(usize),
+    /// A holonomic constraint, which reads zero.
+    Closure(usize),
 }
 
 /// The filter's gains along the log; the same for the data and every column.
@@ -102,6 +109,9 @@ impl<'a> Whitener<'a> {
         for sample in 0..dynamics.t.len() {
             whitener.covariance.push(covariance.clone());
             whitener.read(sample, &mut covariance);
+            for (row, &sd) in noise.closure_sd.iter().enumerate() {
+                whitener.update(sample, Sensor::Closure(row), sd, &mut covariance);
+            }
             if sample + 1 == dynamics.t.len() {
                 break;
             }
@@ -179,8 +189,8 @@ impl<'a> Whitener<'a> {
                 covariance.column(n + i).into_owned(),
                 covariance[(n + i, n + i)],
             ),
-            Sensor::Acceleration(i) => {
-                let row = self.dynamics.slope[sample].row(i).transpose();
+            Sensor::Acceleration(_) | Sensor::Closure(_) => {
+                let row = self.slope_row(sample, sensor);
                 let column = &*covariance * &row;
                 let own = row.dot(&column);
                 (column, own)
@@ -205,9 +215,23 @@ impl<'a> Whitener<'a> {
         self.log_sd
     }
 
-    /// Number of scalar readings.
+    /// `h` of a reading of acceleration, or of a constraint: `z = h·δ`.
+    pub(super) fn slope_row(&self, sample: usize, sensor: Sensor) -> DVector<f64> {
+        let dynamics = self.dynamics;
+        match sensor {
+            Sensor::Position(i) | Sensor::Velocity(i) | Sensor::Acceleration(i) => {
+                dynamics.slope[sample].row(i).transpose()
+            }
+            Sensor::Closure(row) => {
+                let gradient = dynamics.closed.gradient[sample].row(row).transpose();
+                gradient.resize_vertically(3 * dynamics.coordinate_count(), 0.0)
+            }
+        }
+    }
+
+    /// Number of scalar readings. What a constraint demands is none.
     pub fn reading_count(&self) -> usize {
-        self.updates.len()
+        self.updates.len() - self.dynamics.closed.rows() * self.dynamics.t.len()
     }
 
     /// Products of the data and some whitened columns (counted from zero), by blocks
@@ -216,7 +240,8 @@ impl<'a> Whitener<'a> {
         let all: Vec<usize> = std::iter::once(0)
             .chain(columns.iter().map(|c| c + 1))
             .collect();
-        Gram::new(&self.whiten(&Mix::Columns(&all)), &self.blocks())
+        let rows = self.whiten(&Mix::Columns(&all));
+        Gram::new(&rows, &self.blocks(), self.reading_count())
     }
 
     /// For each group of columns the products of data, `base` and the group.
@@ -226,7 +251,7 @@ impl<'a> Whitener<'a> {
             .collect();
         let known = self.whiten(&Mix::Columns(&first));
         let blocks = self.blocks();
-        let start = Gram::new(&known, &blocks);
+        let start = Gram::new(&known, &blocks, self.reading_count());
         groups
             .par_chunks(GROUPS)
             .flat_map_iter(|chunk| {
@@ -312,6 +337,7 @@ impl<'a> Whitener<'a> {
         Direct {
             acceleration: senses_acceleration.then(|| mix.of(&self.dynamics.acceleration[sample])),
             sensed: self.dynamics.sensed.of(sample, mix),
+            closed: self.dynamics.closed.of(sample, mix),
         }
     }
 
@@ -336,9 +362,17 @@ impl<'a> Whitener<'a> {
         reading: &mut DVector<f64>,
     ) {
         let n = self.dynamics.coordinate_count();
+        if let Sensor::Closure(row) = sensor {
+            let gradient = self.dynamics.closed.gradient[sample].row(row);
+            reading.tr_copy_from(&(gradient * state.rows(0, n)));
+            if let Some(closed) = &direct.closed {
+                *reading += closed.row(row).transpose();
+            }
+            return;
+        }
         for (column, reading) in reading.iter_mut().enumerate() {
             let (moved, row) = match sensor {
-                Sensor::Position(i) => (state[(i, column)], i),
+                Sensor::Position(i) | Sensor::Closure(i) => (state[(i, column)], i),
                 Sensor::Velocity(i) => (state[(n + i, column)], n + i),
                 Sensor::Acceleration(i) => {
                     let slope = &self.dynamics.slope[sample];
@@ -356,6 +390,7 @@ impl<'a> Whitener<'a> {
             Sensor::Position(i) => Some(self.readings.position[i][sample]),
             Sensor::Velocity(i) => self.readings.velocity[i].as_ref().map(|v| v[sample]),
             Sensor::Acceleration(i) => self.readings.acceleration[i].as_ref().map(|a| a[sample]),
+            Sensor::Closure(row) => Some(-self.dynamics.closed.residual[sample][row]),
         }
     }
 }
@@ -366,6 +401,8 @@ pub(super) struct Direct {
     acceleration: Option<DMatrix<f64>>,
     /// What is read of a motion that stays as it is, `3n×count`.
     sensed: Option<DMatrix<f64>>,
+    /// How much farther off constraints are, `m×count`.
+    closed: Option<DMatrix<f64>>,
 }
 
 /// Columns whitened at once.

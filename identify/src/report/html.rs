@@ -2,7 +2,7 @@
 
 use super::figures::{Figure, Figures};
 use super::unnamed;
-use super::{BY_FORCES, at, is_open, sentence, short, stated_unit, would_tell};
+use super::{BY_FORCES, at, is_open, sentence, short, stated_unit, with_places, would_tell};
 use crate::trace::{Basis, Finding, Outcome, Score, Verdict};
 use dynamics_codegen::Model;
 use minijinja::value::Serde;
@@ -49,8 +49,7 @@ struct Row {
 
 #[derive(Debug, Serialize)]
 struct Found {
-    effect: String,
-    on: String,
+    name: String,
     evidence: String,
     parameters: Vec<[String; 4]>,
     rivals: Vec<[String; 3]>,
@@ -223,14 +222,13 @@ fn describe(finding: &Finding, figure: Option<Figure>) -> Found {
         [name.clone(), short(p.value), error, p.unit.clone()]
     });
     let rivals = finding.confounded_with.iter().map(|rival| {
-        let name = format!("{} ({})", rival.effect, rival.on.join(", "));
+        let name = with_places(&rival.effect, &rival.on);
         let motion = rival.separating_motion.as_ref();
         let motion = motion.map_or_else(|| "—".to_string(), would_tell);
         [name, format!("{:+.1}", rival.evidence_difference), motion]
     });
     Found {
-        effect: finding.effect.clone(),
-        on: finding.on.join(", "),
+        name: with_places(&finding.effect, &finding.on),
         evidence: nats(finding.evidence, 0),
         parameters: parameters.collect(),
         rivals: rivals.collect(),

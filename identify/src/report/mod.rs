@@ -147,19 +147,25 @@ fn sentence(outcome: &Outcome) -> String {
 
 /// Effects with their places, as a list.
 fn names<'a>(findings: impl Iterator<Item = &'a Finding>) -> String {
-    let names = findings.map(|f| format!("{} ({})", f.effect, f.on.join(", ")));
-    let names: Vec<String> = names.collect();
+    let names: Vec<String> = findings.map(|f| with_places(&f.effect, &f.on)).collect();
     match names.split_last() {
         Some((last, others)) if !others.is_empty() => format!("{} and {last}", others.join(", ")),
         _ => names.concat(),
     }
 }
 
+/// An effect and where it acts; a tilt of gravity acts nowhere in particular.
+fn with_places(effect: &str, on: &[String]) -> String {
+    match on {
+        [] => effect.to_string(),
+        on => format!("{effect} ({})", on.join(", ")),
+    }
+}
+
 fn describe(finding: &Finding) -> Vec<String> {
     let mut lines = vec![format!(
-        "  {} ({}), evidence {:.0} nats",
-        finding.effect,
-        finding.on.join(", "),
+        "  {}, evidence {:.0} nats",
+        with_places(&finding.effect, &finding.on),
         finding.evidence
     )];
     for (name, p) in &finding.parameters {
@@ -174,7 +180,7 @@ fn describe(finding: &Finding) -> Vec<String> {
         });
     }
     for rival in &finding.confounded_with {
-        let name = format!("{} ({})", rival.effect, rival.on.join(", "));
+        let name = with_places(&rival.effect, &rival.on);
         lines.push(format!("    cannot be told from {name} with this log"));
         if let Some(motion) = &rival.separating_motion {
             lines.push(format!("      {}", would_tell(motion)));

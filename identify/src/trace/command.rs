@@ -10,8 +10,9 @@
 //! with any of gain `g`, bias `b`, delay `τ` and lag `T`; which of them are needed is decided
 //! by what they take from `u − c`, less the price of each.
 
-use super::dictionary::{Dictionary, Subject};
+use super::dictionary::Dictionary;
 use super::finding::{Finding, ParameterEstimate};
+use super::subject::Subject;
 use crate::log::{Record, median_step, rms, share_of_news};
 use crate::machine::{Hold, Signal};
 use nalgebra::{DMatrix, DVector};

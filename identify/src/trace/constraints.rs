@@ -1,43 +1,117 @@
 //! Whether the measured positions are those of the machine.
+//!
+//! A linkage whose log does not close has a sensor that misreads, or lengths that are wrong: both
+//! can be found. Where nothing that the dictionary knows makes it close, the log is another
+//! machine's.
 
+use super::corrected::corrected;
 use super::dictionary::Dictionary;
 use super::error::TraceError;
 use super::estimate::Observed;
-use crate::machine::States;
-use dynamics_codegen::model::ConstraintKind;
+use super::select::Selection;
+use crate::log::Record;
+use crate::machine::{Machine, States};
+use nalgebra::{DMatrix, DVector};
 
-/// A violation below this share of the coordinates' travel (a turn counts as 1 rad) may be a geometry that
-/// is a little off; above, it is another machine.
+/// A violation below this share of the coordinates' travel (a turn counts as 1 rad) may be a
+/// geometry that is a little off; above, something is wrong.
 const GROSS_VIOLATION: f64 = 0.05;
+/// It is not gross either below this many times what sensor noise explains.
+const NOISES: f64 = 20.0;
+/// Share of the squares of a gross violation that one candidate must explain, to first order, for
+/// the log to be this machine's.
+const EXPLAINED: f64 = 0.75;
 
-/// Holonomic constraints must hold in the measured positions themselves.
-pub(super) fn check_constraints(
+/// The worst constraint that measured positions do not fulfil.
+struct Violation {
+    constraint: String,
+    /// Root mean square.
+    violation: f64,
+    /// What sensor noise explains.
+    expected: f64,
+    /// Where it is largest, s, and how large.
+    worst: (f64, f64),
+}
+
+impl From<Violation> for TraceError {
+    fn from(found: Violation) -> Self {
+        Self::Constraint {
+            constraint: found.constraint,
+            violation: found.violation,
+            expected: found.expected,
+            time: found.worst.0,
+            worst: found.worst.1,
+        }
+    }
+}
+
+/// Holonomic constraints must hold in the measured positions themselves, or with one of the
+/// dictionary's sensors' errors or lengths.
+///
+/// # Errors
+/// If one is grossly missed, and nothing known mends that.
+pub(super) fn check_measured(
     dictionary: &Dictionary,
     observed: &Observed,
 ) -> Result<(), TraceError> {
     let focus = dictionary.focus(&[]);
-    let machine = &focus.machine;
-    let measured = States {
-        q: observed.record.q.clone(),
+    let values = focus.values(&dictionary.defaults);
+    let found = gross_violation(&focus.machine, &values, &observed.record, observed);
+    match found {
+        Some(found) if !one_candidate_closes(dictionary, observed) => Err(found.into()),
+        _ => Ok(()),
+    }
+}
+
+/// The same of the positions that the accepted terms make of the measured ones.
+///
+/// # Errors
+/// If a holonomic constraint is still grossly missed, or the log cannot be filtered.
+pub(super) fn check_corrected(
+    dictionary: &Dictionary,
+    selection: &Selection,
+) -> Result<(), TraceError> {
+    let focus = dictionary.focus(&selection.accepted());
+    if focus.machine.holonomic_rows().is_empty() {
+        return Ok(());
+    }
+    let values = focus.values(&selection.values);
+    let observed = &selection.observed;
+    let record = corrected(&observed.record, &focus, &values)?;
+    match gross_violation(&focus.machine, &values, &record, observed) {
+        Some(found) => Err(found.into()),
+        None => Ok(()),
+    }
+}
+
+/// States with the positions as they were measured.
+fn as_measured(record: &Record, observed: &Observed) -> States {
+    States {
+        q: record.q.clone(),
         ..observed.curve.clone()
-    };
-    let terms = machine.terms(&measured, &focus.values(&dictionary.defaults));
+    }
+}
+
+fn gross_violation(
+    machine: &Machine,
+    values: &[f64],
+    record: &Record,
+    observed: &Observed,
+) -> Option<Violation> {
+    let terms = machine.terms(&as_measured(record, observed), values);
     let travel: Vec<f64> = observed
         .ranges()
         .positions
         .iter()
         .map(|sorted| sorted[sorted.len() - 1] - sorted[0])
         .collect();
-    for (row, constraint) in machine.compiled.model.constraints.iter().enumerate() {
-        if constraint.kind != ConstraintKind::Holonomic {
-            continue;
-        }
+    for row in machine.holonomic_rows() {
         let (mut square, mut noise, mut scale, mut worst) = (0.0, 0.0, 0.0_f64, (0.0, 0.0));
         for (sample, at) in terms.iter().enumerate() {
             let c = at.constraint_residual[row];
             square += c * c;
-            if c.abs() > worst.0 {
-                worst = (c.abs(), measured.t[sample]);
+            if c.abs() > worst.1 {
+                worst = (record.t[sample], c.abs());
             }
             for i in 0..travel.len() {
                 let slope = at.constraint_matrix[(row, i)];
@@ -47,15 +121,67 @@ pub(super) fn check_constraints(
         }
         let violation = (square / terms.len() as f64).sqrt();
         let expected = (noise / terms.len() as f64).sqrt();
-        if !(violation <= 20.0 * expected || violation <= GROSS_VIOLATION * scale) {
-            return Err(TraceError::Constraint {
-                constraint: constraint.name.clone(),
+        if !(violation <= NOISES * expected || violation <= GROSS_VIOLATION * scale) {
+            return Some(Violation {
+                constraint: machine.compiled.model.constraints[row].name.clone(),
                 violation,
                 expected,
-                time: worst.1,
-                worst: worst.0,
+                worst,
             });
         }
     }
-    Ok(())
+    None
+}
+
+/// Whether the parameters of a single candidate, a sensor's or a length, explain most of what
+/// the constraints are missed by.
+fn one_candidate_closes(dictionary: &Dictionary, observed: &Observed) -> bool {
+    let machine = &dictionary.machine;
+    let states = as_measured(&observed.record, observed);
+    let states = machine.at_rest(&states, &dictionary.defaults);
+    let terms = machine.terms(&states, &dictionary.defaults);
+    let rows = machine.holonomic_rows();
+    let sensors = &dictionary.sensors;
+    let still = vec![vec![0.0; states.len()]; machine.coordinate_count()];
+    let read = sensors.read(&states, &still, &dictionary.defaults);
+    let slopes = sensors.closure.slopes(&states, &dictionary.defaults);
+    // What a unit of a parameter adds to all constraints at all samples: directly, and by moving
+    // the positions that were read.
+    let column = |parameter: usize| -> Option<DVector<f64>> {
+        let length = sensors.closure.closing.iter().position(|&p| p == parameter);
+        let sensor = sensors.sensing.iter().position(|&p| p == parameter);
+        if length.is_none() && sensor.is_none() {
+            return None;
+        }
+        let at = |sample: usize, place: usize| {
+            let direct = length.map_or(0.0, |length| slopes[length][place][sample]);
+            let moved = sensor.map_or(0.0, |sensor| {
+                let gradient = terms[sample].constraint_matrix.row(rows[place]);
+                let each = gradient.iter().zip(&read.q_by[sensor]);
+                each.map(|(a, by)| a * by[sample]).sum()
+            });
+            direct - moved
+        };
+        let all = (0..rows.len()).flat_map(|place| (0..states.len()).map(move |s| at(s, place)));
+        Some(DVector::from_iterator(rows.len() * states.len(), all))
+    };
+    let missed = rows.iter().flat_map(|&row| {
+        let each = terms.iter();
+        each.map(move |at| at.constraint_residual[row])
+    });
+    let missed = DVector::from_iterator(rows.len() * states.len(), missed);
+    let closes = |parameters: &[usize]| {
+        let columns: Vec<DVector<f64>> = parameters.iter().filter_map(|&p| column(p)).collect();
+        if columns.is_empty() {
+            return false;
+        }
+        let columns = DMatrix::from_columns(&columns);
+        let fitted = columns.clone().svd(true, true).solve(&missed, f64::EPSILON);
+        fitted.is_ok_and(|fitted| {
+            let left = &missed - &columns * fitted;
+            left.norm_squared() < (1.0 - EXPLAINED) * missed.norm_squared()
+        })
+    };
+    let mut candidates = dictionary.candidates.iter();
+    candidates.any(|candidate| closes(&candidate.parameters))
 }

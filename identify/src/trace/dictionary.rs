@@ -8,6 +8,7 @@
 
 use super::focus::Focuses;
 use super::places::{Place, places};
+use super::subject::Subject;
 use super::waves::Missing;
 use crate::machine::{Machine, SensitivityTape, Sensors};
 use dynamics_codegen::derive::Variable;
@@ -17,44 +18,6 @@ use dynamics_codegen::model::Parameter;
 use dynamics_codegen::syntax::{PortKind, written_name};
 use dynamics_codegen::{Compiled, Library, Report, compile};
 use std::collections::{BTreeMap, HashMap};
-
-/// What a finding is about.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Subject {
-    /// A parameter of the model has another value.
-    Parameter(String),
-    /// An effect acts on these places.
-    Effect {
-        /// The template's name.
-        template: String,
-        /// Coordinates or inputs.
-        on: Vec<String>,
-    },
-}
-
-impl Subject {
-    /// `parameter`, or the template's name.
-    pub fn name(&self) -> &str {
-        match self {
-            Self::Parameter(_) => "parameter",
-            Self::Effect { template, .. } => template,
-        }
-    }
-
-    /// Where it acts.
-    pub fn on(&self) -> Vec<String> {
-        match self {
-            Self::Parameter(name) => vec![name.clone()],
-            Self::Effect { on, .. } => on.clone(),
-        }
-    }
-}
-
-impl std::fmt::Display for Subject {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}({})", self.name(), self.on().join(", "))
-    }
-}
 
 /// Something that might be missing.
 #[derive(Debug, Clone)]
@@ -178,10 +141,7 @@ impl Dictionary {
             parameters,
             ..
         } = &self.candidates[candidate];
-        let prefix = match subject {
-            Subject::Parameter(_) => String::new(),
-            Subject::Effect { .. } => format!("{}_{}_", subject.name(), subject.on().join("_")),
-        };
+        let prefix = subject.prefix();
         let whole = |&index: &usize| &self.machine.compiled.model.parameters[index].name;
         let short =
             |name: &'_ String| name.len() - name.strip_prefix(&prefix).unwrap_or(name).len();
@@ -289,9 +249,17 @@ impl Dictionary {
                 }
                 continue;
             }
+            let strengths = candidate.parameters.iter();
+            let has_strength = strengths.clone().any(|&p| roles[p] == Role::Strength);
+            let is_tilt = |index: usize| {
+                let unit = self.machine.compiled.model.parameters[index].dimension;
+                roles[index] == Role::Curved && unit == Some(Dimension::ONE)
+            };
+            // An angle beside others that does nothing to first order turns what it turns out of
+            // the plane of a planar machine: its cosine is nobody's finding.
             candidate
                 .parameters
-                .retain(|&index| roles[index] != Role::Inert);
+                .retain(|&index| roles[index] != Role::Inert && !(has_strength && is_tilt(index)));
             let inactive = candidate
                 .parameters
                 .iter()
@@ -360,6 +328,7 @@ impl Dictionary {
         outputs.extend(compiled.system.mass_matrix.iter().flatten());
         outputs.extend(compiled.system.constraint_matrix.iter().flatten());
         outputs.extend(&compiled.system.constraint_bias);
+        outputs.extend(&compiled.system.constraint_residual);
         outputs.extend(&compiled.system.measured);
         outputs.extend(&compiled.system.state_rates);
         outputs.extend(&compiled.system.initial_states);

@@ -1,9 +1,10 @@
 //! What was found, in words and numbers.
 
-use super::dictionary::{Dictionary, Subject};
+use super::dictionary::Dictionary;
 use super::one_clock::on_one_clock;
 use super::select::{Remaining, Selection, Term};
 use super::separate::SeparatingMotion;
+use super::subject::Subject;
 use serde::Serialize;
 use std::collections::BTreeMap;
 

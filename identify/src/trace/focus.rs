@@ -4,7 +4,8 @@
 //! the machine. What is fitted are a few of its candidates; all others do nothing, so a
 //! model that never heard of them moves in the same way at a fraction of the cost.
 
-use super::dictionary::{Dictionary, Source, Subject};
+use super::dictionary::{Dictionary, Source};
+use super::subject::Subject;
 use crate::machine::{Machine, SensitivityTape, Sensors};
 use dynamics_codegen::derive::Variable;
 use dynamics_codegen::syntax::written_name;

@@ -29,9 +29,10 @@ mod select;
 mod separate;
 mod series;
 mod slow_errors;
+mod subject;
 mod waves;
 
-pub use dictionary::{Candidate, Dictionary, Ranges, Source, Subject};
+pub use dictionary::{Candidate, Dictionary, Ranges, Source};
 pub use error::TraceError;
 pub use estimate::Observed;
 pub use finding::{Finding, ParameterEstimate, Rival, Verdict};
@@ -48,4 +49,5 @@ pub use screen::Considered;
 pub use select::{Remaining, Selection, Term, likelier_hold, select};
 pub use separate::SeparatingMotion;
 pub use series::{CoordinateSeries, Details, InputSeries, Prediction, Series, Weighed};
+pub use subject::Subject;
 pub use waves::Missing;

@@ -38,6 +38,11 @@ pub struct Estimate {
 /// A force error below this share of a coordinate's forces is not worth a name: what no
 /// rigid-body model of a machine is claimed to reach.
 pub const SMALLEST_SHARE: f64 = 1e-3;
+/// A constraint that is missed by this share of its reach is not worth a name: what no
+/// machine's lengths are claimed to be known to.
+const SMALLEST_CLOSURE: f64 = 1e-4;
+/// Where nothing moves a constraint, it is known to this many of its units.
+const ROUND_OFF: f64 = 1e-12;
 /// Steps at most.
 const STEPS: usize = 12;
 /// Nats; a smaller improvement ends the iteration.
@@ -49,9 +54,14 @@ const NOISE_FACTOR: f64 = 30.0;
 
 /// Unexplained forces of a `share` of those of the model as given.
 pub fn noise(dynamics: &ErrorDynamics, share: f64) -> ProcessNoise {
+    let closed = &dynamics.closed;
+    let least = |reach: f64| (reach * SMALLEST_CLOSURE).max(ROUND_OFF);
+    let smallest_closure = closed.reach.map(least);
     ProcessNoise {
         force_sd: &dynamics.force_scale * share,
         smallest: &dynamics.force_scale * SMALLEST_SHARE,
+        closure_sd: closed.violation().sup(&smallest_closure),
+        smallest_closure,
     }
 }
 
@@ -112,6 +122,13 @@ pub fn settle<'a>(
             }
             let evidence = whitener.noise_evidence(&coefficients);
             let mut change: f64 = 0.0;
+            let mut adapt = |old: &mut f64, ratio: f64, smallest: f64, largest: f64| {
+                let factor = ratio.clamp(1.0 / NOISE_FACTOR, NOISE_FACTOR).sqrt();
+                let new = (*old * factor).clamp(smallest, largest.max(smallest));
+                let (new, known) = (new.max(f64::MIN_POSITIVE), old.max(f64::MIN_POSITIVE));
+                change = change.max((new / known).ln().abs());
+                *old = new;
+            };
             for i in 0..smallest.len() {
                 let old = noise.force_sd[i];
                 let ratio = if evidence.information[i] * old * old > INVISIBLE_FORCE {
@@ -119,11 +136,17 @@ pub fn settle<'a>(
                 } else {
                     0.0
                 };
-                let factor = ratio.clamp(1.0 / NOISE_FACTOR, NOISE_FACTOR).sqrt();
-                let new = (old * factor)
-                    .clamp(smallest[i], (smallest[i] * LARGEST).max(f64::MIN_POSITIVE));
-                change = change.max((new / old.max(f64::MIN_POSITIVE)).ln().abs());
-                noise.force_sd[i] = new;
+                adapt(
+                    &mut noise.force_sd[i],
+                    ratio,
+                    smallest[i],
+                    smallest[i] * LARGEST,
+                );
+            }
+            for row in 0..noise.closure_sd.len() {
+                let ratio = evidence.closure_score[row] / evidence.closure_information[row];
+                let least = noise.smallest_closure[row];
+                adapt(&mut noise.closure_sd[row], ratio, least, f64::INFINITY);
             }
             if change > SETTLED {
                 continue;

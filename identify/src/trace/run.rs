@@ -1,7 +1,7 @@
 //! The whole loop: log in, findings and patched model out.
 
 use super::command::drives;
-use super::constraints::check_constraints;
+use super::constraints::{check_corrected, check_measured};
 use super::dictionary::{Dictionary, Ranges, Source};
 use super::error::TraceError;
 use super::estimate::Observed;
@@ -77,7 +77,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     progress.enter(Stage::Derive, &[]);
     let ranges = ranges(&source, plain, &observed);
     let dictionary = Dictionary::new(&source, &ranges).map_err(Box::new)?;
-    check_constraints(&dictionary, &observed)?;
+    check_measured(&dictionary, &observed)?;
     let misread = misread(&dictionary, &observed.record);
     progress.enter(Stage::Fit, &[]);
     let learner = Learner {
@@ -88,6 +88,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         progress,
     };
     let mut learnt = learner.learn(dictionary)?;
+    check_corrected(&learnt.dictionary, &learnt.selection)?;
     progress.enter(Stage::Judge, &[]);
     let mut judgement = judged(&learnt, &test, request)?;
     // What predicts worse than the model as given explains nothing, whatever its evidence.

@@ -43,7 +43,7 @@ impl Equations {
         let n = self.scale.len();
         let rows = |samples: Range<usize>| n * samples.start..n * samples.end;
         let blocks: Vec<Range<usize>> = (0..BLOCKS).map(|b| rows(self.block(b))).collect();
-        Gram::new(&self.rows, &blocks)
+        Gram::new(&self.rows, &blocks, self.rows.nrows())
     }
 
     /// Number of equations that say something of their own.

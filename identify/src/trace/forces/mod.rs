@@ -175,8 +175,7 @@ fn force_options(dictionary: &Dictionary) -> Vec<ShapedCandidate> {
     let mut options = options(dictionary, &[]);
     options.retain(|option| {
         let candidate = &dictionary.candidates[option.candidate];
-        let (name, on) = (candidate.subject.name(), candidate.subject.on());
-        let prefix = format!("{name}_{}_", on.join("_"));
+        let prefix = candidate.subject.prefix();
         let forgets = !states.iter().any(|state| state.name.starts_with(&prefix));
         forgets && !candidate.channel && !following[option.candidate]
     });

@@ -8,9 +8,9 @@
 use super::TIE;
 use super::fitting::fit;
 use super::search::{Attempt, MARGIN, Search, reset};
-use crate::trace::dictionary::Subject;
 use crate::trace::rivals::{Alternative, join};
 use crate::trace::screen::{Considered, Screen};
+use crate::trace::subject::Subject;
 use rayon::prelude::*;
 
 /// How many effects are tried for each set of terms, and how many sets short of all are
