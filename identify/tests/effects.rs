@@ -392,7 +392,7 @@ fn bodies_carry_shift_and_lean() {
     // 0.1 rad about y: phi x g = (0.1·(−9.81), 0, 0).
     same(
         "effect gravity_tilt() { phi_y = 0.1 }",
-        arm(UPPER, LOWER, "-0.981, 0, -9.81", ""),
+        arm(UPPER, LOWER, "-9.81*sin(0.1), 0, -9.81*cos(0.1)", ""),
     );
 }
 

@@ -22,18 +22,24 @@ pub struct Closed {
     by: Vec<DMatrix<f64>>,
 }
 
+/// The holonomic constraints at one place along a curve.
+#[derive(Debug, Clone)]
+pub(super) struct Missed {
+    /// `c`, `m`.
+    pub residual: DVector<f64>,
+    /// `∂c/∂q`, `m×n`.
+    pub gradient: DMatrix<f64>,
+}
+
 /// A way beyond which a coordinate's spread counts no more, in its unit: a crank that turns on
 /// and on does not reach farther.
 const FAR: f64 = 1.0;
 
 impl Closed {
-    /// Along `curve`, where constraints and their gradients are those given per sample.
-    pub(super) fn new(
-        columns: &[Columns<'_>],
-        curve: &States,
-        along: Vec<(DVector<f64>, DMatrix<f64>)>,
-    ) -> Self {
-        let (residual, gradient): (Vec<_>, Vec<_>) = along.into_iter().unzip();
+    /// Along `curve`, where constraints are `missed` as given per sample.
+    pub(super) fn new(columns: &[Columns<'_>], curve: &States, missed: Vec<Missed>) -> Self {
+        let parts = missed.into_iter().map(|at| (at.residual, at.gradient));
+        let (residual, gradient): (Vec<_>, Vec<_>) = parts.unzip();
         let rows = residual.first().map_or(0, DVector::len);
         if rows == 0 {
             return Self::default();

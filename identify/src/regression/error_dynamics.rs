@@ -1,6 +1,6 @@
 //! The linear equation of the departure from the logged curve.
 
-use super::closed::Closed;
+use super::closed::{Closed, Missed};
 use super::sensed::Sensed;
 use super::shooting::{Shot, is_unresolved, shoot};
 use crate::log::longest_step;
@@ -72,8 +72,8 @@ pub(super) struct Local {
     pub forbidden: Option<DMatrix<f64>>,
     /// Sum of squares of the forces that balance here.
     pub force: DVector<f64>,
-    /// Holonomic constraints, and their gradients.
-    pub closure: (DVector<f64>, DMatrix<f64>),
+    /// How far off holonomic constraints are.
+    pub missed: Missed,
 }
 
 /// How long a force that nothing explains is thought to last, s.
@@ -131,19 +131,19 @@ impl ErrorDynamics {
                 Ok(piece)
             })
             .collect::<Result<_, SolveError>>()?;
-        let (mut all, mut closure) = Self::join(curve, pieces);
+        let (mut all, mut missed) = Self::join(curve, pieces);
         let end = curve.len() - 1;
         let last = local(&mut curve.slice(end..end + 1), 2, end - 1..end)?.remove(0);
         all.slope.push(with_mobility(&last));
         all.acceleration.push(last.acceleration);
-        closure.push(last.closure);
-        all.closed = Closed::new(columns, curve, closure);
+        missed.push(last.missed);
+        all.closed = Closed::new(columns, curve, missed);
         all.sensed = Sensed::new(columns, curve, &all.accelerations());
         Ok(all)
     }
 
-    /// Pieces put together, and the constraints along them.
-    fn join(curve: &States, pieces: Vec<Piece>) -> (Self, Vec<(DVector<f64>, DMatrix<f64>)>) {
+    /// Pieces put together, and how far off constraints are along them.
+    fn join(curve: &States, pieces: Vec<Piece>) -> (Self, Vec<Missed>) {
         let samples = curve.len();
         let columns = pieces.first().map_or(0, |p| p.forcing[0].ncols() - 1);
         let mut all = Self {
@@ -159,9 +159,9 @@ impl ErrorDynamics {
             sensed: Sensed::default(),
             closed: Closed::default(),
         };
-        let mut closure = Vec::with_capacity(samples);
+        let mut missed = Vec::with_capacity(samples);
         for piece in pieces {
-            closure.extend(piece.closure);
+            missed.extend(piece.missed);
             all.transition.extend(piece.transition);
             all.forcing.extend(piece.forcing);
             all.slope.extend(piece.slope);
@@ -175,7 +175,7 @@ impl ErrorDynamics {
         all.acceleration_scale
             .apply(|x| *x = (*x / samples as f64).sqrt());
         all.force_scale.apply(|x| *x = (*x / samples as f64).sqrt());
-        (all, closure)
+        (all, missed)
     }
 
     /// Accelerations along the curve, one column per coordinate.
@@ -276,7 +276,7 @@ struct Piece {
     acceleration: Vec<DMatrix<f64>>,
     forbidden: Vec<DMatrix<f64>>,
     force: DVector<f64>,
-    closure: Vec<(DVector<f64>, DMatrix<f64>)>,
+    missed: Vec<Missed>,
 }
 
 impl Piece {
@@ -404,10 +404,10 @@ fn locals(
                 mobility,
                 forbidden,
                 force: force_size(&motion),
-                closure: (
-                    motion.terms.constraint_residual.select_rows(&holonomic),
-                    motion.terms.constraint_matrix.select_rows(&holonomic),
-                ),
+                missed: Missed {
+                    residual: motion.terms.constraint_residual.select_rows(&holonomic),
+                    gradient: motion.terms.constraint_matrix.select_rows(&holonomic),
+                },
             }
         })
         .collect())
@@ -436,7 +436,7 @@ fn piece(
         acceleration: Vec::new(),
         forbidden: Vec::new(),
         force: DVector::zeros(n),
-        closure: Vec::new(),
+        missed: Vec::new(),
     };
     for (i, k) in range.enumerate() {
         let h = curve.t[k + 1] - curve.t[k];
@@ -454,7 +454,7 @@ fn piece(
         piece.acceleration.push(start.acceleration.clone());
         piece.forbidden.extend(middle.forbidden.clone());
         piece.force += &start.force;
-        piece.closure.push(start.closure.clone());
+        piece.missed.push(start.missed.clone());
     }
     piece
 }

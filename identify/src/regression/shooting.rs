@@ -254,6 +254,7 @@ const MOST_DOUBLINGS: f64 = 40.0;
 
 #[cfg(test)]
 mod tests {
+    use super::super::closed::Missed;
     use super::*;
 
     #[test]
@@ -293,6 +294,10 @@ mod tests {
                 mobility: DMatrix::from_element(1, 1, 1.0 / MASS),
                 forbidden: None,
                 force: DVector::zeros(1),
+                missed: Missed {
+                    residual: DVector::zeros(0),
+                    gradient: DMatrix::zeros(0, 0),
+                },
             }])
         };
         let (from, to) = (states(0.0, q, v), states(5e-3, 0.0, 0.0));
