@@ -215,18 +215,21 @@ impl<'a> Whitener<'a> {
         self.log_sd
     }
 
-    /// `h` of a reading of acceleration, or of a constraint: `z = h·δ`.
+    /// `h` of a reading, `z = h·δ`.
     pub(super) fn slope_row(&self, sample: usize, sensor: Sensor) -> DVector<f64> {
         let dynamics = self.dynamics;
+        let n = dynamics.coordinate_count();
+        let mut row = DVector::zeros(3 * n);
         match sensor {
-            Sensor::Position(i) | Sensor::Velocity(i) | Sensor::Acceleration(i) => {
-                dynamics.slope[sample].row(i).transpose()
-            }
-            Sensor::Closure(row) => {
-                let gradient = dynamics.closed.gradient[sample].row(row).transpose();
-                gradient.resize_vertically(3 * dynamics.coordinate_count(), 0.0)
+            Sensor::Position(i) => row[i] = 1.0,
+            Sensor::Velocity(i) => row[n + i] = 1.0,
+            Sensor::Acceleration(i) => row.tr_copy_from(&dynamics.slope[sample].row(i)),
+            Sensor::Closure(i) => {
+                let gradient = dynamics.closed.gradient[sample].row(i);
+                row.rows_mut(0, n).tr_copy_from(&gradient);
             }
         }
+        row
     }
 
     /// Number of scalar readings. What a constraint demands is none.
@@ -362,26 +365,26 @@ impl<'a> Whitener<'a> {
         reading: &mut DVector<f64>,
     ) {
         let n = self.dynamics.coordinate_count();
-        if let Sensor::Closure(row) = sensor {
-            let gradient = self.dynamics.closed.gradient[sample].row(row);
-            reading.tr_copy_from(&(gradient * state.rows(0, n)));
-            if let Some(closed) = &direct.closed {
-                *reading += closed.row(row).transpose();
-            }
-            return;
-        }
         for (column, reading) in reading.iter_mut().enumerate() {
+            // What the departure shows, and where what columns change at once stands.
             let (moved, row) = match sensor {
-                Sensor::Position(i) | Sensor::Closure(i) => (state[(i, column)], i),
-                Sensor::Velocity(i) => (state[(n + i, column)], n + i),
+                Sensor::Position(i) => (state[(i, column)], Some(i)),
+                Sensor::Velocity(i) => (state[(n + i, column)], Some(n + i)),
                 Sensor::Acceleration(i) => {
                     let slope = &self.dynamics.slope[sample];
                     let shown = (0..3 * n).map(|j| slope[(i, j)] * state[(j, column)]);
                     let at_once = direct.acceleration.as_ref().map_or(0.0, |a| a[(i, column)]);
-                    (shown.sum::<f64>() + at_once, 2 * n + i)
+                    (shown.sum::<f64>() + at_once, Some(2 * n + i))
+                }
+                Sensor::Closure(i) => {
+                    let gradient = &self.dynamics.closed.gradient[sample];
+                    let shown = (0..n).map(|j| gradient[(i, j)] * state[(j, column)]);
+                    let at_once = direct.closed.as_ref().map_or(0.0, |c| c[(i, column)]);
+                    (shown.sum::<f64>() + at_once, None)
                 }
             };
-            *reading = moved + direct.sensed.as_ref().map_or(0.0, |s| s[(row, column)]);
+            let sensed = direct.sensed.as_ref().zip(row);
+            *reading = moved + sensed.map_or(0.0, |(sensed, row)| sensed[(row, column)]);
         }
     }
 

@@ -43,6 +43,7 @@ impl Search<'_> {
             let from = Search {
                 dictionary: self.dictionary,
                 progress: self.progress,
+                given_cost: self.given_cost,
                 accepted: first.candidates.clone(),
                 current: first,
                 first_round: considered.to_vec(),

@@ -131,6 +131,7 @@ impl Search<'_> {
             .collect();
         let without = Search {
             dictionary: self.dictionary,
+            given_cost: self.given_cost,
             progress: self.progress,
             accepted: others.clone(),
             current: fit(self.dictionary, &others, explanation).ok()?,

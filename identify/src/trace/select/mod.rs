@@ -107,12 +107,14 @@ pub fn select(
             values: dictionary.defaults.clone(),
             observed,
         };
+        let current = fit(dictionary, &[], start)?;
         Ok(Search {
             dictionary,
             progress,
             accepted: Vec::new(),
             first_round: Vec::new(),
-            current: fit(dictionary, &[], start)?,
+            given_cost: current.cost,
+            current,
         })
     };
     let mut search = begin(part.unwrap_or_else(|| observed.clone()))?;

@@ -48,6 +48,8 @@ pub(super) struct Search<'a> {
     pub progress: &'a dyn Progress,
     pub accepted: Vec<usize>,
     pub current: Attempt,
+    /// What the model as given costs, nats.
+    pub given_cost: f64,
     /// What every candidate was worth beside the model as given.
     pub first_round: Vec<Considered>,
 }
@@ -173,6 +175,13 @@ impl Search<'_> {
         tried.collect()
     }
 
+    /// What a term must bring beyond its price: also as much as forces leave that are too small
+    /// to be worth a name, beside all that the terms explain.
+    fn margin(&self) -> f64 {
+        let explained = (self.given_cost - self.current.cost).max(0.0);
+        MARGIN + SMALLEST_SHARE * SMALLEST_SHARE * explained
+    }
+
     /// Whether an attempt is worth its price.
     pub(super) fn earns(&self, attempt: &Attempt) -> bool {
         let search_price = (self.dictionary.candidates.len() as f64).ln();
@@ -182,7 +191,7 @@ impl Search<'_> {
         );
         let something = before > NO_EXCESS * SMALLEST_SHARE * SMALLEST_SHARE;
         let leap = LEAP * attempt.estimate.rows as f64;
-        attempt.cost + search_price + MARGIN < self.current.cost
+        attempt.cost + search_price + self.margin() < self.current.cost
             && (!something
                 || after < (1.0 - LEAST_REMOVED) * before
                 || attempt.cost + leap < self.current.cost)
@@ -337,7 +346,7 @@ impl Search<'_> {
                 .collect();
             let weakest = (0..evidence.len()).min_by(|&a, &b| evidence[a].total_cmp(&evidence[b]));
             match weakest {
-                Some(weakest) if evidence[weakest] < MARGIN => {
+                Some(weakest) if evidence[weakest] < self.margin() => {
                     let Some(without) = without_each.swap_remove(weakest) else {
                         return evidence;
                     };
