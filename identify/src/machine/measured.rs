@@ -32,6 +32,8 @@ pub struct Measured {
     pub v: Vec<Vec<f64>>,
     /// How much the reading of a position changes with the position.
     pub slope: Vec<Vec<f64>>,
+    /// How much later the motion is that is read, s; empty where sensors are on time.
+    pub ahead: Vec<Vec<f64>>,
     /// Per sensing variable, `∂q/∂s`.
     pub q_by: Vec<Vec<Vec<f64>>>,
     /// Per sensing variable, `∂v/∂s`.
@@ -100,6 +102,7 @@ impl Sensors {
         let n = self.coordinates;
         let (mut there, mut acceleration) = (states.clone(), accelerations.to_vec());
         let mut leads = Vec::new();
+        let mut ahead = vec![Vec::new(); n];
         if let Some(lead) = &self.lead {
             leads = lead.evaluate_all(&columns(states, accelerations, parameters), states.len());
             let slopes = leads.split_off(n);
@@ -108,6 +111,7 @@ impl Sensors {
                     let by: Vec<f64> = lead.iter().zip(slope).map(|(l, s)| l / s).collect();
                     let moved = shifted(states, i, &accelerations[i], &by);
                     (there.q[i], there.v[i], acceleration[i]) = (moved.q, moved.v, moved.a);
+                    ahead[i] = by;
                 }
             }
         }
@@ -131,6 +135,7 @@ impl Sensors {
             q,
             v,
             slope,
+            ahead,
             q_by,
             v_by,
         }
