@@ -389,7 +389,7 @@ fn bodies_carry_shift_and_lean() {
         "effect com_offset(upper) { x = 0.05, z = -0.03 }",
         arm(&moved, LOWER, level, ""),
     );
-    // 0.1 rad about y: phi x g = (0.1·(−9.81), 0, 0).
+    // 0.1 rad about y turns (0, 0, −9.81) towards −x.
     same(
         "effect gravity_tilt() { phi_y = 0.1 }",
         arm(UPPER, LOWER, "-9.81*sin(0.1), 0, -9.81*cos(0.1)", ""),

@@ -57,7 +57,7 @@ def energy(name, system, parameters):
     return lambda a, b: float(total(a, b))
 
 
-def _with_inertia(model, system, effect):
+def _with_energy(model, system, effect):
     """The model with what an effect adds to its kinetic and potential energy."""
     x, plain = effect.parameters(), model.energies
 
@@ -286,7 +286,7 @@ def accelerations(machine, run):
     extra, friction = np.zeros_like(run.q), None
     for e in machine.effects:
         if e.kind.family in ("inertia", "coupling", "gravity"):
-            model = _with_inertia(model, system, e)
+            model = _with_energy(model, system, e)
         if e.kind.family == "coupling":
             extra += _extra_force(machine, e, run, acting, t)
         elif e.kind.name == "contact_friction":

@@ -107,7 +107,8 @@ def log(path, machine, which, run):
         columns += list(channels[channel].T)
         formats += [number[channel]] * len(names)
     blank = machine.margin()
-    np.savetxt(path, np.stack(columns, axis=1)[blank:len(run.q) - blank], fmt=formats, delimiter=",", header=",".join(header), comments="")
+    rows = np.stack(columns, axis=1)[blank:len(run.q) - blank]
+    np.savetxt(path, rows, fmt=formats, delimiter=",", header=",".join(header), comments="")
 
 
 def write(folder, name, machine, verdict, score, seed, index):

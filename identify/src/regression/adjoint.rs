@@ -12,9 +12,10 @@ pub struct NoiseEvidence {
     pub score: DVector<f64>,
     /// `Σ tr CΛ`, its expectation.
     pub information: DVector<f64>,
-    /// The same of the variances with which constraints are missed.
+    /// The same of the variances with which constraints are missed, per holonomic one: `Σ u²`
+    /// with `u` its smoothed error in units of its variance.
     pub closure_score: DVector<f64>,
-    /// Its expectation.
+    /// What is expected of that.
     pub closure_information: DVector<f64>,
 }
 

@@ -13,7 +13,7 @@ const SHOWN_ELSEWHERE: f64 = 0.2;
 pub struct Gram {
     total: DMatrix<f64>,
     blocks: Vec<DMatrix<f64>>,
-    rows: usize,
+    readings: usize,
 }
 
 /// A least-squares fit of some columns to the data.
@@ -50,7 +50,7 @@ impl Gram {
         Self {
             total,
             blocks,
-            rows: readings,
+            readings,
         }
     }
 
@@ -87,7 +87,7 @@ impl Gram {
                 .iter()
                 .fold(DMatrix::zeros(width, width), |sum, block| sum + block),
             blocks,
-            rows: self.rows,
+            readings: self.readings,
         }
     }
 
@@ -103,13 +103,13 @@ impl Gram {
         Self {
             total: cut(&self.total),
             blocks: self.blocks.iter().map(cut).collect(),
-            rows: self.rows,
+            readings: self.readings,
         }
     }
 
     /// How many readings there were.
-    pub fn rows(&self) -> usize {
-        self.rows
+    pub fn readings(&self) -> usize {
+        self.readings
     }
 
     /// Sum of squares of the data.
@@ -134,7 +134,7 @@ impl Gram {
         Self {
             total: apply(&self.total),
             blocks: self.blocks.iter().map(apply).collect(),
-            rows: self.rows,
+            readings: self.readings,
         }
     }
 

@@ -22,29 +22,6 @@ const NOISES: f64 = 20.0;
 /// the log to be this machine's.
 const EXPLAINED: f64 = 0.75;
 
-/// The worst constraint that measured positions do not fulfil.
-struct Violation {
-    constraint: String,
-    /// Root mean square.
-    violation: f64,
-    /// What sensor noise explains.
-    expected: f64,
-    /// Where it is largest, s, and how large.
-    worst: (f64, f64),
-}
-
-impl From<Violation> for TraceError {
-    fn from(found: Violation) -> Self {
-        Self::Constraint {
-            constraint: found.constraint,
-            violation: found.violation,
-            expected: found.expected,
-            time: found.worst.0,
-            worst: found.worst.1,
-        }
-    }
-}
-
 /// Holonomic constraints must hold in the measured positions themselves, or with one of the
 /// dictionary's sensors' errors or lengths.
 ///
@@ -58,7 +35,7 @@ pub(super) fn check_measured(
     let values = focus.values(&dictionary.defaults);
     let found = gross_violation(&focus.machine, &values, &observed.record, observed);
     match found {
-        Some(found) if !one_candidate_closes(dictionary, observed) => Err(found.into()),
+        Some(found) if !one_candidate_closes(dictionary, observed) => Err(found),
         _ => Ok(()),
     }
 }
@@ -78,10 +55,7 @@ pub(super) fn check_corrected(
     let values = focus.values(&selection.values);
     let observed = &selection.observed;
     let record = corrected(&observed.record, &focus, &values)?;
-    match gross_violation(&focus.machine, &values, &record, observed) {
-        Some(found) => Err(found.into()),
-        None => Ok(()),
-    }
+    gross_violation(&focus.machine, &values, &record, observed).map_or(Ok(()), Err)
 }
 
 /// States with the positions as they were measured.
@@ -92,12 +66,13 @@ fn as_measured(record: &Record, observed: &Observed) -> States {
     }
 }
 
+/// The first holonomic constraint that the positions of `record` grossly miss.
 fn gross_violation(
     machine: &Machine,
     values: &[f64],
     record: &Record,
     observed: &Observed,
-) -> Option<Violation> {
+) -> Option<TraceError> {
     let terms = machine.terms(&as_measured(record, observed), values);
     let travel: Vec<f64> = observed
         .ranges()
@@ -122,10 +97,12 @@ fn gross_violation(
         let violation = (square / terms.len() as f64).sqrt();
         let expected = (noise / terms.len() as f64).sqrt();
         if !(violation <= NOISES * expected || violation <= GROSS_VIOLATION * scale) {
-            return Some(Violation {
+            let (time, worst) = worst;
+            return Some(TraceError::Constraint {
                 constraint: machine.compiled.model.constraints[row].name.clone(),
                 violation,
                 expected,
+                time,
                 worst,
             });
         }
@@ -184,4 +161,90 @@ fn one_candidate_closes(dictionary: &Dictionary, observed: &Observed) -> bool {
     };
     let mut candidates = dictionary.candidates.iter();
     candidates.any(|candidate| closes(&candidate.parameters))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::trace::select::wheel::{rectangular, traced};
+    use crate::trace::{Finding, Outcome, Verdict};
+    use std::fmt::Write;
+
+    /// A cam and its follower.
+    const CAM: &str = "\
+model cam;
+coordinate angle: rad;
+coordinate height: m;
+input angle: N*m;
+parameter i: kg*m^2 = 0.02;
+parameter m: kg = 0.5;
+parameter lift: m = 0.1;
+kinetic i/2*dot(angle)^2 + m/2*dot(height)^2;
+force angle = input(angle);
+constraint cam: height == lift*(angle^2 + angle);
+";
+
+    /// A log of a cam with this lift, whose angle is read with an offset: `a = 0.5 sin 2t + 0.3 sin 5t`,
+    /// `b = l (a² + a)`, and by d'Alembert `u = i a″ + m b″ ∂b/∂a`.
+    fn log(lift: f64, offset: f64) -> String {
+        let mut text = String::from("t,q_angle,q_height,u_angle\n");
+        let waves = [(0.5_f64, 2.0_f64), (0.3, 5.0)];
+        let mut noise = rectangular(9);
+        for k in 0..2000 {
+            let t = 0.005 * f64::from(k);
+            let a: f64 = waves.iter().map(|(x, w)| x * (w * t).sin()).sum();
+            let v: f64 = waves.iter().map(|(x, w)| x * w * (w * t).cos()).sum();
+            let acceleration: f64 = waves.iter().map(|(x, w)| -x * w * w * (w * t).sin()).sum();
+            let slope = lift * (2.0 * a + 1.0);
+            let rise = slope * acceleration + 2.0 * lift * v * v;
+            let u = 0.02 * acceleration + 0.5 * rise * slope;
+            let read = [
+                a + offset + 4e-4 * noise(),
+                lift * (a * a + a) + 1e-4 * noise(),
+            ];
+            writeln!(text, "{t},{},{},{u}", read[0], read[1]).unwrap();
+        }
+        text
+    }
+
+    fn only(outcome: &Outcome) -> &Finding {
+        let [finding] = &outcome.findings[..] else {
+            panic!("{:#?}", outcome.findings);
+        };
+        finding
+    }
+
+    #[test]
+    fn what_closes_is_the_machine() {
+        assert_eq!(traced(CAM, &log(0.1, 0.0)).verdict, Verdict::None);
+    }
+
+    /// Also one that no geometry a little off explains.
+    #[test]
+    fn an_offset_breaks_the_constraint() {
+        for offset in [0.02, -0.3] {
+            let outcome = traced(CAM, &log(0.1, offset));
+            let found = only(&outcome);
+            assert_eq!(outcome.verdict, Verdict::Channel);
+            assert_eq!(
+                (found.effect.as_str(), &found.on[0][..]),
+                ("measurement_offset", "angle")
+            );
+            let estimate = &found.parameters["offset"];
+            let miss = (estimate.value - offset).abs();
+            assert!(
+                miss < 3.0 * estimate.std + 1e-6 && miss < 1e-4,
+                "{estimate:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_length_that_is_wrong_is_a_parameter() {
+        let outcome = traced(CAM, &log(0.104, 0.0));
+        let found = only(&outcome);
+        assert_eq!(outcome.verdict, Verdict::Parameter);
+        assert_eq!(found.on, ["lift"]);
+        let estimate = &found.parameters["lift"];
+        assert!((estimate.value - 0.104).abs() < 1e-5, "{estimate:?}");
+    }
 }

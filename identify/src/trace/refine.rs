@@ -248,7 +248,7 @@ fn refine_some(
                 parameters: parameters.to_vec(),
                 covariance: fit.covariance,
                 cost,
-                rows: gram.rows(),
+                rows: gram.readings(),
                 unexplained: unexplained(&dynamics, &explanation.noise),
             };
             // Without a finite solution there is no step from here.

@@ -39,7 +39,7 @@ pub(super) fn rivals(
     }
     let screen = Screen::new(dictionary, explanation, accepted)?;
     let grams = screen.grams();
-    let rows = grams.first().map_or(1.0, |gram| gram.rows() as f64);
+    let rows = grams.first().map_or(1.0, |gram| gram.readings() as f64);
     let base: Vec<usize> = (0..screen.base.len()).collect();
     let mut all = Vec::new();
     let mut first = 0;

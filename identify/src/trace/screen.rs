@@ -125,7 +125,7 @@ impl<'a> Screen<'a> {
         let mut best: Vec<Vec<Considered>> = vec![Vec::new(); candidates.len()];
         for (option, gram) in self.options.iter().zip(grams) {
             let base_misfit = gram.fit(&base).misfit;
-            let scale = (base_misfit / gram.rows() as f64).max(1.0);
+            let scale = (base_misfit / gram.readings() as f64).max(1.0);
             let Some((kept, values)) = self.possible(gram, option) else {
                 continue;
             };
@@ -136,7 +136,7 @@ impl<'a> Screen<'a> {
                 continue;
             }
             let free = kept.len() + candidates[option.candidate].shapes[0].len();
-            let score = gain - 0.5 * free as f64 * (gram.rows() as f64).ln() - search_price;
+            let score = gain - 0.5 * free as f64 * (gram.readings() as f64).ln() - search_price;
             let more = &with[base.len()..];
             let held_out_gain = gram
                 .held_out_gain(&base, more)
@@ -172,7 +172,7 @@ impl<'a> Screen<'a> {
         };
         let base: Vec<usize> = (0..self.base.len()).collect();
         let base_misfit = gram.fit(&base).misfit;
-        let scale = (base_misfit / gram.rows() as f64).max(1.0);
+        let scale = (base_misfit / gram.readings() as f64).max(1.0);
         let places = |c: &Considered| -> Vec<usize> {
             let place = |column: &usize| group.binary_search(column).ok();
             let places = c.columns.iter().filter_map(place);
@@ -195,7 +195,7 @@ impl<'a> Screen<'a> {
                 let (of_a, of_b) = own.split_at(a.columns.len());
                 if let (Some(a), Some(b)) = (self.with_steps(a, of_a), self.with_steps(b, of_b)) {
                     let size = |c: &Considered| self.dictionary.candidates[c.candidate].size();
-                    let price = 0.5 * (size(&a) + size(&b)) as f64 * (gram.rows() as f64).ln();
+                    let price = 0.5 * (size(&a) + size(&b)) as f64 * (gram.readings() as f64).ln();
                     pairs.push(Pair {
                         gain,
                         score: gain - price,

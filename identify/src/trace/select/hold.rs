@@ -124,18 +124,10 @@ impl Search<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::wheel::{rectangular, traced};
+    use super::super::wheel::{WHEEL, rectangular, traced};
     use crate::trace::Outcome;
     use std::fmt::Write;
 
-    const WHEEL: &str = "\
-model wheel;
-coordinate angle: rad;
-input motor: N*m;
-parameter i: kg*m^2 = 0.02;
-kinetic i/2*dot(angle)^2;
-force angle = input(motor);
-";
     const STEP: f64 = 0.005;
     const TICKS: i32 = 10;
 

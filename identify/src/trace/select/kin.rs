@@ -174,18 +174,9 @@ impl Search<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::wheel::{rectangular, traced};
+    use super::super::wheel::{WHEEL, rectangular, traced};
     use crate::trace::{Outcome, Verdict};
     use std::fmt::Write;
-
-    const WHEEL: &str = "\
-model wheel;
-coordinate angle: rad;
-input motor: N*m;
-parameter i: kg*m^2 = 0.02;
-kinetic i/2*dot(angle)^2;
-force angle = input(motor);
-";
 
     /// What a log says of a wheel whose motor is 12 ms late: `u(t − 0.012) = i a(t)`.
     fn late() -> Outcome {

@@ -17,7 +17,7 @@ mod resisting;
 mod search;
 mod simplify;
 #[cfg(test)]
-mod wheel;
+pub(super) mod wheel;
 
 pub(super) use fitting::{first_noise, linearised, smooth};
 pub use hold::likelier_hold;

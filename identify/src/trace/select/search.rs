@@ -87,7 +87,7 @@ impl Search<'_> {
         let readings = observed.readings(&focus, values, &dynamics.accelerations());
         let mut noise = self.current.explanation.noise.at_smallest();
         let settled = settle(&dynamics, &readings, &[], &mut noise, Adapt::Not);
-        let rows = settled.gram.rows().max(1) as f64;
+        let rows = settled.gram.readings().max(1) as f64;
         Ok((settled.gram.data_misfit() / rows, settled.cost()))
     }
 

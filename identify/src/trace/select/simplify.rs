@@ -118,19 +118,8 @@ impl Search<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::wheel::{rectangular, traced};
+    use super::super::wheel::{WHEEL, rectangular, traced};
     use std::fmt::Write;
-
-    const WHEEL: &str = "\
-model wheel;
-coordinate angle: rad;
-input motor: N*m;
-parameter i: kg*m^2 = 0.02;
-parameter hard: N*m = 0.2 in 0..;
-kinetic i/2*dot(angle)^2;
-potential hard/4*angle^4;
-force angle = input(motor);
-";
 
     /// A wheel on a hardening spring, `hard q³`, with another of 0.3 N·m that rests at 0.25:
     /// the other alone is `0.3 (q³ − 0.75 q² + …)`, of which the first part is more of `hard`.
@@ -149,7 +138,8 @@ force angle = input(motor);
             let u = 0.02 * a + 0.2 * q.powi(3) + 0.3 * (q - 0.25).powi(3);
             writeln!(text, "{t},{},{u}", q + 2e-4 * noise()).unwrap();
         }
-        let findings = traced(WHEEL, &text).findings;
+        let spring = "parameter hard: N*m = 0.2 in 0..; potential hard/4*angle^4;";
+        let findings = traced(&format!("{WHEEL}{spring}"), &text).findings;
         let names: Vec<&str> = findings.iter().map(|f| f.effect.as_str()).collect();
         assert_eq!(names, ["cubic_spring"], "{findings:#?}");
         let spring = &findings[0].parameters;

@@ -1,12 +1,22 @@
-//! A wheel that tests turn: what its log says.
+//! Small machines that tests turn, a wheel among them: what their logs say.
 
 use crate::log::Log;
 use crate::trace::{Outcome, Request, Silent, trace};
 use dynamics_codegen::Library;
 use std::collections::BTreeMap;
 
-/// What `trace` makes of a log of the wheel `model`, given as CSV.
-pub(super) fn traced(model: &str, log: &str) -> Outcome {
+/// A wheel with a motor.
+pub(super) const WHEEL: &str = "\
+model wheel;
+coordinate angle: rad;
+input motor: N*m;
+parameter i: kg*m^2 = 0.02;
+kinetic i/2*dot(angle)^2;
+force angle = input(motor);
+";
+
+/// What `trace` makes of a log of the small machine `model`, given as CSV.
+pub(in crate::trace) fn traced(model: &str, log: &str) -> Outcome {
     let outcome = trace(&Request {
         model_name: "wheel",
         model_text: model,
@@ -23,7 +33,7 @@ pub(super) fn traced(model: &str, log: &str) -> Outcome {
 }
 
 /// An encoder's rectangular noise, from −0.5 to 0.5, by a linear congruence.
-pub(super) fn rectangular(seed: u64) -> impl FnMut() -> f64 {
+pub(in crate::trace) fn rectangular(seed: u64) -> impl FnMut() -> f64 {
     let mut random = seed;
     move || {
         random = random
