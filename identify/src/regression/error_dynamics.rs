@@ -52,6 +52,9 @@ pub struct ErrorDynamics {
     pub acceleration_scale: DVector<f64>,
     /// Root mean square of each generalised force along the curve: a scale.
     pub force_scale: DVector<f64>,
+    /// Root mean square of what a unit of each generalised force accelerates its own coordinate
+    /// by, `P_ii`, along the curve.
+    pub mobility_scale: DVector<f64>,
     /// Number of columns `p`.
     pub columns: usize,
     /// What columns change in readings alone.
@@ -155,6 +158,7 @@ impl ErrorDynamics {
             forbidden: Vec::new(),
             acceleration_scale: DVector::zeros(curve.q.len()),
             force_scale: DVector::zeros(curve.q.len()),
+            mobility_scale: DVector::zeros(curve.q.len()),
             columns,
             sensed: Sensed::default(),
             closed: Closed::default(),
@@ -175,6 +179,11 @@ impl ErrorDynamics {
         all.acceleration_scale
             .apply(|x| *x = (*x / samples as f64).sqrt());
         all.force_scale.apply(|x| *x = (*x / samples as f64).sqrt());
+        let n = curve.q.len();
+        all.mobility_scale = DVector::from_fn(n, |i, _| {
+            let own = all.slope.iter().map(|slope| slope[(i, 2 * n + i)].powi(2));
+            (own.sum::<f64>() / samples as f64).sqrt()
+        });
         (all, missed)
     }
 

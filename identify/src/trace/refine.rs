@@ -60,6 +60,7 @@ pub fn noise(dynamics: &ErrorDynamics, share: f64) -> ProcessNoise {
     ProcessNoise {
         force_sd: &dynamics.force_scale * share,
         smallest: &dynamics.force_scale * SMALLEST_SHARE,
+        mobility: dynamics.mobility_scale.clone(),
         closure_sd: closed.violation().sup(&smallest_closure),
         smallest_closure,
     }
@@ -235,6 +236,7 @@ fn refine_some(
             let observed = &explanation.observed;
             let readings = observed.readings(&focus, &explanation.values, &accelerations);
             let noise = &mut explanation.noise;
+            noise.suit(&dynamics.mobility_scale);
             let adapt = if step > held {
                 Adapt::ToData
             } else {

@@ -24,8 +24,12 @@ pub(super) fn join(alternatives: &mut Vec<Alternative>, one: Alternative) {
     alternatives.sort_by(|a, b| b.better.total_cmp(&a.better));
 }
 
+/// An alternative may lose this share of what the term explains, to first order, and be the same
+/// law all the same: one that turns the forces by 0.2 rad differs by a fiftieth from its slope.
+const NEARLY: f64 = 0.05;
+
 /// Per accepted candidate: what could stand in its place, best first. To first order
-/// about `explanation`, under its noise.
+/// about `explanation`, under its noise; also what is not as good, but nearly.
 ///
 /// # Errors
 /// If the equation of motion cannot be solved along the curve.
@@ -66,6 +70,8 @@ pub(super) fn rivals(
             let whole = gram.fit(&base).misfit;
             let shifted = gram.with_data_shifted(&shift);
             let scale = (whole / rows).max(1.0);
+            let worth = 0.5 * (shifted.fit(&others).misfit - whole) / scale;
+            let least = -TIE.max(NEARLY * worth);
             let Some((kept, own_values)) = screen.instead(&shifted, &others, option) else {
                 continue;
             };
@@ -76,7 +82,7 @@ pub(super) fn rivals(
             let fit = shifted.fit(&with);
             let better = 0.5 * (whole - fit.misfit) / scale - price;
             let known = found[option.candidate].as_ref().map(|known| known.better);
-            if better > -TIE && known.is_none_or(|known| better > known) {
+            if better > least && known.is_none_or(|known| better > known) {
                 let beside = others.iter().map(|&i| screen.base[i]);
                 let moved: Assignment = beside.zip(fit.coefficients.iter().copied()).collect();
                 found[option.candidate] = Some(Alternative {

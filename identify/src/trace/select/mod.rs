@@ -10,6 +10,7 @@ mod gather;
 mod hold;
 mod kin;
 mod leaders;
+mod nearly;
 mod outdone;
 mod pairs;
 mod position;
@@ -155,6 +156,7 @@ pub fn select(
     let alike = |search: &Search<'_>| -> Result<Vec<Vec<Alternative>>, SolveError> {
         let explanation = &search.current.explanation;
         let mut alternatives = rivals(dictionary, explanation, &search.accepted)?;
+        search.fit_nearly_alike(&mut alternatives);
         search.add_kin(&mut alternatives);
         Ok(alternatives)
     };
