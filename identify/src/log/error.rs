@@ -246,6 +246,12 @@ pub enum ProblemKind {
         /// The line it was first seen on.
         previous_line: u64,
     },
+    /// Stamps of another unit.
+    #[error("the median step is {step:.0} s; expected seconds")]
+    NotSeconds {
+        /// The median step.
+        step: f64,
+    },
     /// Too few samples.
     #[error("the log has {found} samples; expected at least {minimum}")]
     TooShort {
@@ -291,6 +297,10 @@ impl ProblemKind {
             }
             Self::DuplicateStamp { .. } => {
                 "write stamps with more digits, or delete one of the rows"
+            }
+            Self::NotSeconds { step } => {
+                let unit = super::health::likely_unit(*step);
+                return format!("say in the log's map what they are: `[time] unit = \"{unit}\"`");
             }
             Self::TooShort { .. } => "record for longer or at a higher rate",
         }

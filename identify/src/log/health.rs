@@ -16,6 +16,9 @@ const JITTER_SHARE: f64 = 0.01;
 /// Median steps outside this range \[s\] are questioned.
 const PLAUSIBLE_STEP: (f64, f64) = (1e-5, 0.5);
 
+/// Steps longer than this \[s\] are no machine's that is worth sampling: nothing is made of them.
+pub(super) const LONGEST_STEP: f64 = 100.0;
+
 /// Share of its samples a channel must stand still for to be called stuck.
 const STUCK_SHARE: f64 = 0.1;
 
@@ -57,6 +60,15 @@ pub(crate) fn strange_rate(t: &[f64]) -> Option<Warning> {
     let step = median_step(t);
     let is_plausible = (PLAUSIBLE_STEP.0..=PLAUSIBLE_STEP.1).contains(&step);
     (!is_plausible).then_some(Warning::StrangeRate { step })
+}
+
+/// The unit in which a median step of so many is plausible.
+pub(super) fn likely_unit(step: f64) -> &'static str {
+    let units = [("ms", 1e-3), ("us", 1e-6)];
+    let likely = units
+        .iter()
+        .find(|(_, seconds)| step * seconds < PLAUSIBLE_STEP.1);
+    likely.map_or("ns", |(unit, _)| unit)
 }
 
 /// Jitter, gaps and the order of magnitude of the steps.

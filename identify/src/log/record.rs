@@ -144,6 +144,10 @@ pub(super) fn select(
     inputs: &[String],
 ) -> Result<Record, LogError> {
     let mut problems = Problems::default();
+    let step = median_step(&log.t);
+    if step > health::LONGEST_STEP {
+        problems.push(None, Some("t"), ProblemKind::NotSeconds { step });
+    }
     let mut q: Vec<Vec<f64>> = Vec::new();
     for name in coordinates {
         let role = || format!("the position of coordinate `{name}`");

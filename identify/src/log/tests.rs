@@ -263,6 +263,19 @@ fn stuck_quantised_saturated() {
     insta::assert_snapshot!(shown(&warned(milliseconds, |t| t * t, |t| t.cos())));
 }
 
+/// Nanoseconds since 1970, as recorders of robots stamp.
+#[test]
+fn stamps_that_cannot_be_seconds() {
+    let mut text = String::from("t,q_a,u_a\n");
+    for k in 0..60_u64 {
+        let stamp = 1_760_000_000_000_000_000 + 10_000_000 * k;
+        text += &format!("{stamp},{},0\n", 0.1 * k as f64);
+    }
+    let log = Log::from_bytes("bad.csv", text.as_bytes()).unwrap();
+    let refused = log.select(&names(&["a"]), &names(&["a"])).unwrap_err();
+    insta::assert_snapshot!(refused.to_string());
+}
+
 #[test]
 fn a_slice_keeps_every_channel() {
     let record = warned(even, |t| t.sin(), |t| t.cos());

@@ -178,7 +178,11 @@ impl fmt::Display for Warning {
             ),
             Self::StrangeRate { step } => write!(
                 f,
-                "the median step is {step} s; is `t` in seconds? the log is used as it is"
+                "the median step is {step} s; is `t` in seconds? the log is used as it is{}",
+                match *step > 1.0 {
+                    true => "; its map says otherwise by `[time] unit = \"ms\"`",
+                    false => "",
+                }
             ),
             Self::Gaps {
                 count,

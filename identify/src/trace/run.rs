@@ -23,7 +23,7 @@ use crate::log::{Log, Record};
 use crate::machine::Machine;
 use crate::regression::Hold;
 use dynamics_codegen::{Compiled, Library};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What to trace.
 #[derive(Debug, Clone)]
@@ -114,8 +114,11 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
             verdict => verdict,
         }
     };
+    // Of both halves of one log the same is said once.
+    let mut said = BTreeSet::new();
     let sources = record.warnings.iter().chain(&test.warnings);
     let mut warnings: Vec<String> = sources.map(ToString::to_string).collect();
+    warnings.retain(|warning| said.insert(warning.clone()));
     let unnamed = match verdict {
         Verdict::Unknown => {
             progress.enter(Stage::Look, &[]);
