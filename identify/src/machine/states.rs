@@ -77,6 +77,20 @@ impl States {
         columns
     }
 
+    /// Inputs that jump at each sample, as what they are on average around it: what a filter
+    /// that sees both sides makes of them. At the first sample of a segment they are as they go on.
+    #[must_use]
+    pub fn between_jumps(mut self, segments: &[std::ops::Range<usize>]) -> Self {
+        for column in self.u.iter_mut().chain(&mut self.memory.delayed) {
+            for range in segments {
+                for k in (range.start + 1..range.end).rev() {
+                    column[k] = (column[k - 1] + column[k]) / 2.0;
+                }
+            }
+        }
+        self
+    }
+
     /// The samples in `range`.
     pub fn slice(&self, range: std::ops::Range<usize>) -> Self {
         let cut =

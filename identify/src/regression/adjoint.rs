@@ -1,8 +1,9 @@
 //! The filter backwards: the smoothed departure, and how the likelihood depends on
 //! the size of the unexplained forces.
 
-use super::whitener::{INTEGRALS, Mix, Sensor, Update, Whitener, fresh_share, write_directions};
-use nalgebra::{DMatrix, DVector};
+use super::small::congruence_transposed;
+use super::whitener::{INTEGRALS, Mix, Sensor, Update, Whitener, fresh_share};
+use nalgebra::{DMatrix, DVector, DVectorView};
 
 /// What the readings say about the forces that nothing explains, per coordinate, with
 /// `σ²` their variance: `∂ ln L/∂σ² = (score − information)/2`.
@@ -34,6 +35,8 @@ struct Adjoint {
     vector: DVector<f64>,
     /// `Λ`, `3n×3n`, its covariance; empty if not wanted.
     matrix: Option<DMatrix<f64>>,
+    /// There to be written to, `3n`.
+    image: DVector<f64>,
 }
 
 impl Whitener<'_> {
@@ -62,7 +65,6 @@ impl Whitener<'_> {
             closure_score: DVector::zeros(self.dynamics.closed.rows()),
             closure_information: DVector::zeros(self.dynamics.closed.rows()),
         };
-        let mut directions = DMatrix::zeros(3 * n, 3);
         self.backward(&rows, true, |sample, adjoint, errors| {
             let Some(matrix) = &adjoint.matrix else {
                 return;
@@ -80,14 +82,12 @@ impl Whitener<'_> {
                 }
                 let h = self.dynamics.t[sample] - self.dynamics.t[sample - 1];
                 let phi = &self.dynamics.transition[sample - 1];
-                write_directions(&mut directions, phi, i, h);
-                let pull = directions.tr_mul(&adjoint.vector);
-                let spread = directions.tr_mul(&(matrix * &directions));
+                let (pull, spread) = along_force(&adjoint.vector, matrix, (phi, i, h));
                 let fresh = fresh_share(h);
                 for (a, row) in INTEGRALS.iter().enumerate() {
                     for (b, weight) in row.iter().enumerate() {
                         evidence.score[i] += fresh * weight * pull[a] * pull[b];
-                        evidence.information[i] += fresh * weight * spread[(a, b)];
+                        evidence.information[i] += fresh * weight * spread[a][b];
                     }
                 }
             }
@@ -108,8 +108,10 @@ impl Whitener<'_> {
         let nothing = || Adjoint {
             vector: DVector::zeros(size),
             matrix: with_matrix.then(|| DMatrix::zeros(size, size)),
+            image: DVector::zeros(size),
         };
         let mut adjoint = nothing();
+        let mut row = DVector::zeros(size);
         let mut next = self.updates.len();
         let mut errors = Vec::new();
         for sample in (0..self.dynamics.t.len()).rev() {
@@ -124,12 +126,13 @@ impl Whitener<'_> {
             while next > 0 && self.updates[next - 1].sample as usize == sample {
                 next -= 1;
                 let update = &self.updates[next];
+                let reading = (update, self.gain(next), rows[(next, 0)]);
                 if let Some(place) = self.unit_row(update) {
-                    adjoint.undo_at(update, rows[(next, 0)], place);
+                    adjoint.undo_at(reading, place);
                     continue;
                 }
-                let row = self.slope_row(update.sample as usize, update.sensor);
-                let (pull, own) = adjoint.undo(update, rows[(next, 0)], &row);
+                self.write_slope(update.sample as usize, update.sensor, &mut row);
+                let (pull, own) = adjoint.undo(reading, &row);
                 if let Sensor::Closure(row) = update.sensor {
                     errors.push(ClosureError { row, pull, own });
                 }
@@ -150,9 +153,9 @@ impl Whitener<'_> {
     /// One-step predictions of the departure. The innovations follow from the state anew:
     /// known ones would not hold back the round-off of a machine that falls over.
     fn predict(&self, weights: &DVector<f64>) -> Vec<DVector<f64>> {
-        let n = self.dynamics.coordinate_count();
         let mix = Mix::Sum(weights);
         let mut state = self.begin(0, &mix);
+        let mut after = state.clone();
         let mut shown = DVector::zeros(1);
         let mut predicted = Vec::with_capacity(self.dynamics.t.len());
         let mut next = 0;
@@ -164,44 +167,72 @@ impl Whitener<'_> {
                 self.predict_reading(sample, update.sensor, (&state, &direct), &mut shown);
                 let reading = self.reading(sample, update.sensor).unwrap_or(shown[0]);
                 let mut column = state.column_mut(0);
-                column.axpy(reading - shown[0], &update.gain, 1.0);
+                column.axpy(reading - shown[0], &self.gain(next), 1.0);
                 next += 1;
             }
             if sample + 1 < self.dynamics.t.len() {
-                state = if self.gaps[sample] {
-                    self.begin(sample + 1, &mix)
-                } else {
-                    let mut next = &self.dynamics.transition[sample] * state;
-                    let mut pushed = next.rows_mut(0, 2 * n);
-                    pushed += &self.dynamics.forcing[sample] * weights;
-                    next
-                };
+                self.advance(sample, &mix, &mut state, &mut after);
             }
         }
         predicted
     }
 }
 
+/// `λ` and `Λ` along what a unit of force `i` has done by the end of an interval: in `f` itself,
+/// in `v` and in `q`.
+fn along_force(
+    vector: &DVector<f64>,
+    matrix: &DMatrix<f64>,
+    (phi, i, h): (&DMatrix<f64>, usize, f64),
+) -> ([f64; 3], [[f64; 3]; 3]) {
+    let n = vector.len() / 3;
+    // To the first order in h the transition holds P h.
+    let pushed = |row: usize| phi[(n + row, 2 * n + i)];
+    // Of `v` and `q`: where they begin, and what a velocity makes of them.
+    let moved = [(n, 1.0), (0, h)];
+    let own = 2 * n + i;
+    let mut pull = [vector[own], 0.0, 0.0];
+    let mut spread = [[0.0; 3]; 3];
+    spread[0][0] = matrix[(own, own)];
+    for (a, (first, factor)) in (1..).zip(moved) {
+        for row in 0..n {
+            let weight = factor * pushed(row);
+            pull[a] += weight * vector[first + row];
+            spread[0][a] += weight * matrix[(own, first + row)];
+            for (b, (second, factor)) in (1..).zip(moved) {
+                let across = (0..n).map(|s| pushed(s) * matrix[(first + row, second + s)]);
+                spread[a][b] += weight * factor * across.sum::<f64>();
+            }
+        }
+        spread[a][0] = spread[0][a];
+    }
+    (pull, spread)
+}
+
+/// A reading, its gain and its whitened innovation.
+type Read<'a> = (&'a Update, DVectorView<'a, f64>, f64);
+
 impl Adjoint {
     /// `λ ← Φᵀλ`, `Λ ← ΦᵀΛΦ`
     fn pass(&mut self, transition: &DMatrix<f64>) {
-        self.vector = transition.tr_mul(&self.vector);
+        self.image.gemv_tr(1.0, transition, &self.vector, 0.0);
+        std::mem::swap(&mut self.vector, &mut self.image);
         if let Some(matrix) = &mut self.matrix {
-            let passed = transition.tr_mul(&(&*matrix * transition));
             // `undo` relies on symmetry: what round-off leaves of the other part would grow.
-            *matrix = (&passed + passed.transpose()) * 0.5;
+            congruence_transposed(transition, matrix);
         }
     }
 
     /// [`Adjoint::undo`] for `h` a unit vector: only one row and column change.
-    fn undo_at(&mut self, update: &Update, innovation: f64, place: usize) {
-        let pull = update.gain.dot(&self.vector) + innovation / update.sd;
+    fn undo_at(&mut self, (update, gain, innovation): Read<'_>, place: usize) {
+        let pull = gain.dot(&self.vector) + innovation / update.sd;
         self.vector[place] -= pull;
         if let Some(matrix) = &mut self.matrix {
-            let image = &*matrix * &update.gain;
-            let own = update.gain.dot(&image) + 1.0 / (update.sd * update.sd);
+            let image = &mut self.image;
+            image.gemv(1.0, matrix, &gain, 0.0);
+            let own = gain.dot(image) + 1.0 / (update.sd * update.sd);
             let mut column = matrix.column_mut(place);
-            column -= &image;
+            column -= &*image;
             let mut row = matrix.row_mut(place);
             for (entry, change) in row.iter_mut().zip(image.iter()) {
                 *entry -= change;
@@ -212,15 +243,16 @@ impl Adjoint {
 
     /// With `C = I − K hᵀ`: `λ ← Cᵀλ − h ν/S`, `Λ ← CᵀΛC + h hᵀ/S`. Returns the reading's
     /// smoothed error in units of its variance, and what is expected of its square.
-    fn undo(&mut self, update: &Update, innovation: f64, row: &DVector<f64>) -> (f64, f64) {
-        let pull = update.gain.dot(&self.vector) + innovation / update.sd;
+    fn undo(&mut self, (update, gain, innovation): Read<'_>, row: &DVector<f64>) -> (f64, f64) {
+        let pull = gain.dot(&self.vector) + innovation / update.sd;
         self.vector.axpy(-pull, row, 1.0);
         let mut own = 1.0 / (update.sd * update.sd);
         if let Some(matrix) = &mut self.matrix {
-            let image = &*matrix * &update.gain;
-            own += update.gain.dot(&image);
-            matrix.ger(-1.0, row, &image, 1.0);
-            matrix.ger(-1.0, &image, row, 1.0);
+            let image = &mut self.image;
+            image.gemv(1.0, matrix, &gain, 0.0);
+            own += gain.dot(image);
+            matrix.ger(-1.0, row, image, 1.0);
+            matrix.ger(-1.0, image, row, 1.0);
             matrix.ger(own, row, row, 1.0);
         }
         (pull, own)

@@ -19,6 +19,7 @@ mod gram;
 mod innovations;
 mod sensed;
 mod shooting;
+mod small;
 mod whitener;
 
 pub use adjoint::NoiseEvidence;

@@ -2,8 +2,9 @@
 
 use super::error_dynamics::{CORRELATION, ErrorDynamics};
 use super::gram::{BLOCKS, Gram};
+use super::small::congruence;
 use crate::log::longest_step;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DMatrixViewMut, DVector, DVectorView};
 use rayon::prelude::*;
 
 /// Sensor readings minus the curve, and the sensors' noise.
@@ -25,6 +26,21 @@ pub struct Readings {
     /// densities of corrected readings comparable with those of others. Without it a sensor
     /// that is thought to magnify would always be right, as all errors shrink.
     pub log_slope: f64,
+}
+
+impl Readings {
+    /// Every sensor of the `n` coordinates, with how noisy it is.
+    fn each(&self, n: usize, update: &mut impl FnMut(Sensor, f64)) {
+        for i in 0..n {
+            update(Sensor::Position(i), self.position_sd[i]);
+            if self.velocity[i].is_some() {
+                update(Sensor::Velocity(i), self.velocity_sd[i]);
+            }
+            if self.acceleration[i].is_some() {
+                update(Sensor::Acceleration(i), self.acceleration_sd[i]);
+            }
+        }
+    }
 }
 
 /// The size of forces that nothing explains: `f` of [`ErrorDynamics`].
@@ -78,12 +94,11 @@ impl ProcessNoise {
     }
 }
 
-/// One scalar reading: `z = h·δ + noise`, and the gain that the filter gives it.
+/// One scalar reading: `z = h·δ + noise`.
 #[derive(Debug, Clone)]
 pub(super) struct Update {
     pub(super) sample: u32,
     pub(super) sensor: Sensor,
-    pub(super) gain: DVector<f64>,
     /// Standard deviation of the innovation.
     pub(super) sd: f64,
 }
@@ -102,6 +117,8 @@ pub struct Whitener<'a> {
     pub(super) dynamics: &'a ErrorDynamics,
     readings: &'a Readings,
     pub(super) updates: Vec<Update>,
+    /// What the filter makes of a unit of each innovation, `3n` numbers after the other.
+    gains: Vec<f64>,
     /// Predicted covariance per sample, kept for smoothing.
     pub(super) covariance: Vec<DMatrix<f64>>,
     /// `Σ ln sd`
@@ -117,33 +134,43 @@ impl<'a> Whitener<'a> {
             dynamics,
             readings,
             updates: Vec::new(),
+            gains: Vec::new(),
             covariance: Vec::with_capacity(dynamics.t.len()),
             log_sd: readings.log_slope,
             gaps: gaps(&dynamics.t),
         };
+        let n = dynamics.coordinate_count();
         let initial = whitener.initial_covariance(noise);
         let mut covariance = initial.clone();
+        let mut row = DVector::zeros(initial.nrows());
+        let mut column = row.clone();
         for sample in 0..dynamics.t.len() {
             whitener.covariance.push(covariance.clone());
-            whitener.read(sample, &mut covariance);
+            let mut update = |sensor, sd| {
+                whitener.update(
+                    (sample, sensor, sd),
+                    &mut covariance,
+                    (&mut row, &mut column),
+                );
+            };
+            readings.each(n, &mut update);
             for (row, &sd) in noise.closure_sd.iter().enumerate() {
-                whitener.update(sample, Sensor::Closure(row), sd, &mut covariance);
+                update(Sensor::Closure(row), sd);
             }
             if sample + 1 == dynamics.t.len() {
                 break;
             }
-            covariance = if whitener.gaps[sample] {
-                initial.clone()
-            } else {
-                let h = dynamics.t[sample + 1] - dynamics.t[sample];
-                let phi = &dynamics.transition[sample];
-                let mut next = phi * covariance * phi.transpose();
-                add_fresh_force(&mut next, phi, &noise.force_sd, h);
-                if let Some(forbidden) = dynamics.forbidden.get(sample) {
-                    add_forbidden(&mut next, forbidden, &dynamics.acceleration_scale, h);
-                }
-                (&next + next.transpose()) * 0.5
-            };
+            if whitener.gaps[sample] {
+                covariance.copy_from(&initial);
+                continue;
+            }
+            let h = dynamics.t[sample + 1] - dynamics.t[sample];
+            let phi = &dynamics.transition[sample];
+            congruence(phi, &mut covariance);
+            add_fresh_force(&mut covariance, phi, &noise.force_sd, h);
+            if let Some(forbidden) = dynamics.forbidden.get(sample) {
+                add_forbidden(&mut covariance, forbidden, &dynamics.acceleration_scale, h);
+            }
         }
         whitener
     }
@@ -167,76 +194,59 @@ impl<'a> Whitener<'a> {
         covariance
     }
 
-    /// Takes in the readings of one sample, one scalar at a time.
-    fn read(&mut self, sample: usize, covariance: &mut DMatrix<f64>) {
-        let n = self.dynamics.coordinate_count();
-        for i in 0..n {
-            self.update(
-                sample,
-                Sensor::Position(i),
-                self.readings.position_sd[i],
-                covariance,
-            );
-            if self.readings.velocity[i].is_some() {
-                self.update(
-                    sample,
-                    Sensor::Velocity(i),
-                    self.readings.velocity_sd[i],
-                    covariance,
-                );
-            }
-            if self.readings.acceleration[i].is_some() {
-                let sd = self.readings.acceleration_sd[i];
-                self.update(sample, Sensor::Acceleration(i), sd, covariance);
-            }
-        }
-    }
-
+    /// Takes in one reading, given its sample, its sensor and how noisy that is. The last two are
+    /// there to be written to.
     fn update(
         &mut self,
-        sample: usize,
-        sensor: Sensor,
-        noise_sd: f64,
+        (sample, sensor, noise_sd): (usize, Sensor, f64),
         covariance: &mut DMatrix<f64>,
+        (row, column): (&mut DVector<f64>, &mut DVector<f64>),
     ) {
         let n = self.dynamics.coordinate_count();
-        let (column, own) = match sensor {
-            Sensor::Position(i) => (covariance.column(i).into_owned(), covariance[(i, i)]),
-            Sensor::Velocity(i) => (
-                covariance.column(n + i).into_owned(),
-                covariance[(n + i, n + i)],
-            ),
+        let own = match sensor {
+            Sensor::Position(i) => {
+                column.copy_from(&covariance.column(i));
+                column[i]
+            }
+            Sensor::Velocity(i) => {
+                column.copy_from(&covariance.column(n + i));
+                column[n + i]
+            }
             Sensor::Acceleration(_) | Sensor::Closure(_) => {
-                let row = self.slope_row(sample, sensor);
-                let column = &*covariance * &row;
-                let own = row.dot(&column);
-                (column, own)
+                self.write_slope(sample, sensor, row);
+                column.gemv(1.0, covariance, row, 0.0);
+                row.dot(column)
             }
         };
         let variance = own.max(0.0) + noise_sd * noise_sd;
-        let gain = &column / variance;
-        covariance.ger(-1.0 / variance, &column, &column, 1.0);
+        covariance.ger(-1.0 / variance, column, column, 1.0);
         let sd = variance.sqrt();
         self.log_sd += sd.ln();
+        self.gains.extend(column.iter().map(|x| x / variance));
         self.updates.push(Update {
             sample: sample as u32,
             sensor,
-            gain,
             sd,
         });
     }
 
-    /// `Σ ln sd` of all innovations, of readings as they stand on the dials: the part of the negative log likelihood that
-    /// does not depend on the fit.
+    /// What a unit of an innovation moves the state by, `3n`.
+    pub(super) fn gain(&self, update: usize) -> DVectorView<'_, f64> {
+        let size = 3 * self.dynamics.coordinate_count();
+        DVectorView::from_slice(&self.gains[update * size..][..size], size)
+    }
+
+    /// `Σ ln sd` of all innovations, of readings as they stand on the dials: the part of the
+    /// negative log likelihood that does not depend on the fit.
     pub fn log_sd(&self) -> f64 {
         self.log_sd
     }
 
     /// `h` of a reading, `z = h·δ`.
-    pub(super) fn slope_row(&self, sample: usize, sensor: Sensor) -> DVector<f64> {
+    pub(super) fn write_slope(&self, sample: usize, sensor: Sensor, row: &mut DVector<f64>) {
         let dynamics = self.dynamics;
         let n = dynamics.coordinate_count();
-        let mut row = DVector::zeros(3 * n);
+        row.fill(0.0);
         match sensor {
             Sensor::Position(i) => row[i] = 1.0,
             Sensor::Velocity(i) => row[n + i] = 1.0,
@@ -246,7 +256,6 @@ impl<'a> Whitener<'a> {
                 row.rows_mut(0, n).tr_copy_from(&gradient);
             }
         }
-        row
     }
 
     /// Number of scalar readings. What a constraint demands is none.
@@ -306,11 +315,11 @@ impl<'a> Whitener<'a> {
     /// Whitened innovations of some columns of `forcing`, the data among them counted
     /// as the first; or of the one column `data − Σ cⱼ columnⱼ`.
     pub(super) fn whiten(&self, mix: &Mix<'_>) -> DMatrix<f64> {
-        let n = self.dynamics.coordinate_count();
         let count = mix.count();
         let data = mix.position_of_data();
         let mut state = self.begin(0, mix);
         let mut rows = DMatrix::zeros(self.updates.len(), count);
+        let mut after = state.clone();
         let mut next = 0;
         let mut innovation = DVector::zeros(count);
         for sample in 0..self.dynamics.t.len() {
@@ -322,23 +331,17 @@ impl<'a> Whitener<'a> {
                 if let (Some(reading), Some(data)) = (self.reading(sample, update.sensor), data) {
                     innovation[data] += reading;
                 }
+                let gain = self.gain(next);
                 for column in 0..count {
                     state
                         .column_mut(column)
-                        .axpy(innovation[column], &update.gain, 1.0);
+                        .axpy(innovation[column], &gain, 1.0);
                     rows[(next, column)] = innovation[column] / update.sd;
                 }
                 next += 1;
             }
             if sample + 1 < self.dynamics.t.len() {
-                state = if self.gaps[sample] {
-                    self.begin(sample + 1, mix)
-                } else {
-                    let mut next = &self.dynamics.transition[sample] * state;
-                    let mut pushed = next.rows_mut(0, 2 * n);
-                    pushed += mix.of(&self.dynamics.forcing[sample]);
-                    next
-                };
+                self.advance(sample, mix, &mut state, &mut after);
             }
         }
         // Columns are what a unit coefficient adds to the prediction, so their
@@ -349,6 +352,24 @@ impl<'a> Whitener<'a> {
             }
         }
         rows
+    }
+
+    /// The departure at the next sample; `after` is there to be written to.
+    pub(super) fn advance(
+        &self,
+        sample: usize,
+        mix: &Mix<'_>,
+        state: &mut DMatrix<f64>,
+        after: &mut DMatrix<f64>,
+    ) {
+        if self.gaps[sample] {
+            *state = self.begin(sample + 1, mix);
+            return;
+        }
+        after.gemm(1.0, &self.dynamics.transition[sample], state, 0.0);
+        let n = self.dynamics.coordinate_count();
+        mix.add(&self.dynamics.forcing[sample], after.rows_mut(0, 2 * n));
+        std::mem::swap(state, after);
     }
 
     /// What the columns make sensors read at once.
@@ -451,18 +472,28 @@ impl Mix<'_> {
         }
     }
 
-    pub(super) fn of(&self, all: &DMatrix<f64>) -> DMatrix<f64> {
+    fn of(&self, all: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut mixed = DMatrix::zeros(all.nrows(), self.count());
+        self.add(all, mixed.rows_mut(0, all.nrows()));
+        mixed
+    }
+
+    /// Adds what it makes of columns to others.
+    fn add(&self, all: &DMatrix<f64>, mut to: DMatrixViewMut<'_, f64>) {
         match self {
-            Self::Columns(columns) => all.select_columns(columns.iter()),
+            Self::Columns(columns) => {
+                for (mut sum, &column) in to.column_iter_mut().zip(*columns) {
+                    sum += all.column(column);
+                }
+            }
             Self::Sum(weights) => {
                 // Of many columns few have a weight: the others are not even read.
-                let mut sum = DMatrix::zeros(all.nrows(), 1);
+                let mut sum = to.column_mut(0);
                 for (column, &weight) in all.column_iter().zip(weights.iter()) {
                     if weight != 0.0 {
-                        sum.column_mut(0).axpy(weight, &column, 1.0);
+                        sum.axpy(weight, &column, 1.0);
                     }
                 }
-                sum
             }
         }
     }
@@ -506,41 +537,28 @@ pub(super) const INTEGRALS: [[f64; 3]; 3] = [
 fn add_fresh_force(covariance: &mut DMatrix<f64>, phi: &DMatrix<f64>, sd: &DVector<f64>, h: f64) {
     let n = sd.len();
     let fresh = fresh_share(h);
+    let variance = |i: usize| sd[i] * sd[i] * fresh;
     // To the first order in h the transition holds P h.
-    let pushed = phi.view((n, 2 * n), (n, n)).into_owned();
-    let variance = sd.map(|sd| sd * sd * fresh);
-    let mut weighted = pushed.clone();
-    for (i, mut column) in weighted.column_iter_mut().enumerate() {
-        column *= variance[i];
-    }
-    let moved = &weighted * pushed.transpose();
+    let pushed = |row: usize, i: usize| phi[(n + row, 2 * n + i)];
     // (f, v, q) begin at rows 2n, n and 0; q takes another h.
-    let mut add = |(a, b): (usize, usize), block: &DMatrix<f64>, power: i32| {
-        let factor = INTEGRALS[a][b] * h.powi(power);
-        let mut view = covariance.view_mut(((2 - a) * n, (2 - b) * n), (n, n));
-        view += block * factor;
-    };
-    add((0, 0), &DMatrix::from_diagonal(&variance), 0);
-    add((1, 0), &weighted, 0);
-    add((0, 1), &weighted.transpose(), 0);
-    add((2, 0), &weighted, 1);
-    add((0, 2), &weighted.transpose(), 1);
-    add((1, 1), &moved, 0);
-    add((1, 2), &moved, 1);
-    add((2, 1), &moved, 1);
-    add((2, 2), &moved, 2);
-}
-
-/// Columns `f_i`, `P_i h` on velocities and `P_i h²` on positions of state space.
-pub(super) fn write_directions(columns: &mut DMatrix<f64>, phi: &DMatrix<f64>, i: usize, h: f64) {
-    let n = phi.nrows() / 3;
-    columns.fill(0.0);
-    columns[(2 * n + i, 0)] = 1.0;
-    for row in 0..n {
-        // To the first order in h the transition holds P h.
-        let pushed = phi[(n + row, 2 * n + i)];
-        columns[(n + row, 1)] = pushed;
-        columns[(row, 2)] = pushed * h;
+    let weight = |a: usize, b: usize, power: i32| INTEGRALS[a][b] * h.powi(power);
+    let (of_f, of_vf, of_qf) = (weight(0, 0, 0), weight(1, 0, 0), weight(2, 0, 1));
+    let (of_v, of_qv, of_q) = (weight(1, 1, 0), weight(2, 1, 1), weight(2, 2, 2));
+    for i in 0..n {
+        covariance[(2 * n + i, 2 * n + i)] += of_f * variance(i);
+        for row in 0..n {
+            let own = pushed(row, i) * variance(i);
+            for (place, own) in [(n + row, of_vf * own), (row, of_qf * own)] {
+                covariance[(place, 2 * n + i)] += own;
+                covariance[(2 * n + i, place)] += own;
+            }
+            let both = (0..n).map(|k| pushed(row, k) * variance(k) * pushed(i, k));
+            let both: f64 = both.sum();
+            covariance[(n + row, n + i)] += of_v * both;
+            covariance[(n + row, i)] += of_qv * both;
+            covariance[(row, n + i)] += of_qv * both;
+            covariance[(row, i)] += of_q * both;
+        }
     }
 }
 

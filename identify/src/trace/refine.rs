@@ -109,14 +109,19 @@ pub fn settle<'a>(
     adapt: Adapt,
 ) -> Settled<'a> {
     let smallest = noise.smallest.clone();
+    let own: Vec<usize> = (0..columns.len()).collect();
+    let fitted = |whitener: &Whitener<'_>| {
+        let gram = whitener.gram(columns);
+        let fit = gram.fit(&own);
+        (gram, fit)
+    };
     for round in 0.. {
         let whitener = Whitener::new(dynamics, readings, noise);
-        let gram = whitener.gram(columns);
-        let own: Vec<usize> = (0..columns.len()).collect();
-        let fit = gram.fit(&own);
+        let mut known = None;
         if adapt != Adapt::Not && round < NOISE_ROUNDS {
             let mut coefficients = DVector::zeros(dynamics.columns);
             if adapt == Adapt::ToFit {
+                let (_, fit) = known.insert(fitted(&whitener));
                 for (&column, &value) in columns.iter().zip(fit.coefficients.iter()) {
                     coefficients[column] = value;
                 }
@@ -153,6 +158,7 @@ pub fn settle<'a>(
                 continue;
             }
         }
+        let (gram, fit) = known.unwrap_or_else(|| fitted(&whitener));
         return Settled {
             whitener,
             gram,

@@ -151,7 +151,7 @@ impl Scoring<'_> {
         seed: u64,
     ) -> Result<Score, ScoreError> {
         let curve = &observed.curve;
-        let along = self.machine.remember(curve, self.hold, self.values)?;
+        let along = self.along(&observed.record, curve)?;
         let motions = self.machine.motion(&along, self.values)?;
         let mut clean = observed.record.clone();
         clean.q.clone_from(&curve.q);
@@ -200,8 +200,7 @@ impl Scoring<'_> {
         states: &SgStates,
         added: &[Vec<f64>],
     ) -> Result<(Errors, Errors, Vec<Vec<f64>>), ScoreError> {
-        let at = States::filtered(record, states);
-        let at = self.machine.remember(&at, self.hold, self.values)?;
+        let at = self.along(record, &States::filtered(record, states))?;
         let mut motions = self.machine.motion(&at, self.values)?;
         let n = record.q.len();
         if !added.is_empty() {
@@ -244,6 +243,16 @@ impl Scoring<'_> {
         let inside: Vec<Vec<f64>> = forces.iter().map(|force| pick(force)).collect();
         let force = errors(record, &inside, &force_scale);
         Ok((acceleration, force, forces))
+    }
+
+    /// A curve with what the machine remembers there, and with inputs as the accelerations of the
+    /// record show them: filtered, a sample sees both sides of a jump.
+    fn along(&self, record: &Record, curve: &States) -> Result<States, SolveError> {
+        let along = self.machine.remember(curve, self.hold, self.values)?;
+        Ok(match self.hold {
+            Hold::Previous if !as_measured(record) => along.between_jumps(&record.segments()),
+            _ => along,
+        })
     }
 
     /// Predictions from the estimated states (on the constraints), window by window.
@@ -365,14 +374,28 @@ impl Scoring<'_> {
 /// A prediction this far off has left the log for good, m or rad.
 const OUTSIDE: f64 = 1e3;
 
+/// Whether all accelerations are a sensor's, and none a filter's.
+fn as_measured(record: &Record) -> bool {
+    record.ddq.iter().all(Option::is_some)
+}
+
 /// Samples with a whole filter window around them: at the ends of a segment the
-/// filter extrapolates, and its derivatives say little.
+/// filter extrapolates, and its derivatives say little. Where predictions pass the filter, too,
+/// so do those of every sample in the window. Where that leaves nothing, one window must do.
 pub(crate) fn inner_samples(record: &Record, states: &SgStates) -> Vec<usize> {
     let half = states.filter.window / 2;
-    let segments = record.segments().into_iter();
-    segments
-        .flat_map(|range| range.start + half..range.end.saturating_sub(half))
-        .collect()
+    let passes = if as_measured(record) { 1 } else { 2 };
+    let inside = |margin: usize| -> Vec<usize> {
+        let segments = record.segments().into_iter();
+        segments
+            .flat_map(|range| range.start + margin..range.end.saturating_sub(margin))
+            .collect()
+    };
+    let inner = inside(passes * half);
+    match inner.is_empty() {
+        true => inside(half),
+        false => inner,
+    }
 }
 
 /// Generalised forces per coordinate and sample that the curve has and the model has not,
