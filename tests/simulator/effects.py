@@ -209,7 +209,9 @@ ALIKE = (
 def nested(system, one, other):
     """Whether two effects at the same place cannot be told apart by their kind."""
     ideal_link = system.name == "duffing" and system.constraints  # only the sum of forces shows
-    if not ideal_link and not set(one.on) & set(other.on):
+    # what has no place, such as a tilt of gravity, is where its like is
+    apart = list(one.on) != list(other.on) and not set(one.on) & set(other.on)
+    if apart and not ideal_link:
         return False
     names = {one.kind.name, other.kind.name}
     return len(names) == 1 or any(names <= group for group in ALIKE)

@@ -6,7 +6,7 @@ use dynamics_codegen::Library;
 use std::collections::BTreeMap;
 
 /// A wheel with a motor.
-pub(super) const WHEEL: &str = "\
+pub(in crate::trace) const WHEEL: &str = "\
 model wheel;
 coordinate angle: rad;
 input motor: N*m;
