@@ -229,6 +229,8 @@ def main():
         a.folders.append(a.make)
     machines = sorted(p.parent for folder in a.folders for p in folder.glob("**/truth.json"))
     machines = [m for m in machines if not any(s and s in m.name for s in a.skip.split(","))]
+    if not machines:
+        parser.error("no machine to trace: give folders with a truth.json somewhere in them, or --make FOLDER")
     known = library()
     lines = []
     if a.out:

@@ -43,7 +43,7 @@ impl Search<'_> {
         let others = self.accepted.iter().copied().filter(|&c| c != term);
         let with: Vec<usize> = others.chain([alternative.candidate]).collect();
         let attempt = self.sharpened(fit(self.dictionary, &with, explanation).ok()?);
-        self.is_possible(&attempt).then(|| Alternative {
+        self.is_possible(&attempt).then_some(Alternative {
             candidate: alternative.candidate,
             better: self.current.cost - attempt.cost,
             values: attempt.explanation.values,
