@@ -81,3 +81,61 @@ pub(in crate::trace) fn smooth(
     refine_curve(dictionary, accepted, &mut explanation)?;
     Ok(explanation.observed)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::wheel::{WHEEL, rectangular};
+    use super::*;
+    use crate::log::Log;
+    use crate::regression::Hold;
+    use crate::trace::Source;
+    use dynamics_codegen::Library;
+    use std::collections::BTreeMap;
+    use std::fmt::Write;
+
+    /// A drive that gives less, and a wheel that weighs more, are one law: `g u = i a`. Neither
+    /// may count as better known than the other.
+    #[test]
+    fn a_weak_drive_is_as_likely_as_a_heavy_wheel() {
+        let mut text = String::from("t,q_angle,u_motor\n");
+        let mut noise = rectangular(2);
+        let waves = [(0.9, 3.0), (0.5, 7.0)];
+        for k in 0..2000 {
+            let t = 0.004 * f64::from(k);
+            let q: f64 = waves.iter().map(|(a, w)| a * (w * t).sin()).sum();
+            let a: f64 = waves.iter().map(|(a, w)| -a * w * w * (w * t).sin()).sum();
+            writeln!(text, "{t},{},{}", q + 2e-5 * noise(), 0.02 / 0.7 * a).unwrap();
+        }
+        let source = Source {
+            name: "wheel",
+            text: WHEEL,
+            library: &Library::builtin(),
+            parameters: &BTreeMap::new(),
+        };
+        let log = Log::from_bytes("wheel.csv", text.as_bytes()).unwrap();
+        let names = ["angle", "motor"].map(|name| vec![name.to_string()]);
+        let record = log.select(&names[0], &names[1]).unwrap();
+        let observed = Observed::new(record, Hold::Linear).unwrap();
+        let dictionary = Dictionary::new(&source, &observed.ranges()).unwrap();
+        let start = Explanation {
+            noise: first_noise(&dictionary, &observed).unwrap(),
+            values: dictionary.defaults.clone(),
+            observed,
+        };
+        let [drive, wheel] = ["input_gain(motor)", "parameter(i)"].map(|name| {
+            let mut candidates = dictionary.candidates.iter();
+            let candidate = candidates.position(|c| c.subject.to_string() == name);
+            let attempt = fit(&dictionary, &[candidate.unwrap()], start.clone()).unwrap();
+            fit(&dictionary, &attempt.candidates, attempt.explanation).unwrap()
+        });
+        let values = |attempt: &Attempt| {
+            let parameters = attempt.estimate.parameters.iter();
+            parameters.map(|&p| attempt.explanation.values[p]).next()
+        };
+        let found = [&drive, &wheel].map(|attempt| values(attempt).unwrap());
+        assert!((found[0] - 0.7).abs() < 1e-3, "{found:?}");
+        assert!((found[1] - 0.02 / 0.7).abs() < 1e-4, "{found:?}");
+        let apart = drive.cost - wheel.cost;
+        assert!(apart.abs() < 0.01, "{apart}");
+    }
+}
