@@ -176,14 +176,17 @@ impl fmt::Display for Warning {
                 "irregular sampling: {:.1} % of the steps are more than 5 % away from the median of {step:.6} s, by up to {largest:.6} s",
                 100.0 * share
             ),
-            Self::StrangeRate { step } => write!(
-                f,
-                "the median step is {step} s; is `t` in seconds? the log is used as it is{}",
-                match *step > 1.0 {
-                    true => "; its map says otherwise by `[time] unit = \"ms\"`",
-                    false => "",
+            Self::StrangeRate { step } => {
+                write!(
+                    f,
+                    "the median step is {step} s; is `t` in seconds? the log is used as it is"
+                )?;
+                if *step <= 1.0 {
+                    return Ok(());
                 }
-            ),
+                let unit = super::health::likely_unit(*step);
+                write!(f, "; its map says otherwise by `[time] unit = \"{unit}\"`")
+            }
             Self::Gaps {
                 count,
                 first,

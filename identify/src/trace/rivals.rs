@@ -25,7 +25,7 @@ pub(super) fn join(alternatives: &mut Vec<Alternative>, one: Alternative) {
 }
 
 /// An alternative may lose this share of what the term explains, to first order, and be the same
-/// law all the same: one that turns the forces by 0.2 rad differs by a fiftieth from its slope.
+/// law all the same: a fit decides.
 const NEARLY: f64 = 0.05;
 
 /// Per accepted candidate: what could stand in its place, best first. To first order

@@ -84,13 +84,8 @@ pub(in crate::trace) fn smooth(
 
 #[cfg(test)]
 mod tests {
-    use super::super::wheel::{WHEEL, rectangular};
+    use super::super::wheel::{WHEEL, begun, named, rectangular};
     use super::*;
-    use crate::log::Log;
-    use crate::regression::Hold;
-    use crate::trace::Source;
-    use dynamics_codegen::Library;
-    use std::collections::BTreeMap;
     use std::fmt::Write;
 
     /// A drive that gives less, and a wheel that weighs more, are one law: `g u = i a`. Neither
@@ -106,27 +101,11 @@ mod tests {
             let a: f64 = waves.iter().map(|(a, w)| -a * w * w * (w * t).sin()).sum();
             writeln!(text, "{t},{},{}", q + 2e-5 * noise(), 0.02 / 0.7 * a).unwrap();
         }
-        let source = Source {
-            name: "wheel",
-            text: WHEEL,
-            library: &Library::builtin(),
-            parameters: &BTreeMap::new(),
-        };
-        let log = Log::from_bytes("wheel.csv", text.as_bytes()).unwrap();
-        let names = ["angle", "motor"].map(|name| vec![name.to_string()]);
-        let record = log.select(&names[0], &names[1]).unwrap();
-        let observed = Observed::new(record, Hold::Linear).unwrap();
-        let dictionary = Dictionary::new(&source, &observed.ranges()).unwrap();
-        let start = Explanation {
-            noise: first_noise(&dictionary, &observed).unwrap(),
-            values: dictionary.defaults.clone(),
-            observed,
-        };
+        let (dictionary, start) = begun(WHEEL, &text, ["angle", "motor"]);
         let [drive, wheel] = ["input_gain(motor)", "parameter(i)"].map(|name| {
-            let mut candidates = dictionary.candidates.iter();
-            let candidate = candidates.position(|c| c.subject.to_string() == name);
-            let attempt = fit(&dictionary, &[candidate.unwrap()], start.clone()).unwrap();
-            fit(&dictionary, &attempt.candidates, attempt.explanation).unwrap()
+            let candidates = [named(&dictionary, name)];
+            let attempt = fit(&dictionary, &candidates, start.clone()).unwrap();
+            fit(&dictionary, &candidates, attempt.explanation).unwrap()
         });
         let values = |attempt: &Attempt| {
             let parameters = attempt.estimate.parameters.iter();

@@ -1,8 +1,8 @@
 //! Alternatives that are only nearly as good to first order: a fit says whether they are as good.
 //!
 //! Gravity that leans, and an encoder of the first joint that is read with an offset, are the
-//! same log of a planar arm. But both turn the forces, and the larger the turn, the less alike
-//! are their slopes.
+//! same log of a planar arm. To first order the one looked 39 nats worse than the other there;
+//! fitted, they are alike.
 
 use super::TIE;
 use super::fitting::fit;
@@ -53,19 +53,10 @@ impl Search<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::fitting::{first_noise, fit};
-    use super::super::search::Search;
-    use super::super::wheel::rectangular;
-    use super::TIE;
-    use crate::log::Log;
-    use crate::regression::Hold;
+    use super::super::wheel::{begun, named, rectangular};
+    use super::*;
     use crate::trace::Silent;
-    use crate::trace::dictionary::{Dictionary, Source};
-    use crate::trace::estimate::Observed;
-    use crate::trace::refine::Explanation;
     use crate::trace::rivals::rivals;
-    use dynamics_codegen::Library;
-    use std::collections::BTreeMap;
     use std::fmt::Write;
 
     /// A pendulum that hangs from a joint with a motor.
@@ -102,27 +93,9 @@ force angle = input(angle);
     /// And a mass or a spring is not.
     #[test]
     fn leaning_gravity_and_an_offset_are_the_same_log() {
-        let source = Source {
-            name: "pendulum",
-            text: PENDULUM,
-            library: &Library::builtin(),
-            parameters: &BTreeMap::new(),
-        };
-        let names = ["angle".to_string()];
-        let log = Log::from_bytes("pendulum.csv", log().as_bytes()).unwrap();
-        let observed = Observed::new(log.select(&names, &names).unwrap(), Hold::Linear).unwrap();
-        let dictionary = Dictionary::new(&source, &observed.ranges()).unwrap();
-        let named = |name: &str| {
-            let mut candidates = dictionary.candidates.iter();
-            let place = candidates.position(|c| c.subject.to_string().starts_with(name));
-            place.unwrap()
-        };
-        let [tilt, offset] = ["gravity_tilt", "measurement_offset"].map(named);
-        let start = Explanation {
-            noise: first_noise(&dictionary, &observed).unwrap(),
-            values: dictionary.defaults.clone(),
-            observed,
-        };
+        let (dictionary, start) = begun(PENDULUM, &log(), ["angle", "angle"]);
+        let names = ["gravity_tilt()", "measurement_offset(angle)"];
+        let [tilt, offset] = names.map(|name| named(&dictionary, name));
         let current = fit(&dictionary, &[tilt], start).unwrap();
         let search = Search {
             dictionary: &dictionary,

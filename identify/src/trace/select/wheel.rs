@@ -1,6 +1,11 @@
 //! Small machines that tests turn, a wheel among them: what their logs say.
 
+use super::fitting::first_noise;
 use crate::log::Log;
+use crate::regression::Hold;
+use crate::trace::dictionary::{Dictionary, Source};
+use crate::trace::estimate::Observed;
+use crate::trace::refine::Explanation;
 use crate::trace::{Outcome, Request, Silent, trace};
 use dynamics_codegen::Library;
 use std::collections::BTreeMap;
@@ -30,6 +35,38 @@ pub(in crate::trace) fn traced(model: &str, log: &str) -> Outcome {
         progress: &Silent,
     });
     outcome.unwrap()
+}
+
+/// What a search for what the small machine `model` lacks begins with: the candidates, and the
+/// model as given beside its log. Of this coordinate and this input.
+pub(super) fn begun(
+    model: &str,
+    log: &str,
+    [coordinate, input]: [&str; 2],
+) -> (Dictionary, Explanation) {
+    let source = Source {
+        name: "wheel",
+        text: model,
+        library: &Library::builtin(),
+        parameters: &BTreeMap::new(),
+    };
+    let log = Log::from_bytes("wheel.csv", log.as_bytes()).unwrap();
+    let record = log.select(&[coordinate.to_string()], &[input.to_string()]);
+    let observed = Observed::new(record.unwrap(), Hold::Linear).unwrap();
+    let dictionary = Dictionary::new(&source, &observed.ranges()).unwrap();
+    let start = Explanation {
+        noise: first_noise(&dictionary, &observed).unwrap(),
+        values: dictionary.defaults.clone(),
+        observed,
+    };
+    (dictionary, start)
+}
+
+/// The candidate that is called so.
+pub(super) fn named(dictionary: &Dictionary, name: &str) -> usize {
+    let mut candidates = dictionary.candidates.iter();
+    let place = candidates.position(|c| c.subject.to_string() == name);
+    place.unwrap()
 }
 
 /// An encoder's rectangular noise, from −0.5 to 0.5, by a linear congruence.
