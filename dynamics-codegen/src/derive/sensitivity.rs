@@ -9,6 +9,7 @@ use super::reading::Readings;
 use super::{System, force, inertial};
 use crate::graph::{ExprId, SymbolId};
 use crate::model::Model;
+use std::collections::HashSet;
 
 /// What to differentiate by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -73,6 +74,14 @@ pub struct StateSlope {
 /// The slopes that are not identically zero.
 fn state_slopes(model: &mut Model, system: &System, variables: &[Variable]) -> Vec<StateSlope> {
     let mut slopes = Vec::new();
+    let moved_by: Vec<HashSet<SymbolId>> = (0..model.states.len())
+        .map(|state| {
+            let mut all = vec![system.state_rates[state], system.initial_states[state]];
+            let others = model.states_in(model.states[state].rate);
+            all.extend(others.iter().map(|&z| system.state_rates[z]));
+            model.graph.symbols_in(&all)
+        })
+        .collect();
     for (index, &variable) in variables.iter().enumerate() {
         let Variable::Parameter(parameter) = variable else {
             continue;
@@ -80,13 +89,7 @@ fn state_slopes(model: &mut Model, system: &System, variables: &[Variable]) -> V
         let mut seeds = variable.seeds(model);
         let symbols: Vec<SymbolId> = seeds.iter().map(|(symbol, _)| *symbol).collect();
         let moved: Vec<usize> = (0..model.states.len())
-            .filter(|&state| {
-                let (rate, initial) = (system.state_rates[state], system.initial_states[state]);
-                let mut all = vec![rate, initial];
-                let others = model.states_in(model.states[state].rate);
-                all.extend(others.iter().map(|&z| system.state_rates[z]));
-                symbols.iter().any(|&s| model.graph.depends_on(&all, s))
-            })
+            .filter(|&state| symbols.iter().any(|s| moved_by[state].contains(s)))
             .collect();
         let name = model.parameters[parameter].name.clone();
         let own: Vec<SymbolId> = moved

@@ -1,6 +1,7 @@
 //! Which nodes some outputs need.
 
-use super::{ExprId, Graph, SymbolId};
+use super::{ExprId, Graph, Node, SymbolId};
+use std::collections::HashSet;
 
 /// The nodes needed by a set of outputs, children before parents.
 #[derive(Debug, Clone)]
@@ -43,6 +44,16 @@ impl Graph {
     pub fn depends_on(&self, outputs: &[ExprId], symbol: SymbolId) -> bool {
         let var = self.var(symbol);
         self.reachable(outputs).iter().any(|expr| expr == var)
+    }
+
+    /// The symbols that `outputs` depend on.
+    pub fn symbols_in(&self, outputs: &[ExprId]) -> HashSet<SymbolId> {
+        let reachable = self.reachable(outputs);
+        let symbols = reachable.iter().filter_map(|expr| match self.node(expr) {
+            Node::Symbol(symbol) => Some(symbol),
+            _ => None,
+        });
+        symbols.collect()
     }
 
     /// How many operations the outputs cost together, each shared

@@ -52,8 +52,9 @@ impl Model {
         let mut found = vec![false; self.states.len()];
         let mut open = vec![expr];
         while let Some(expr) = open.pop() {
+            let symbols = self.graph.symbols_in(&[expr]);
             for (index, state) in self.states.iter().enumerate() {
-                if !found[index] && self.graph.depends_on(&[expr], state.symbol) {
+                if !found[index] && symbols.contains(&state.symbol) {
                     found[index] = true;
                     open.push(state.rate);
                 }

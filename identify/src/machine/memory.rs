@@ -115,10 +115,10 @@ impl SlopeTapes {
         let slopes = &sensitivity.memory;
         let drives: Vec<_> = slopes.iter().map(|slope| slope.drive).collect();
         let initial: Vec<_> = slopes.iter().map(|slope| slope.initial).collect();
-        let mut symbols = slopes.iter().map(|slope| slope.symbol);
+        let driving = model.graph.symbols_in(&drives);
         Self {
             states: slopes.iter().map(|slope| slope.state).collect(),
-            uncoupled: !symbols.any(|w| model.graph.depends_on(&drives, w)),
+            uncoupled: !slopes.iter().any(|slope| driving.contains(&slope.symbol)),
             drives: Tape::new(&model.graph, &drives, past),
             initial: Tape::new(&model.graph, &initial, past),
         }

@@ -217,8 +217,8 @@ impl Machine {
         arguments.extend(&past[System::arguments(model).len()..]);
         let slopes =
             (!model.states.is_empty()).then(|| SlopeTapes::new(model, &sensitivity, &past));
-        let mut states = model.states.iter();
-        let reads_states = states.any(|z| model.graph.depends_on(&outputs, z.symbol));
+        let read = model.graph.symbols_in(&outputs);
+        let reads_states = model.states.iter().any(|z| read.contains(&z.symbol));
         SensitivityTape {
             reads_states: reads_states || !sensitivity.memory.is_empty(),
             tape: Tape::new(&model.graph, &outputs, &arguments),

@@ -40,10 +40,20 @@ impl Equations {
 
     /// Products of rows, block by block.
     pub fn gram(&self) -> Gram {
+        self.gram_of_rows(&self.rows)
+    }
+
+    /// The same of some columns.
+    pub fn gram_of(&self, columns: &[usize]) -> Gram {
+        let all = std::iter::once(0).chain(columns.iter().map(|column| column + 1));
+        self.gram_of_rows(&self.rows.select_columns(&all.collect::<Vec<usize>>()))
+    }
+
+    fn gram_of_rows(&self, rows: &DMatrix<f64>) -> Gram {
         let n = self.scale.len();
-        let rows = |samples: Range<usize>| n * samples.start..n * samples.end;
-        let blocks: Vec<Range<usize>> = (0..BLOCKS).map(|b| rows(self.block(b))).collect();
-        Gram::new(&self.rows, &blocks, self.rows.nrows())
+        let range = |samples: Range<usize>| n * samples.start..n * samples.end;
+        let blocks: Vec<Range<usize>> = (0..BLOCKS).map(|b| range(self.block(b))).collect();
+        Gram::new(rows, &blocks, rows.nrows())
     }
 
     /// Number of equations that say something of their own.
@@ -56,28 +66,32 @@ impl Equations {
     pub fn reweigh(&mut self, columns: &[usize], strengths: &[f64]) {
         let left = self.errors(0..self.samples(), columns, strengths);
         let n = self.scale.len();
+        let mut factors = Vec::with_capacity(n);
         for i in 0..n {
             let own: Vec<f64> = left.iter().skip(i).step_by(n).copied().collect();
             let news = share_of_news(&own);
             let size = positive(rms(&own));
-            let factor = news.sqrt() / size;
+            factors.push(news.sqrt() / size);
             self.scale[i] *= size / self.news[i].sqrt();
             self.news[i] = news;
-            for k in (i..self.rows.nrows()).step_by(n) {
-                self.rows.row_mut(k).scale_mut(factor);
-            }
+        }
+        self.multiply(&factors);
+    }
+
+    /// Multiplies the equations of each coordinate by a factor.
+    fn multiply(&mut self, factors: &[f64]) {
+        for mut column in self.rows.column_iter_mut() {
+            let each = column.iter_mut().zip(factors.iter().cycle());
+            each.for_each(|(entry, factor)| *entry *= factor);
         }
     }
 
     /// Other forces and columns of the same log in the same units.
     pub fn alike(&self, missing: &Forces, columns: &[Forces]) -> Self {
         let mut other = Self::new(missing, columns);
-        for i in 0..self.scale.len() {
-            let factor = self.news[i].sqrt() * other.scale[i] / self.scale[i];
-            for k in (i..other.rows.nrows()).step_by(self.scale.len()) {
-                other.rows.row_mut(k).scale_mut(factor);
-            }
-        }
+        let factor = |i: usize| self.news[i].sqrt() * other.scale[i] / self.scale[i];
+        let factors: Vec<f64> = (0..self.scale.len()).map(factor).collect();
+        other.multiply(&factors);
         other.scale.clone_from(&self.scale);
         other.news.clone_from(&self.news);
         other

@@ -23,10 +23,11 @@ use super::refine::Estimate;
 use super::screen::{ShapedCandidate, options};
 use super::select::{Remaining, Selection, Term};
 use crate::log::rms;
-use crate::machine::SolveError;
+use crate::machine::{SensitivityTape, SolveError};
 use balance::{Balance, Forces};
 use choose::{Choice, State, reaches};
 use equations::Equations;
+use rayon::prelude::*;
 
 /// Fewer findings than this are better looked for in the motion, which is known more exactly.
 const MANY: usize = 5;
@@ -143,17 +144,22 @@ fn terms(choice: &Choice<'_>, state: &State) -> Vec<Term> {
 /// The columns of all options, shape after shape, as [`options`] counts them.
 fn columns(dictionary: &Dictionary, balance: &Balance) -> Result<Vec<Forces>, SolveError> {
     let (machine, defaults) = (&dictionary.machine, &dictionary.defaults);
-    let mut columns = balance.added(machine, &dictionary.by_parameter, defaults)?;
-    for (shape, (_, tape)) in dictionary.by_shape.iter().enumerate() {
+    let first = || balance.added(machine, &dictionary.by_parameter, defaults);
+    let in_shape = |(shape, (_, tape)): (usize, &(Vec<usize>, SensitivityTape))| {
         let mut values = defaults.clone();
         for candidate in &dictionary.candidates {
             for &(parameter, value) in candidate.shapes.get(shape + 1).into_iter().flatten() {
                 values[parameter] = value;
             }
         }
-        columns.extend(balance.added(machine, tape, &values)?);
-    }
-    Ok(columns)
+        balance.added(machine, tape, &values)
+    };
+    let further = || {
+        let shapes = dictionary.by_shape.par_iter().enumerate();
+        shapes.map(in_shape).collect::<Result<Vec<_>, _>>()
+    };
+    let (first, further) = rayon::join(first, further);
+    Ok(first?.into_iter().chain(further?.into_iter().flatten()).collect())
 }
 
 /// What acts as a force and forgets: with a gain of nothing, or friction as large as the load,
@@ -190,9 +196,8 @@ fn weighed(mut equations: Equations, options: &[ShapedCandidate]) -> Equations {
     all.sort_unstable();
     all.dedup();
     for _ in 0..ROUNDS {
-        let part = equations.gram().part(&all);
         let own: Vec<usize> = (0..all.len()).collect();
-        let fit = part.damped_fit(&own, EVERYTHING);
+        let fit = equations.gram_of(&all).damped_fit(&own, EVERYTHING);
         equations.reweigh(&all, fit.coefficients.as_slice());
     }
     equations
