@@ -56,7 +56,7 @@ pub(super) fn corrected(
 
 /// What is logged at `t` belongs to the motion `ahead` seconds later: by the cubic through four
 /// samples, beside gaps and ends that of the nearest.
-fn at_its_time(t: &[f64], logged: &[f64], ahead: &[f64]) -> Vec<f64> {
+pub(super) fn at_its_time(t: &[f64], logged: &[f64], ahead: &[f64]) -> Vec<f64> {
     if ahead.is_empty() {
         return logged.to_vec();
     }

@@ -176,11 +176,11 @@ impl Observed {
         }
     }
 
-    /// Moves the curve of one coordinate to where it is `ahead` seconds later.
-    pub fn move_in_time(&mut self, coordinate: usize, ahead: f64) {
+    /// Moves the curve of one coordinate to where it is `ahead` seconds later, sample by sample.
+    pub fn move_in_time(&mut self, coordinate: usize, ahead: &[f64]) {
         let curve = &self.curve;
         let accelerations = derivative(&curve.t, &curve.v[coordinate]);
-        let moved = shifted(curve, coordinate, &accelerations, &vec![ahead; curve.len()]);
+        let moved = shifted(curve, coordinate, &accelerations, ahead);
         self.curve.q[coordinate] = moved.q;
         self.curve.v[coordinate] = moved.v;
     }

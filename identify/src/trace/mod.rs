@@ -21,6 +21,7 @@ mod patch;
 mod places;
 mod progress;
 mod refine;
+mod reread;
 mod rivals;
 mod run;
 mod score;

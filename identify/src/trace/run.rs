@@ -73,10 +73,11 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     let plain = source.compile().map_err(Box::new)?;
     check_overrides(&plain, &request.parameters)?;
     let Logs { train, test, split } = Logs::of(request, &plain)?;
-    let observed = Observed::new(train, request.hold.unwrap_or(Hold::Linear))?;
+    let mut observed = Observed::new(train, request.hold.unwrap_or(Hold::Linear))?;
     progress.enter(Stage::Derive, &[]);
     let ranges = ranges(&source, plain, &observed);
     let dictionary = Dictionary::new(&source, &ranges).map_err(Box::new)?;
+    observed.believe(&dictionary)?;
     check_measured(&dictionary, &observed)?;
     let misread = misread(&dictionary, &observed.record);
     progress.enter(Stage::Fit, &[]);

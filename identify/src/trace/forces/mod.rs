@@ -159,7 +159,10 @@ fn columns(dictionary: &Dictionary, balance: &Balance) -> Result<Vec<Forces>, So
         shapes.map(in_shape).collect::<Result<Vec<_>, _>>()
     };
     let (first, further) = rayon::join(first, further);
-    Ok(first?.into_iter().chain(further?.into_iter().flatten()).collect())
+    Ok(first?
+        .into_iter()
+        .chain(further?.into_iter().flatten())
+        .collect())
 }
 
 /// What acts as a force and forgets: with a gain of nothing, or friction as large as the load,

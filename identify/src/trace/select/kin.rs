@@ -8,6 +8,7 @@
 use super::TIE;
 use super::fitting::fit;
 use super::search::{Attempt, Search, reset};
+use crate::trace::refine::Explanation;
 use crate::trace::rivals::{Alternative, join};
 use dynamics_codegen::dimension::Dimension;
 use dynamics_codegen::model::Parameter;
@@ -83,14 +84,12 @@ impl Search<'_> {
             let mut explanation = attempt.explanation.clone();
             explanation.values[parameter(kin.candidate)] = start(kin);
             reset(self.dictionary, &mut explanation, term);
-            // The readings of a late sensor are those of the past: the motion is ahead of them.
-            let late = [(term, -number), (kin.candidate, start(kin))];
-            for (candidate, ahead) in late {
-                if let Some(coordinate) = self.late_sensor(candidate) {
-                    explanation.observed.move_in_time(coordinate, ahead);
-                }
-            }
             let candidates = [&others[..], &[kin.candidate]].concat();
+            let both = self.dictionary.focus(&[&candidates[..], &[term]].concat());
+            let Explanation {
+                observed, values, ..
+            } = &mut explanation;
+            observed.reread(&both, &attempt.explanation.values, values);
             fit(self.dictionary, &candidates, explanation).map(|kin| self.sharpened(kin))
         });
         // A kin under which the machine cannot move is no explanation.
@@ -152,7 +151,7 @@ impl Search<'_> {
     }
 
     /// The coordinate whose sensor a candidate says the time of.
-    fn late_sensor(&self, candidate: usize) -> Option<usize> {
+    pub(super) fn late_sensor(&self, candidate: usize) -> Option<usize> {
         let (place, unit) = self.number_of_channel(candidate)?;
         let mut coordinates = self.dictionary.machine.compiled.model.coordinates.iter();
         let coordinate = coordinates.position(|c| c.name == place.1);

@@ -9,6 +9,7 @@ mod fitting;
 mod gather;
 mod hold;
 mod kin;
+mod late;
 mod leaders;
 mod nearly;
 mod outdone;

@@ -111,6 +111,13 @@ impl Search<'_> {
             tried = more;
             likely.extend(as_likely);
         }
+        let best = tried.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
+        if best.is_none_or(leaves_forces) {
+            let late = self.late_sensors();
+            let (more, as_likely) = parted(self.attempts(&late.iter().collect::<Vec<_>>()));
+            tried.extend(more);
+            likely.extend(as_likely);
+        }
         let mut tried = self.sharpened_near_misses(tried);
         let lowest = tried.iter().map(|a| a.cost).min_by(f64::total_cmp);
         let Some(lowest) = lowest else {
@@ -246,6 +253,11 @@ impl Search<'_> {
             }
             candidates.push(leader.candidate);
         }
+        let focus = self.dictionary.focus(&candidates);
+        let Explanation {
+            observed, values, ..
+        } = &mut explanation;
+        observed.reread(&focus, &self.current.explanation.values, values);
         fit(self.dictionary, &candidates, explanation)
     }
 
