@@ -11,6 +11,10 @@ FOLDER holds machines as simulate.py writes them. A machine counts as
     exact     all true effects are found and nothing else, and the verdict is right
     accepted  as exact, but a stated rival of a finding or a near-equivalent of the
               truth (r2 >= 0.9 between their accelerations) counts as the truth
+
+A truth that has a twin, an effect of the library whose accelerations are the same in all digits
+(a constant force on a driven coordinate and a bias of its input), is not identifiable: no log
+tells which of the two is first. The rate of first findings is also printed without these.
 """
 
 import argparse
@@ -103,7 +107,7 @@ def judge(truth, report, took, known):
     line = {"id": truth["id"], "system": truth["system"], "class": truth["class"], "seconds": round(took, 2),
             "noise": truth["noise_level"], "hold": truth["hold"],
             "truth": [true_key(truth, e) for e in truth["effects"]],
-            "size": min((e["visibility"] for e in truth["effects"]), default=None)}
+            "size": min((e["visibility"] for e in truth["effects"]), default=None), "twin": has_twin(truth)}
     wanted = wanted_verdict(truth, known)
     line["wanted"] = sorted(wanted)[0]
     if "error" in report:
@@ -133,6 +137,15 @@ def judge(truth, report, took, known):
                    "exact": exact, "accepted": exact or accepted, "leading": leading, "score": score,
                    "floor": truth["oracle"]["test"]["acc_nrmse_floor"], "estimates": estimates(truth, report),
                    "remaining": report.get("remaining"), "misfit": report.get("misfit_after")}
+
+
+# Near-equivalents that are this near are the same law.
+TWIN = 0.9999
+
+
+def has_twin(truth):
+    """Whether no log can tell one of the true effects from another effect."""
+    return any(n["r2"] >= TWIN for e in truth["effects"] for n in e["near_equivalents"])
 
 
 SAME = {"f_c": ("Fc",), "v_s": ("vs",), "q_0": ("q0",), "gain": ("c",), "bias": ("u0",), "c": ("c",), "d": ("d",),
@@ -187,6 +200,9 @@ def table(lines):
     block("noise level", lambda x: [str(x["noise"])])
     block("size (times the floor)", lambda x: [] if x["size"] is None else
           ["2 to 3" if x["size"] < 3 else "3 to 6" if x["size"] < 6 else "6 and more"])
+    named = [x for x in lines if x["class"] != "none" and x["wanted"] != "unknown"]
+    print(f"\nfirst finding strictly true: {rate(named, 'leading')}; where the truth has no twin: "
+          f"{rate([x for x in named if not x['twin']], 'leading')}")
     inside = [abs(t - v) / s for x in lines for _, t, v, s in x.get("estimates", []) if s and math.isfinite(s)]
     if inside:
         print(f"\nestimates: {len(inside)}; within 1, 2, 3 standard errors:",

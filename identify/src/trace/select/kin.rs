@@ -159,7 +159,10 @@ impl Search<'_> {
     }
 
     /// The place of a candidate that is about a channel, and the unit of its only parameter.
-    fn number_of_channel(&self, candidate: usize) -> Option<(&(PortKind, String), Dimension)> {
+    pub(super) fn number_of_channel(
+        &self,
+        candidate: usize,
+    ) -> Option<(&(PortKind, String), Dimension)> {
         let candidate = &self.dictionary.candidates[candidate];
         let model = &self.dictionary.machine.compiled.model;
         let [only] = candidate.parameters[..] else {

@@ -19,6 +19,8 @@ use std::collections::BTreeSet;
 const SHARES: [f64; 5] = [0.05, 0.1, 0.2, 0.4, 0.8];
 /// Samples that are looked at.
 const SAMPLES: usize = 1500;
+/// Share of what the best fit gains that a time from the grid must bring to be fitted itself.
+const WORTH_A_FIT: f64 = 0.5;
 /// How many late sensors are fitted.
 const FITTED: usize = 2;
 /// Steps of the search for a time; each goes one way or halves its length.
@@ -28,12 +30,14 @@ const STEPS: usize = 9;
 type Late = (usize, f64);
 
 impl Search<'_> {
-    /// The sensors that are likely to be late, by the time of those tried that explains most,
-    /// the likeliest first.
-    pub(super) fn late_sensors(&self) -> Vec<Considered> {
-        let observed = &self.current.explanation.observed;
-        let part = observed.excerpt(SAMPLES);
-        let observed = part.as_ref().unwrap_or(observed);
+    /// The sensors that are likely to be late, by the time that explains most, the likeliest
+    /// first. A time by itself must bring a good part of what the best fit so far has `gained`.
+    pub(super) fn late_sensors(&self, gained: f64) -> Vec<Considered> {
+        let whole = &self.current.explanation.observed;
+        let part = whole.excerpt(SAMPLES);
+        let observed = part.as_ref().unwrap_or(whole);
+        let share = observed.record.len() as f64 / whole.record.len() as f64;
+        let least = MARGIN.max(WORTH_A_FIT * share * gained);
         let all = 0..self.dictionary.candidates.len();
         let new = all.filter(|candidate| !self.accepted.contains(candidate));
         let times = new.flat_map(|candidate| {
@@ -52,7 +56,7 @@ impl Search<'_> {
         };
         let costs: Vec<f64> = times.par_iter().map(|&late| cost(late)).collect();
         let mut likely: Vec<(f64, Late)> = costs.into_iter().zip(times).collect();
-        likely.retain(|(cost, _)| *cost < now - MARGIN);
+        likely.retain(|(cost, _)| *cost < now - least);
         likely.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut seen = BTreeSet::new();
         likely.retain(|(_, (candidate, _))| seen.insert(*candidate));

@@ -113,7 +113,8 @@ impl Search<'_> {
         }
         let best = tried.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
         if best.is_none_or(leaves_forces) {
-            let late = self.late_sensors();
+            let gained = best.map_or(0.0, |best| self.current.cost - best.cost);
+            let late = self.late_sensors(gained);
             let (more, as_likely) = parted(self.attempts(&late.iter().collect::<Vec<_>>()));
             tried.extend(more);
             likely.extend(as_likely);
