@@ -74,33 +74,36 @@ impl Observed {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::log::Log;
-    use crate::regression::Hold;
-    use crate::trace::dictionary::Source;
-    use crate::trace::select::wheel::WHEEL;
-    use dynamics_codegen::Library;
-    use std::collections::BTreeMap;
+    use crate::trace::select::wheel::{WHEEL, begun, named};
     use std::fmt::Write;
+
+    fn motion(t: f64) -> f64 {
+        (8.0 * t).sin()
+    }
+
+    /// A log of the wheel, whose angle at `t` is read as this.
+    fn log(read: impl Fn(f64) -> f64) -> String {
+        let mut text = String::from("t,q_angle,u_motor\n");
+        for k in 0..500 {
+            let t = 0.004 * f64::from(k);
+            writeln!(text, "{t},{},0", read(t)).unwrap();
+        }
+        text
+    }
+
+    /// How far a curve is from the motion, ends left out.
+    fn miss(observed: &Observed) -> f64 {
+        let curve = &observed.curve;
+        let each = (20..480).map(|k| (curve.q[0][k] - motion(curve.t[k])).abs());
+        each.fold(0.0, f64::max)
+    }
 
     /// Of a motion that is read 30 ms late, with an offset and twice as large.
     #[test]
     fn the_motion_behind_wrong_readings_is_found() {
-        let motion = |t: f64| (8.0 * t).sin();
-        let mut text = String::from("t,q_angle,u_motor\n");
-        for k in 0..500 {
-            let t = 0.004 * f64::from(k);
-            writeln!(text, "{t},{},0", 2.0 * (motion(t - 0.03) + 0.1)).unwrap();
-        }
-        let source = Source {
-            name: "wheel",
-            text: WHEEL,
-            library: &Library::builtin(),
-            parameters: &BTreeMap::new(),
-        };
-        let log = Log::from_bytes("wheel.csv", text.as_bytes()).unwrap();
-        let record = log.select(&["angle".to_string()], &["motor".to_string()]);
-        let mut observed = Observed::new(record.unwrap(), Hold::Linear).unwrap();
-        let dictionary = Dictionary::new(&source, &observed.ranges()).unwrap();
+        let log = log(|t| 2.0 * (motion(t - 0.03) + 0.1));
+        let (dictionary, start) = begun(WHEEL, &log, ["angle", "motor"]);
+        let mut observed = start.observed;
         let errors = [
             ("time_shift(angle)", 0.03),
             ("measurement_scale(angle)", 2.0),
@@ -108,16 +111,22 @@ mod tests {
         ];
         let mut now = dictionary.defaults.clone();
         let candidates = errors.map(|(name, value)| {
-            let mut all = dictionary.candidates.iter();
-            let place = all.position(|c| c.subject.to_string() == name).unwrap();
-            now[dictionary.candidates[place].parameters[0]] = value;
-            place
+            let candidate = named(&dictionary, name);
+            now[dictionary.candidates[candidate].parameters[0]] = value;
+            candidate
         });
         let focus = dictionary.focus(&candidates);
         observed.reread(&focus, &dictionary.defaults, &now);
-        let curve = &observed.curve;
-        let miss = |k: &usize| (curve.q[0][*k] - motion(curve.t[*k])).abs();
-        let worst = (20..480).map(|k| miss(&k)).fold(0.0, f64::max);
-        assert!(worst < 1e-4, "{worst}");
+        assert!(miss(&observed) < 1e-4, "{}", miss(&observed));
+    }
+
+    #[test]
+    fn a_model_that_says_how_late_a_sensor_is_is_believed() {
+        let model = format!("{WHEEL}effect time_shift(angle) {{ tau = 0.03 }}\n");
+        let (dictionary, start) = begun(&model, &log(|t| motion(t - 0.03)), ["angle", "motor"]);
+        let mut observed = start.observed;
+        assert!(miss(&observed) > 0.1);
+        observed.believe(&dictionary).unwrap();
+        assert!(miss(&observed) < 1e-4, "{}", miss(&observed));
     }
 }

@@ -39,7 +39,7 @@ pub(in crate::trace) fn traced(model: &str, log: &str) -> Outcome {
 
 /// What a search for what the small machine `model` lacks begins with: the candidates, and the
 /// model as given beside its log. Of this coordinate and this input.
-pub(super) fn begun(
+pub(in crate::trace) fn begun(
     model: &str,
     log: &str,
     [coordinate, input]: [&str; 2],
@@ -63,7 +63,7 @@ pub(super) fn begun(
 }
 
 /// The candidate that is called so.
-pub(super) fn named(dictionary: &Dictionary, name: &str) -> usize {
+pub(in crate::trace) fn named(dictionary: &Dictionary, name: &str) -> usize {
     let mut candidates = dictionary.candidates.iter();
     let place = candidates.position(|c| c.subject.to_string() == name);
     place.unwrap()
