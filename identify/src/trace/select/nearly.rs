@@ -12,6 +12,9 @@ use rayon::prelude::*;
 
 /// How many alternatives of a term are fitted.
 const FITTED: usize = 3;
+/// One whose fit is this many times as far behind as first order said is another law: none of
+/// the patience that a narrow valley needs will make it the same.
+const FARTHER: f64 = 2.0;
 
 impl Search<'_> {
     /// Of the `alternatives` of each accepted term, those that are not as good to first order are
@@ -42,7 +45,11 @@ impl Search<'_> {
         reset(self.dictionary, &mut explanation, term);
         let others = self.accepted.iter().copied().filter(|&c| c != term);
         let with: Vec<usize> = others.chain([alternative.candidate]).collect();
-        let attempt = self.sharpened(fit(self.dictionary, &with, explanation).ok()?);
+        let attempt = fit(self.dictionary, &with, explanation).ok()?;
+        if self.current.cost - attempt.cost < FARTHER * alternative.better {
+            return None;
+        }
+        let attempt = self.sharpened(attempt);
         self.is_possible(&attempt).then_some(Alternative {
             candidate: alternative.candidate,
             better: self.current.cost - attempt.cost,
