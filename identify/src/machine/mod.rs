@@ -169,22 +169,18 @@ impl Machine {
         let (n, m) = (self.coordinates, self.constraints);
         let k = self.inputs + self.compiled.model.delays.len();
         let l = if self.has_contact() { m } else { 0 };
-        let mut next = values.iter().map(|column| column[sample]);
-        let mut matrix = |rows: usize, columns: usize| {
-            DMatrix::from_row_iterator(rows, columns, next.by_ref().take(rows * columns))
-        };
-        let vector = |matrix: DMatrix<f64>| DVector::from_column_slice(matrix.as_slice());
+        let next = &mut values.iter().map(|column| column[sample]);
         Terms {
-            mass_matrix: matrix(n, n),
-            bias_force: vector(matrix(n, 1)),
-            applied_force: vector(matrix(n, 1)),
-            input_matrix: matrix(n, k),
-            force: vector(matrix(n, 1)),
-            constraint_matrix: matrix(m, n),
-            constraint_bias: vector(matrix(m, 1)),
-            constraint_residual: vector(matrix(m, 1)),
-            constraint_rate: vector(matrix(m, 1)),
-            multiplier_slope: matrix(n, l),
+            mass_matrix: matrix(next, n, n),
+            bias_force: vector(next, n),
+            applied_force: vector(next, n),
+            input_matrix: matrix(next, n, k),
+            force: vector(next, n),
+            constraint_matrix: matrix(next, m, n),
+            constraint_bias: vector(next, m),
+            constraint_residual: vector(next, m),
+            constraint_rate: vector(next, m),
+            multiplier_slope: matrix(next, n, l),
         }
     }
 
@@ -228,9 +224,18 @@ impl Machine {
     }
 }
 
+/// The next numbers, row by row.
+fn matrix(next: &mut impl Iterator<Item = f64>, rows: usize, columns: usize) -> DMatrix<f64> {
+    DMatrix::from_row_iterator(rows, columns, next.take(rows * columns))
+}
+
+fn vector(next: &mut impl Iterator<Item = f64>, rows: usize) -> DVector<f64> {
+    DVector::from_iterator(rows, next.take(rows))
+}
+
 impl Motion {
     /// Where forces depend on multipliers: linearised at `known`.
-    fn of(terms: Terms, known: &[f64], sample: usize) -> Result<Self, SolveError> {
+    pub(crate) fn of(terms: Terms, known: &[f64], sample: usize) -> Result<Self, SolveError> {
         let factorisation = Factorisation::new(&terms, sample)?;
         let mut force = DMatrix::from_column_slice(terms.force.len(), 1, terms.force.as_slice());
         if terms.multiplier_slope.ncols() > 0 {
@@ -241,7 +246,7 @@ impl Motion {
             1,
             terms.constraint_bias.as_slice(),
         );
-        let (acceleration, multiplier) = factorisation.solve(&force, &bias);
+        let (acceleration, multiplier) = factorisation.solve(force, &bias);
         let motion = Self {
             acceleration: acceleration.column(0).into_owned(),
             multiplier: multiplier.column(0).into_owned(),
@@ -322,7 +327,7 @@ impl SensitivityTape {
                 let force = DMatrix::from_fn(n, self.variables, entry);
                 let bias =
                     DMatrix::from_fn(m, self.variables, |row, variable| entry(n + row, variable));
-                motion.factorisation.solve(&force, &bias)
+                motion.factorisation.solve(force, &bias)
             })
             .collect()
     }

@@ -110,11 +110,11 @@ impl Factorisation {
         }
         let (inertia, penalty) =
             factorise_inertia(mass_matrix, constraint).ok_or(SolveError::Singular { sample })?;
-        let compliance = if slope.ncols() > 0 {
-            inertia.solve(&(constraint.transpose() + slope))
-        } else {
-            inertia.solve(&constraint.transpose())
-        };
+        let mut compliance = constraint.transpose();
+        if slope.ncols() > 0 {
+            compliance += slope;
+        }
+        inertia.solve_mut(&mut compliance);
         let gram = constraint * &compliance;
         // The eigenvalue iteration would not end on these.
         if gram.iter().any(|x| !x.is_finite()) {
@@ -136,14 +136,15 @@ impl Factorisation {
     }
 
     /// Solves `M a = Q + Aᵀλ`, `A a = b` for columns of `Q` (`n×r`) and `b` (`m×r`).
-    pub fn solve(&self, force: &DMatrix<f64>, bias: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
-        let mut acceleration = force.clone();
+    pub fn solve(&self, force: DMatrix<f64>, bias: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
+        let mut acceleration = force;
         if self.penalty > 0.0 {
             acceleration += self.constraint.transpose() * bias * self.penalty;
         }
         self.inertia.solve_mut(&mut acceleration);
         if self.constraint.nrows() == 0 {
-            return (acceleration, DMatrix::zeros(0, force.ncols()));
+            let width = acceleration.ncols();
+            return (acceleration, DMatrix::zeros(0, width));
         }
         let multiplier = &self.inverse * (bias - &self.constraint * &acceleration);
         acceleration += &self.compliance * &multiplier;
@@ -154,7 +155,7 @@ impl Factorisation {
     pub fn mobility(&self) -> DMatrix<f64> {
         let n = self.compliance.nrows();
         self.solve(
-            &DMatrix::identity(n, n),
+            DMatrix::identity(n, n),
             &DMatrix::zeros(self.constraint.nrows(), n),
         )
         .0
@@ -214,7 +215,11 @@ fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
             0.0
         }
     });
-    &eigen.eigenvectors * DMatrix::from_diagonal(&inverse) * eigen.eigenvectors.transpose()
+    let mut scaled = eigen.eigenvectors.clone();
+    for (mut column, &factor) in scaled.column_iter_mut().zip(inverse.iter()) {
+        column *= factor;
+    }
+    scaled * eigen.eigenvectors.transpose()
 }
 
 #[cfg(test)]
@@ -229,8 +234,8 @@ mod tests {
         let single = Factorisation::of(&m, &dmatrix![1.0, 2.0], &none, 0).unwrap();
         let double = Factorisation::of(&m, &dmatrix![1.0, 2.0; 1.0, 2.0], &none, 0).unwrap();
         let q = dmatrix![1.0; -3.0];
-        let (a, _) = single.solve(&q, &dmatrix![0.7]);
-        let (b, _) = double.solve(&q, &dmatrix![0.7; 0.7]);
+        let (a, _) = single.solve(q.clone(), &dmatrix![0.7]);
+        let (b, _) = double.solve(q, &dmatrix![0.7; 0.7]);
         assert!((a - b).amax() < 1e-12);
     }
 
@@ -240,7 +245,7 @@ mod tests {
         let none = DMatrix::zeros(2, 0);
         let mass = dmatrix![2.0, 0.0; 0.0, 0.0];
         let f = Factorisation::of(&mass, &dmatrix![1.0, -1.0], &none, 0).unwrap();
-        let (a, lambda) = f.solve(&dmatrix![3.0; 1.0], &dmatrix![0.0]);
+        let (a, lambda) = f.solve(dmatrix![3.0; 1.0], &dmatrix![0.0]);
         assert!((a[0] - 2.0).abs() < 1e-12 && (a[1] - 2.0).abs() < 1e-12);
         // 0·a2 = Q2 − λ
         assert!((lambda[0] - 1.0).abs() < 1e-12);

@@ -69,14 +69,47 @@ pub(super) struct Local {
     pub acceleration: DMatrix<f64>,
     /// `[∂a/∂q, ∂a/∂v]`
     pub slope: DMatrix<f64>,
-    /// `P`
-    pub mobility: DMatrix<f64>,
+    /// The motion that the model demands here.
+    pub motion: Motion,
+}
+
+impl Local {
+    /// `P`, `n×n`
+    pub(super) fn mobility(&self) -> DMatrix<f64> {
+        self.motion.factorisation.mobility()
+    }
+
     /// `I − P M`, where there are constraints.
-    pub forbidden: Option<DMatrix<f64>>,
-    /// Sum of squares of the forces that balance here.
-    pub force: DVector<f64>,
-    /// How far off holonomic constraints are.
-    pub missed: Missed,
+    fn forbidden(&self, mobility: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        let Motion {
+            terms, multiplier, ..
+        } = &self.motion;
+        let n = mobility.nrows();
+        let is_constrained = !multiplier.is_empty();
+        is_constrained.then(|| DMatrix::identity(n, n) - mobility * &terms.mass_matrix)
+    }
+
+    /// Squares of the terms that balance, summed per coordinate.
+    fn force_size(&self) -> DVector<f64> {
+        let Motion {
+            terms,
+            acceleration,
+            ..
+        } = &self.motion;
+        let inertial = &terms.mass_matrix * acceleration;
+        let actuated = &terms.force - &terms.bias_force;
+        let square = |x: &DVector<f64>| x.component_mul(x);
+        square(&inertial) + square(&terms.bias_force) + square(&actuated)
+    }
+
+    /// How far off holonomic constraints are, given which of the constraints these are.
+    fn missed(&self, holonomic: &[usize]) -> Missed {
+        let terms = &self.motion.terms;
+        Missed {
+            residual: terms.constraint_residual.select_rows(holonomic),
+            gradient: terms.constraint_matrix.select_rows(holonomic),
+        }
+    }
 }
 
 /// How long a force that nothing explains is thought to last, s.
@@ -104,6 +137,7 @@ impl ErrorDynamics {
             .map(|start| start..(start + CHUNK).min(curve.len() - 1))
             .collect();
         let longest = longest_step(&curve.t);
+        let holonomic = machine.holonomic_rows();
         let trails = Trails::new(machine, columns, curve, hold, parameters)?;
         let local = |states: &mut States, node: usize, range: Range<usize>| {
             let memories = trails.at(states, node, range);
@@ -119,7 +153,7 @@ impl ErrorDynamics {
                 };
                 let (starts, middles, ends) = (at(0, 0.0)?, at(1, 0.5)?, at(2, 1.0)?);
                 let nodes = [&starts[..], &middles, &ends];
-                let mut piece = piece(curve, range.clone(), longest, nodes);
+                let mut piece = piece(curve, range.clone(), longest, &holonomic, nodes);
                 let unresolved = unresolved(curve, range.clone(), longest, nodes);
                 if !unresolved.is_empty() {
                     let on_the_way = |places: &[usize], states: &mut States, shares: &[f64]| {
@@ -138,8 +172,8 @@ impl ErrorDynamics {
         let end = curve.len() - 1;
         let last = local(&mut curve.slice(end..end + 1), 2, end - 1..end)?.remove(0);
         all.slope.push(with_mobility(&last));
+        missed.push(last.missed(&holonomic));
         all.acceleration.push(last.acceleration);
-        missed.push(last.missed);
         all.closed = Closed::new(columns, curve, missed);
         all.sensed = Sensed::new(columns, curve, &all.accelerations());
         Ok(all)
@@ -388,53 +422,31 @@ fn locals(
             block.tape.evaluate(&own, block.parameters, &motions)
         })
         .collect();
-    let holonomic = machine.holonomic_rows();
     let width = 1 + blocks.iter().map(|b| b[0].0.ncols()).sum::<usize>();
-    Ok(motions
-        .into_iter()
-        .zip(slopes)
-        .enumerate()
-        .map(|(sample, (motion, (slope, _)))| {
-            let n = slope.nrows();
-            let mut acceleration = DMatrix::zeros(n, width);
-            acceleration.set_column(0, &motion.acceleration);
-            let mut next = 1;
-            for block in &blocks {
-                let part = &block[sample].0;
-                acceleration.columns_mut(next, part.ncols()).copy_from(part);
-                next += part.ncols();
-            }
-            let mobility = motion.factorisation.mobility();
-            let forbidden = (!motion.multiplier.is_empty())
-                .then(|| DMatrix::identity(n, n) - &mobility * &motion.terms.mass_matrix);
-            Local {
-                acceleration,
-                slope,
-                mobility,
-                forbidden,
-                force: force_size(&motion),
-                missed: Missed {
-                    residual: motion.terms.constraint_residual.select_rows(&holonomic),
-                    gradient: motion.terms.constraint_matrix.select_rows(&holonomic),
-                },
-            }
-        })
-        .collect())
-}
-
-/// Squares of the terms that balance, summed per coordinate.
-fn force_size(motion: &Motion) -> DVector<f64> {
-    let terms = &motion.terms;
-    let inertial = &terms.mass_matrix * &motion.acceleration;
-    let actuated = &terms.force - &terms.bias_force;
-    let square = |x: &DVector<f64>| x.component_mul(x);
-    square(&inertial) + square(&terms.bias_force) + square(&actuated)
+    let places = motions.into_iter().zip(slopes).enumerate();
+    let local = |(sample, (motion, (slope, _))): (usize, (Motion, (DMatrix<f64>, _)))| {
+        let mut acceleration = DMatrix::zeros(slope.nrows(), width);
+        acceleration.set_column(0, &motion.acceleration);
+        let mut next = 1;
+        for block in &blocks {
+            let part = &block[sample].0;
+            acceleration.columns_mut(next, part.ncols()).copy_from(part);
+            next += part.ncols();
+        }
+        Local {
+            acceleration,
+            slope,
+            motion,
+        }
+    };
+    Ok(places.map(local).collect())
 }
 
 fn piece(
     curve: &States,
     range: Range<usize>,
     longest: f64,
+    holonomic: &[usize],
     [starts, middles, ends]: [&[Local]; 3],
 ) -> Piece {
     let n = curve.q.len();
@@ -450,20 +462,23 @@ fn piece(
     for (i, k) in range.enumerate() {
         let h = curve.t[k + 1] - curve.t[k];
         let (start, middle, end) = (&starts[i], &middles[i], &ends[i]);
+        let mobility = middle.mobility();
         // Across a gap nothing is predicted.
         if h > longest {
             let width = start.acceleration.ncols();
             piece.transition.push(DMatrix::zeros(3 * n, 3 * n));
             piece.forcing.push(DMatrix::zeros(2 * n, width));
         } else {
-            piece.transition.push(transition(middle, h));
+            piece
+                .transition
+                .push(transition(&middle.slope, &mobility, h));
             piece.forcing.push(forcing(curve, k, start, middle, end));
         }
         piece.slope.push(with_mobility(start));
         piece.acceleration.push(start.acceleration.clone());
-        piece.forbidden.extend(middle.forbidden.clone());
-        piece.force += &start.force;
-        piece.missed.push(start.missed.clone());
+        piece.forbidden.extend(middle.forbidden(&mobility));
+        piece.force += &start.force_size();
+        piece.missed.push(start.missed(holonomic));
     }
     piece
 }
@@ -471,18 +486,17 @@ fn piece(
 fn with_mobility(local: &Local) -> DMatrix<f64> {
     let n = local.slope.nrows();
     let mut slope = local.slope.clone().resize_horizontally(3 * n, 0.0);
-    slope.columns_mut(2 * n, n).copy_from(&local.mobility);
+    slope.columns_mut(2 * n, n).copy_from(&local.mobility());
     slope
 }
 
 /// `Φ = exp(hJ)` with `J = [[0, I, 0], [F, P], [0, 0, −1/τ]]` at the middle; by its
 /// series where that has converged after three terms, in full where friction is stiff.
-fn transition(middle: &Local, h: f64) -> DMatrix<f64> {
-    let n = middle.slope.nrows();
+fn transition(slope: &DMatrix<f64>, mobility: &DMatrix<f64>, h: f64) -> DMatrix<f64> {
+    let n = slope.nrows();
     let mut step = DMatrix::zeros(2 * n, 2 * n);
     step.view_mut((0, n), (n, n)).fill_diagonal(h);
-    step.view_mut((n, 0), (n, 2 * n))
-        .copy_from(&(&middle.slope * h));
+    step.view_mut((n, 0), (n, 2 * n)).copy_from(&(slope * h));
     let motion = if step.amax() > STIFF {
         step.exp()
     } else {
@@ -494,10 +508,10 @@ fn transition(middle: &Local, h: f64) -> DMatrix<f64> {
     let decay = (-h / CORRELATION).exp();
     let mean = CORRELATION * (1.0 - decay);
     let mut whole = DMatrix::identity(3 * n, 3 * n);
-    let pushed = (motion.view((n, n), (n, n)) + DMatrix::identity(n, n)) * &middle.mobility;
+    let pushed = (motion.view((n, n), (n, n)) + DMatrix::identity(n, n)) * mobility;
     whole
         .view_mut((0, 2 * n), (n, n))
-        .copy_from(&(&middle.mobility * (0.5 * h * mean)));
+        .copy_from(&(mobility * (0.5 * h * mean)));
     whole
         .view_mut((n, 2 * n), (n, n))
         .copy_from(&(pushed * (0.5 * mean)));

@@ -162,7 +162,7 @@ impl Way {
         let width = here.acceleration.ncols();
         shot.motion = &short.motion * &shot.motion;
         shot.pushed = &short.motion * &shot.pushed;
-        shot.pushed += &short.reach * &here.mobility * force;
+        shot.pushed += &short.reach * here.mobility() * force;
         shot.forcing = &short.motion * &shot.forcing;
         let mut columns = shot.forcing.columns_mut(1, width - 1);
         columns += &short.reach * here.acceleration.columns(1, width - 1);
@@ -254,8 +254,8 @@ const MOST_DOUBLINGS: f64 = 40.0;
 
 #[cfg(test)]
 mod tests {
-    use super::super::closed::Missed;
     use super::*;
+    use crate::machine::{Motion, Terms};
 
     #[test]
     fn phi_functions_are_those_of_the_exponential() {
@@ -277,6 +277,23 @@ mod tests {
         (U - F * (v / V_S).tanh()) / MASS
     }
 
+    /// The terms of a body of that mass, with nothing in its way.
+    fn pushed_by(force: f64) -> Terms {
+        let (none, no_row) = (DVector::zeros(0), DMatrix::zeros(0, 1));
+        Terms {
+            mass_matrix: DMatrix::from_element(1, 1, MASS),
+            bias_force: DVector::zeros(1),
+            applied_force: DVector::zeros(1),
+            input_matrix: DMatrix::zeros(1, 0),
+            force: DVector::from_element(1, force),
+            multiplier_slope: DMatrix::zeros(1, 0),
+            constraint_matrix: no_row,
+            constraint_bias: none.clone(),
+            constraint_residual: none.clone(),
+            constraint_rate: none,
+        }
+    }
+
     /// A light body that dry friction brings to a stop within one interval of 5 ms.
     fn shot_from(q: f64, v: f64) -> Shot {
         let states = |t: f64, q: f64, v: f64| States {
@@ -291,13 +308,7 @@ mod tests {
             Ok(vec![Local {
                 acceleration: DMatrix::from_row_slice(1, 2, &[acceleration(v), 1.0 / MASS]),
                 slope: DMatrix::from_row_slice(1, 2, &[0.0, slope]),
-                mobility: DMatrix::from_element(1, 1, 1.0 / MASS),
-                forbidden: None,
-                force: DVector::zeros(1),
-                missed: Missed {
-                    residual: DVector::zeros(0),
-                    gradient: DMatrix::zeros(0, 0),
-                },
+                motion: Motion::of(pushed_by(MASS * acceleration(v)), &[], 0)?,
             }])
         };
         let (from, to) = (states(0.0, q, v), states(5e-3, 0.0, 0.0));

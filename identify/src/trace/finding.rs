@@ -95,8 +95,15 @@ const MOSTLY_UNEXPLAINED: f64 = 0.1;
 const MEMORY_UNEXPLAINED: f64 = 0.03;
 
 /// Whether something remains that the findings do not explain.
-pub(super) fn something_remains(remaining: &Remaining) -> bool {
+fn something_remains(remaining: &Remaining) -> bool {
     remaining.evidence > REMARKABLE_EVIDENCE && remaining.share_after > REMARKABLE_SHARE
+}
+
+/// Whether a force that remembers, as the log has it, is another one. However small what it
+/// leaves is: the share says what is worth a name, and here it is only about whose.
+fn remembers_otherwise(remaining: &Remaining) -> bool {
+    remaining.evidence > REMARKABLE_EVIDENCE
+        && remaining.share_after > MEMORY_UNEXPLAINED * remaining.share_before
 }
 
 /// Judges the outcome of a selection. `at_floor` says whether its findings predict data that
@@ -110,7 +117,7 @@ pub(super) fn verdict(dictionary: &Dictionary, selection: &Selection, at_floor: 
             .iter()
             .any(|term| test(&dictionary.candidates[term.candidate]))
     };
-    let leaves = |share: f64| unexplained && remaining.share_after > share * remaining.share_before;
+    let mostly = remaining.share_after > MOSTLY_UNEXPLAINED * remaining.share_before;
     let remembers = |term: &Term| {
         let candidate = &dictionary.candidates[term.candidate];
         let states = &dictionary.machine.compiled.model.states;
@@ -123,7 +130,7 @@ pub(super) fn verdict(dictionary: &Dictionary, selection: &Selection, at_floor: 
         };
         !candidate.channel && states.iter().any(|state| state.effect.is_some_and(own))
     };
-    let misremembers = leaves(MEMORY_UNEXPLAINED) && selection.terms.iter().any(remembers);
+    let misremembers = remembers_otherwise(remaining) && selection.terms.iter().any(remembers);
     let nameless = |term| is_without_its_mark(dictionary, selection, term);
     if selection.terms.is_empty() {
         if unexplained {
@@ -131,7 +138,7 @@ pub(super) fn verdict(dictionary: &Dictionary, selection: &Selection, at_floor: 
         } else {
             Verdict::None
         }
-    } else if leaves(MOSTLY_UNEXPLAINED) && !at_floor
+    } else if unexplained && mostly && !at_floor
         || misremembers
         || selection.terms.iter().any(nameless)
     {
@@ -208,5 +215,24 @@ fn finding(dictionary: &Dictionary, selection: &Selection, term: &Term) -> Findi
         evidence: term.evidence,
         confounded_with: term.rivals.clone(),
         is_measured: false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Bouc's and Wen's hysteresis as LuGre's friction leaves little, but evidently.
+    #[test]
+    fn little_is_enough_to_tell_one_hysteresis_from_another() {
+        let remaining = |share_after: f64, evidence: f64| Remaining {
+            share_before: 0.027,
+            share_after,
+            evidence,
+        };
+        assert!(remembers_otherwise(&remaining(0.002, 22.0)));
+        assert!(!something_remains(&remaining(0.002, 22.0)));
+        assert!(!remembers_otherwise(&remaining(0.002, 2.0)));
+        assert!(!remembers_otherwise(&remaining(0.0001, 22.0)));
     }
 }

@@ -67,3 +67,58 @@ impl Search<'_> {
         possible.min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::fitting::fit;
+    use super::super::wheel::{WHEEL, begun, named, rectangular};
+    use super::*;
+    use crate::trace::Silent;
+    use std::fmt::Write;
+
+    /// A motor that ignores 0.1 N·m, and friction of 0.05 N·m in the wheel's bearing.
+    fn log() -> String {
+        let mut text = String::from("t,q_angle,u_motor\n");
+        let mut noise = rectangular(11);
+        let waves = [(0.9, 3.0), (0.5, 7.0)];
+        for k in 0..2000 {
+            let t = 0.005 * f64::from(k);
+            let sum = |f: fn(f64, f64, f64) -> f64| -> f64 {
+                waves.iter().map(|&(a, w)| f(a, w, t)).sum()
+            };
+            let q = sum(|a, w, t| a * (w * t).sin());
+            let v = sum(|a, w, t| a * w * (w * t).cos());
+            let a = sum(|a, w, t| -a * w * w * (w * t).sin());
+            let force = 0.02 * a + 0.05 * (v / 0.02).tanh();
+            let u = force + 0.1 * force.signum();
+            writeln!(text, "{t},{},{u}", q + 2e-4 * noise()).unwrap();
+        }
+        text
+    }
+
+    #[test]
+    fn friction_is_found_behind_a_dead_band() {
+        let (dictionary, start) = begun(WHEEL, &log(), ["angle", "motor"]);
+        let [band, friction] =
+            ["dead_band(motor)", "coulomb(angle)"].map(|name| named(&dictionary, name));
+        let current = fit(&dictionary, &[], start).unwrap();
+        let search = Search {
+            dictionary: &dictionary,
+            progress: &Silent,
+            accepted: Vec::new(),
+            first_round: Vec::new(),
+            given_cost: current.cost,
+            current,
+        };
+        let screen = Screen::new(&dictionary, &search.current.explanation, &[]).unwrap();
+        let considered = screen.considered(&screen.grams());
+        assert!(search.looking_ahead(Vec::new(), &considered).is_none());
+        let first = considered.iter().find(|c| c.candidate == band).unwrap();
+        let likely = vec![search.attempt(&[first]).unwrap()];
+        let both = search.looking_ahead(likely, &considered).unwrap();
+        assert_eq!(both.candidates, [band, friction]);
+        let widths = &dictionary.candidates[band].parameters;
+        let width = both.explanation.values[widths[0]];
+        assert!((width - 0.1).abs() < 2e-3, "{width}");
+    }
+}

@@ -59,6 +59,7 @@ pub(super) fn fit_holding(
         cost: estimate.cost + 0.5 * estimate.parameters.len() as f64 * (estimate.rows as f64).ln(),
         estimate,
         explanation,
+        sharp: false,
     })
 }
 

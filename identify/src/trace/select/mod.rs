@@ -139,6 +139,9 @@ pub fn select(
     while let Some(simpler) = search.simplified(&search.current, &search.accepted) {
         search.take(simpler);
     }
+    while let Some(plainer) = search.plainer() {
+        search.take(plainer);
+    }
     if let Some(one) = search.alone() {
         search.take(one);
     }

@@ -41,6 +41,8 @@ pub(super) struct Attempt {
     pub cost: f64,
     pub estimate: Estimate,
     pub explanation: Explanation,
+    /// Whether [`Search::sharpened`] has already led nowhere.
+    pub sharp: bool,
 }
 
 pub(super) struct Search<'a> {
@@ -297,7 +299,7 @@ impl Search<'_> {
     /// The attempt fitted once more, also under less noise: as long as much counts as
     /// unexplained, the fit may rest too early.
     pub(super) fn sharpened(&self, attempt: Attempt) -> Attempt {
-        if !leaves_forces(&attempt) {
+        if attempt.sharp || !leaves_forces(&attempt) {
             return attempt;
         }
         let mut attempt = attempt;
@@ -311,7 +313,10 @@ impl Search<'_> {
             let again = again.collect::<Vec<_>>().into_iter().flatten();
             match again.min_by(|a, b| a.cost.total_cmp(&b.cost)) {
                 Some(again) if again.cost < attempt.cost - 1.0 => attempt = again,
-                _ => break,
+                _ => {
+                    attempt.sharp = true;
+                    break;
+                }
             }
         }
         attempt

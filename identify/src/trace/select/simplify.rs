@@ -6,8 +6,14 @@
 
 use super::TIE;
 use super::fitting::fit;
-use super::search::{Attempt, Search, reset};
+use super::search::{Attempt, Search, leaves_forces, reset};
 use rayon::prelude::*;
+
+/// How many plainer effects at the place of a term are tried.
+const PLAINER: usize = 2;
+
+/// A term, and what is tried in its stead.
+type Stead = (usize, Vec<usize>);
 
 impl Search<'_> {
     /// The attempt with one of `terms` made simpler, if that explains the log as well.
@@ -17,7 +23,39 @@ impl Search<'_> {
                 .into_iter()
                 .map(move |simple| (term, simple))
         };
-        let steads: Vec<(usize, Vec<usize>)> = terms.iter().flat_map(stead).collect();
+        self.in_stead(attempt, terms.iter().flat_map(stead).collect())
+    }
+
+    /// Where forces remain: the accepted terms with one replaced by an effect of another kind, at
+    /// its place and with fewer parameters, if that explains the log as well. A rich effect
+    /// resembles many, and leads before what it only resembles.
+    pub(super) fn plainer(&self) -> Option<Attempt> {
+        if !leaves_forces(&self.current) {
+            return None;
+        }
+        let candidates = &self.dictionary.candidates;
+        let plainer = |&term: &usize| {
+            let rich = &candidates[term];
+            let others = self
+                .first_round
+                .iter()
+                .map(|considered| considered.candidate);
+            let others = others
+                .filter(|other| !self.accepted.contains(other))
+                .filter(move |&other| {
+                    let other = &candidates[other];
+                    other.subject.on() == rich.subject.on()
+                        && other.channel == rich.channel
+                        && other.size() < rich.size()
+                });
+            others.take(PLAINER).map(move |other| (term, vec![other]))
+        };
+        let steads = self.accepted.iter().flat_map(plainer).collect();
+        self.in_stead(&self.current, steads)
+    }
+
+    /// The plainest attempt with something in the stead of a term, if it explains the log as well.
+    fn in_stead(&self, attempt: &Attempt, steads: Vec<Stead>) -> Option<Attempt> {
         let tried = steads.par_iter().map(|(rich, simple)| {
             let mut explanation = attempt.explanation.clone();
             reset(self.dictionary, &mut explanation, *rich);
