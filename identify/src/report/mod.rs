@@ -195,7 +195,7 @@ const OPEN: f64 = 10.0;
 /// Whether the log says nothing about a parameter: how quickly friction turns over where it
 /// never does.
 fn is_open(p: &ParameterEstimate) -> bool {
-    p.std > OPEN * p.value.abs() && p.value != 0.0
+    p.std.is_infinite() || p.std > OPEN * p.value.abs() && p.value != 0.0
 }
 
 /// What to do to tell two explanations apart, and how much that does.

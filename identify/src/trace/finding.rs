@@ -29,7 +29,8 @@ pub enum Verdict {
 pub struct ParameterEstimate {
     /// The estimate.
     pub value: f64,
-    /// Its standard deviation.
+    /// Its standard deviation: infinite (`null` in JSON) where the log does not determine it, not
+    /// a number where nothing was estimated.
     pub std: f64,
     /// Its unit.
     pub unit: String,
@@ -196,7 +197,8 @@ fn finding(dictionary: &Dictionary, selection: &Selection, term: &Term) -> Findi
                 .parameters
                 .iter()
                 .position(|&p| p == index);
-            let std = position.map_or(f64::NAN, |i| selection.estimate.covariance[(i, i)].sqrt());
+            let covariance = &selection.estimate.covariance;
+            let std = position.map_or(f64::NAN, |i| deviation(covariance[(i, i)]));
             let value = selection.values[index];
             (
                 name.to_string(),
@@ -218,9 +220,42 @@ fn finding(dictionary: &Dictionary, selection: &Selection, term: &Term) -> Findi
     }
 }
 
+/// The root of a variance. A fit says null of what changes nothing in the log: how quickly friction
+/// turns over where nothing ever turns back.
+fn deviation(variance: f64) -> f64 {
+    if variance > 0.0 {
+        variance.sqrt()
+    } else {
+        f64::INFINITY
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use super::super::select::wheel::{WHEEL, rectangular, traced};
     use super::*;
+    use std::fmt::Write;
+
+    /// A wheel that never turns back tells how large its friction is, not how it begins.
+    #[test]
+    fn what_changes_nothing_is_not_determined() {
+        let mut text = String::from("t,q_angle,u_motor\n");
+        let mut noise = rectangular(6);
+        for k in 0..2000 {
+            let t = 0.005 * f64::from(k);
+            let q = 6.0 * t + 0.6 * (3.0 * t).sin() + 0.2 * (7.0 * t).sin();
+            let a = -5.4 * (3.0 * t).sin() - 9.8 * (7.0 * t).sin();
+            writeln!(text, "{t},{},{}", q + 2e-4 * noise(), 0.02 * a + 0.05).unwrap();
+        }
+        let found = traced(WHEEL, &text).findings;
+        let [friction] = &found[..] else {
+            panic!("{found:#?}");
+        };
+        assert_eq!(friction.effect, "coulomb");
+        let force = &friction.parameters["f_c"];
+        assert!((force.value - 0.05).abs() < 3.0 * force.std, "{force:?}");
+        assert!(friction.parameters["v_s"].std.is_infinite(), "{found:#?}");
+    }
 
     /// Bouc's and Wen's hysteresis as LuGre's friction leaves little, but evidently.
     #[test]
