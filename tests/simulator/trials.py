@@ -1,222 +1,106 @@
 #!/usr/bin/env python3
 """Runs `dynamics trace` on simulated machines and prints rates with Wilson intervals.
 
-    python trials.py FOLDER... --program target/release/dynamics [--jobs 2] [--out results.jsonl]
-    python trials.py --make FOLDER --seed 7 --count 200 --program target/release/dynamics
-    python trials.py --read results.jsonl
+    python trials.py --set daily --machines DIR [--out results.jsonl]     a frozen set (frozen.toml)
+    python trials.py --make FOLDER --seed 7 --count 200                    fresh machines
+    python trials.py FOLDER...                                             machines that are there
+    python trials.py --read results.jsonl [--beside earlier.jsonl]         tables of finished runs
 
-FOLDER holds machines as simulate.py writes them. A machine counts as
-
-    leading   the first finding is a true effect at its true place
-    exact     all true effects are found and nothing else, and the verdict is right
-    accepted  as exact, but a stated rival of a finding or a near-equivalent of the
-              truth (r2 >= 0.9 between their accelerations) counts as the truth
-
-A truth that has a twin, an effect of the library whose accelerations are the same in all digits
-(a constant force on a driven coordinate and a bias of its input), is not identifiable: no log
-tells which of the two is first. The rate of first findings is also printed without these.
+Sets: those of frozen.toml, `scenarios` and `measured` (both read ../shared/data). What is counted
+only is printed as rates; what may be looked at, machine by machine. See judging.py for what counts
+as exact.
 """
 
 import argparse
 import json
-import math
-import re
 import subprocess
 import sys
-import time
-from collections import Counter, defaultdict
+import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-CHANNEL = ("input_", "dead_band", "saturation", "backlash", "measurement_", "time_shift")
+import running
+import tables
+from judging import ROOT, judge, judge_measured, judge_scenario, library
+
+HERE = Path(__file__).parent
+SHARED = ROOT.parent / "shared" / "data"
 
 
-def library():
-    """Names of the effect templates that the program has."""
-    return {p.stem for p in (ROOT / "models/effects").glob("*.model")}
+def frozen():
+    """The sets that never change."""
+    return tomllib.loads((HERE / "frozen.toml").read_text())
 
 
-def model_of(folder, truth):
-    """The model file of a machine's system; None if there is none."""
-    name = truth["system"]
-    if name == "duffing":
-        name += "_" + truth["variant"]
-    if name == "planar_arm":
-        # On top of the robot description, so that a wrong mass can be called that.
-        model = folder / "arm.model"
-        model.write_text('model arm;\nurdf "model.urdf" { parameters: all; }\n')
-        return model
-    return ROOT / "models" / f"{name}.model"
+def simulate(folder, seed, count, jobs):
+    """Makes the machines of a seed that are not there yet."""
+    there = {int(p.name.split("_")[1]) for p in folder.glob(f"s{seed}_*") if (p / "truth.json").exists()}
+    missing = [i for i in range(count) if i not in there]
+    if missing:
+        command = [sys.executable, str(HERE / "simulate.py"), "--first", str(missing[0]),
+                   "--count", str(count - missing[0]), "--seed", str(seed), "--out", str(folder), "--jobs", str(jobs)]
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    return sorted(p for p in folder.glob(f"s{seed}_*") if int(p.name.split("_")[1]) < count)
 
 
-def trace(folder, program, timeout):
-    """Runs the program on one machine; returns its report or a note on the failure."""
-    truth = json.loads((folder / "truth.json").read_text())
-    nominal = json.loads((folder / "nominal.json").read_text())["nominal"]
-    parameters = folder / "parameters.json"
-    parameters.write_text(json.dumps({k: v for k, v in nominal.items() if k != "constrained"}))
-    command = [str(program), "trace", str(model_of(folder, truth)), str(folder / "train.csv"),
-               "--test", str(folder / "test.csv"), "--json"]
-    if truth["system"] != "planar_arm":
-        command += ["--parameters", str(parameters)]
-    begin = time.monotonic()
-    try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=timeout, check=False)
-    except subprocess.TimeoutExpired:
-        return truth, {"error": "timeout"}, timeout
-    took = time.monotonic() - begin
-    if done.returncode != 0:
-        return truth, {"error": done.stderr.strip()[-300:]}, took
-    return truth, json.loads(done.stdout), took
+def cases(a):
+    """(kind, case, what the judge needs) of everything that was asked for, and whether one may look."""
+    found, look = [], True
+    known = frozen()
+    for name in a.set:
+        if name in known["simulated"]:
+            entry = known["simulated"][name]
+            look = look and not entry["counted"]
+            folders = simulate(a.machines / name, entry["seed"], entry["count"], a.jobs)
+            found += [("simulated", running.simulated(f), json.loads((f / "truth.json").read_text())) for f in folders]
+        elif name == "scenarios":
+            for log, entry in known["scenarios"].items():
+                folder = SHARED / "scenarios" / log
+                truth = json.loads((SHARED / "scenarios/truth" / log / "truth.json").read_text())
+                found.append(("scenario", running.scenario(folder, entry, a.machines / "scenarios" / log),
+                              {**entry, "floor": truth["oracle"]["test"]["acc_nrmse_floor"]}))
+        elif name == "measured":
+            for log, entry in known["measured"].items():
+                found.append(("measured", running.measured(SHARED / "measured" / log, entry), entry))
+        else:
+            sets = ", ".join([*known["simulated"], "scenarios", "measured"])
+            sys.exit(f"trials.py: there is no set `{name}`; there are {sets}")
+    if a.make:
+        simulate(a.make, a.seed, a.count, a.jobs)
+        a.folders.append(a.make)
+    for truth in sorted(p for folder in a.folders for p in folder.glob("**/truth.json")):
+        found.append(("simulated", running.simulated(truth.parent), json.loads(truth.read_text())))
+    return found, look
 
 
-def key(effect, on):
-    """An effect at its places, as compared."""
-    return effect, tuple(sorted(on))
-
-
-def true_key(truth, effect):
-    """The same of a true effect; an arm's parameters are called as its description's."""
-    names = {"m": "mass", "lc": "cz", "I": "iyy"}
-    on = effect["on"]
-    if truth["system"] == "planar_arm" and effect["type"] == "parameter":
-        split = [re.fullmatch(r"([a-zA-Z]+)(\d+)", name) for name in on]
-        # A length is where the next joint stands.
-        on = [f"j{int(m[2]) + 1}_origin_z" if m[1] == "l" else f"link{m[2]}_{names.get(m[1], m[1])}"
-              for m in split]
-    if truth["system"] == "unicycle2d":
-        on = ["vehicle" if name == "body" else name for name in on]
-    return key(effect["type"], on)
-
-
-def wanted_verdict(truth, known):
-    """What the report should say; `unknown` where the library lacks the effect."""
-    if truth["class"] in ("none", "parameter"):
-        return {truth["class"]}
-    names = [e["type"] for e in truth["effects"]]
-    if any(n not in known for n in names):
-        return {"unknown"}
-    if all(n.startswith(CHANNEL) for n in names):
-        return {"channel"}
-    return {"effect"}
-
-
-def judge(truth, report, took, known):
+def traced(item, program, limit, known):
     """One line of results."""
-    line = {"id": truth["id"], "system": truth["system"], "class": truth["class"], "seconds": round(took, 2),
-            "noise": truth["noise_level"], "hold": truth["hold"],
-            "truth": [true_key(truth, e) for e in truth["effects"]],
-            "size": min((e["visibility"] for e in truth["effects"]), default=None), "twin": has_twin(truth)}
-    wanted = wanted_verdict(truth, known)
-    line["wanted"] = sorted(wanted)[0]
-    if "error" in report:
-        return line | {"error": report["error"], "exact": False, "accepted": False, "leading": False, "verdict": "error",
-                       "found": []}
-    found = [key(f["effect"], f["on"]) for f in report["findings"]]
-    rivals = [{key(r["effect"], r["on"]) for r in f["confounded_with"]} | {own}
-              for f, own in zip(report["findings"], found)]
-    near = [{true_key(truth, n) for n in e["near_equivalents"]} for e in truth["effects"]]
-    true = line["truth"]
-    right = report["verdict"] in wanted
-    exact = right and sorted(found) == sorted(true)
-    if line["wanted"] == "unknown":
-        exact = accepted = leading = report["verdict"] == "unknown"
-    else:
-        def is_one(i, own):
-            return any(t in rivals[i] or own in near[j] for j, t in enumerate(true))
-        covered = all(any(t in rivals[i] or found[i] in near[j] for i in range(len(found)))
-                      for j, t in enumerate(true))
-        # A name beside the verdict that nothing explains the log is no explanation.
-        accepted = (report["verdict"] != "unknown" and covered and len(found) <= len(true)
-                    and all(is_one(i, own) for i, own in enumerate(found)))
-        leading = bool(true) and bool(found) and found[0] in true
-    score = {k: (report[k]["acceleration"]["total"], report[k]["rollout"]["total"]) for k in
-             ("before", "after", "noise_floor")}
-    return line | {"verdict": report["verdict"], "found": found, "rivals": [sorted(r) for r in rivals],
-                   "exact": exact, "accepted": exact or accepted, "leading": leading, "score": score,
-                   "floor": truth["oracle"]["test"]["acc_nrmse_floor"], "estimates": estimates(truth, report),
-                   "remaining": report.get("remaining"), "misfit": report.get("misfit_after")}
+    kind, case, truth = item
+    report, cpu, memory = running.trace(case, program, limit)
+    judges = {"simulated": judge, "scenario": judge_scenario, "measured": judge_measured}
+    line = judges[kind](case.name, truth, report, known)
+    return line | {"kind": kind, "cpu": round(cpu, 2), "memory": round(memory)}
 
 
-# Near-equivalents that are this near are the same law.
-TWIN = 0.9999
+def report(lines, look, earlier):
+    """Everything that is printed of a run."""
+    judged = [x for x in lines if x["kind"] != "measured"]
+    if judged:
+        tables.rates(judged, look)
+        tables.figures(judged)
+        if look:
+            tables.missed(judged)
+    rest = [x for x in lines if x["kind"] == "measured"]
+    if rest:
+        tables.measured(rest)
+    if earlier:
+        print()
+        tables.beside(earlier, lines, look)
 
 
-def has_twin(truth):
-    """Whether no log can tell one of the true effects from another effect."""
-    return any(n["r2"] >= TWIN for e in truth["effects"] for n in e["near_equivalents"])
-
-
-SAME = {"f_c": ("Fc",), "v_s": ("vs",), "q_0": ("q0",), "gain": ("c",), "bias": ("u0",), "c": ("c",), "d": ("d",),
-        "k": ("k",), "f": ("f",), "tau": ("tau", "T"), "mu": ("mu",)}
-
-
-def estimates(truth, report):
-    """(name, true, value, standard error) where names can be matched."""
-    found = []
-    for e in truth["effects"]:
-        for f in report["findings"]:
-            if key(f["effect"], f["on"]) != key(e["type"], e["on"]):
-                continue
-            for name, p in f["parameters"].items():
-                if e["type"] == "parameter":
-                    found.append((name, e["params"]["true"], p["value"], p["std"]))
-                for other in SAME.get(name, ()):
-                    if other in e["params"]:
-                        found.append((f"{e['type']}.{name}", e["params"][other], p["value"], p["std"]))
-    return found
-
-
-def wilson(hits, count, z=1.96):
-    """95 % interval of a rate."""
-    if count == 0:
-        return 0.0, 1.0
-    rate, square = hits / count, z * z
-    middle = (rate + square / (2 * count)) / (1 + square / count)
-    half = z / (1 + square / count) * math.sqrt(rate * (1 - rate) / count + square / (4 * count * count))
-    return max(0.0, middle - half), min(1.0, middle + half)
-
-
-def rate(lines, field):
-    hits = sum(bool(x[field]) for x in lines)
-    low, high = wilson(hits, len(lines))
-    return f"{hits:3d}/{len(lines):<3d} {100 * hits / max(len(lines), 1):5.1f} % [{100 * low:3.0f}, {100 * high:3.0f}]"
-
-
-def table(lines):
-    """The tables of rates."""
-    def block(title, group):
-        print(f"\n{title:28s} {'exact':24s} {'accepted':24s} leading")
-        groups = defaultdict(list)
-        for x in lines:
-            for g in group(x):
-                groups[g].append(x)
-        for g in sorted(groups):
-            print(f"{g:28s} {rate(groups[g], 'exact')}  {rate(groups[g], 'accepted')}  {rate(groups[g], 'leading')}")
-    block("class / wanted verdict", lambda x: [f"{x['class']} -> {x['wanted']}"])
-    block("effect", lambda x: sorted({t[0] for t in x["truth"]}) or ["-"])
-    block("system", lambda x: [x["system"]])
-    block("noise level", lambda x: [str(x["noise"])])
-    block("size (times the floor)", lambda x: [] if x["size"] is None else
-          ["2 to 3" if x["size"] < 3 else "3 to 6" if x["size"] < 6 else "6 and more"])
-    named = [x for x in lines if x["class"] != "none" and x["wanted"] != "unknown"]
-    print(f"\nfirst finding strictly true: {rate(named, 'leading')}; where the truth has no twin: "
-          f"{rate([x for x in named if not x['twin']], 'leading')}")
-    inside = [abs(t - v) / s for x in lines for _, t, v, s in x.get("estimates", []) if s and math.isfinite(s)]
-    if inside:
-        print(f"\nestimates: {len(inside)}; within 1, 2, 3 standard errors:",
-              *(f"{sum(z < k for z in inside) / len(inside):.3f}" for k in (1, 2, 3)))
-    times = sorted(x["seconds"] for x in lines)
-    print(f"seconds: median {times[len(times) // 2]:.1f}, longest {times[-1]:.1f}")
-    wrong = Counter()
-    print("\nnot accepted:")
-    for x in lines:
-        if not x["accepted"]:
-            show = lambda keys: " + ".join(f"{n}({','.join(on)})" for n, on in keys) or "-"
-            print(f"  {x['id']:32s} {x['wanted']:9s} {show(x['truth']):44s} -> {x['verdict']}: {show(x['found'])}"
-                  f"{' ' + x['error'] if 'error' in x else ''}")
-            wrong[x["wanted"], x["verdict"]] += 1
+def read(path):
+    """The lines of a finished run."""
+    return [json.loads(x) for x in path.read_text().splitlines()]
 
 
 def main():
@@ -224,45 +108,38 @@ def main():
     parser.add_argument("folders", nargs="*", type=Path)
     parser.add_argument("--program", type=Path, default=ROOT / "target/release/dynamics")
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--set", nargs="+", default=[], help="sets of frozen.toml, `scenarios`, `measured`")
+    parser.add_argument("--machines", type=Path, default=ROOT / "target/machines", help="where the sets' machines are kept")
     parser.add_argument("--out", type=Path, help="a file for one JSON line per machine")
     parser.add_argument("--read", type=Path, help="only print the tables of such a file")
-    parser.add_argument("--timeout", type=float, default=300)
+    parser.add_argument("--beside", type=Path, help="such a file of an earlier revision, to compare with")
+    parser.add_argument("--counted", action="store_true", help="with --read: print rates only")
+    parser.add_argument("--limit", type=int, default=600, help="processor seconds for an answer")
     parser.add_argument("--make", type=Path, help="make machines in this folder first")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=200)
-    parser.add_argument("--skip", default="", help="systems to leave out, by comma")
     parser.add_argument("--at-least", type=float, default=0.0, metavar="SHARE",
                         help="fail if fewer machines than this share are accepted")
-    parser.add_argument("--verbose", action="store_true")
     a = parser.parse_args()
+    earlier = read(a.beside) if a.beside else []
     if a.read:
-        table([json.loads(x) for x in a.read.read_text().splitlines()])
+        report(read(a.read), not a.counted, earlier)
         return 0
-    if a.make:
-        command = [sys.executable, str(Path(__file__).with_name("simulate.py")), "--count", str(a.count),
-                   "--seed", str(a.seed), "--out", str(a.make), "--jobs", str(a.jobs)]
-        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-        a.folders.append(a.make)
-    machines = sorted(p.parent for folder in a.folders for p in folder.glob("**/truth.json"))
-    machines = [m for m in machines if not any(s and s in m.name for s in a.skip.split(","))]
-    if not machines:
-        parser.error("no machine to trace: give folders with a truth.json somewhere in them, or --make FOLDER")
+    todo, look = cases(a)
+    if not todo:
+        parser.error("no machine to trace: give --set NAME, --make FOLDER, or folders with a truth.json in them")
     known = library()
     lines = []
     if a.out:
         a.out.write_text("")
     with ThreadPoolExecutor(a.jobs) as pool:
-        for done in pool.map(lambda m: trace(m, a.program, a.timeout), machines):
-            line = judge(*done, known)
+        for line in pool.map(lambda item: traced(item, a.program, a.limit, known), todo):
             lines.append(line)
             if a.out:
                 # At once, so that an interrupted run keeps what it has.
                 with a.out.open("a") as out:
                     out.write(json.dumps(line) + "\n")
-            if a.verbose:
-                print(json.dumps({k: line[k] for k in ("id", "wanted", "verdict", "truth", "found", "seconds")}),
-                      flush=True)
-    table(lines)
+    report(lines, look, earlier)
     accepted = sum(line["accepted"] for line in lines)
     if accepted < a.at_least * len(lines):
         print(f"{accepted} of {len(lines)} accepted; at least {100 * a.at_least:.0f} % are demanded", file=sys.stderr)
