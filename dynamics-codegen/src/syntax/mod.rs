@@ -8,7 +8,6 @@ mod statement;
 mod stream;
 
 pub use ast::*;
-pub use lexical::MAX_BYTES;
 
 use crate::diagnostic::Diagnostic;
 use crate::file::Limit;
