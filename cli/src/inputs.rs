@@ -2,8 +2,15 @@
 
 use crate::mistake::{Mistake, Place};
 use crate::parameters;
-use std::fs::File;
+use dynamics_codegen::file::{self, Limit};
+use identify::log::Counted;
 use std::path::Path;
+
+/// As much text as a log may be.
+const LIMIT: Limit = Limit {
+    what: "a file of inputs",
+    bytes: 512 << 20,
+};
 
 /// Inputs as functions of time.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,10 +36,10 @@ impl Inputs {
     /// # Errors
     /// If a column is missing, an entry is no finite number, or time does not increase.
     pub fn read(path: &Path, names: &[&str]) -> Result<Self, Mistake> {
-        let file = File::open(path).map_err(|error| Mistake::unreadable(path, &error))?;
+        let file = file::open(path, LIMIT).map_err(|error| Mistake::unreadable(path, &error))?;
         let mut reader = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
-            .from_reader(file);
+            .from_reader(Counted::new(file));
         let file = path.display().to_string();
         let header = reader
             .headers()

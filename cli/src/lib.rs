@@ -16,9 +16,11 @@ pub mod noise;
 pub mod output;
 pub mod page;
 pub mod parameters;
+pub mod pending;
 pub mod stages;
 pub mod state;
 pub mod summary;
+pub mod whole_file;
 
 use clap::Parser;
 use commands::Command;
@@ -66,7 +68,7 @@ fn conclude(result: anyhow::Result<()>) -> ExitCode {
         return ExitCode::SUCCESS;
     }
     if let Some(mistake) = error.downcast_ref::<mistake::Mistake>() {
-        output::complain(&mistake.render(output::colours_on_stderr()));
+        output::explain(mistake);
         return ExitCode::from(2);
     }
     let causes: Vec<String> = error.chain().map(ToString::to_string).collect();

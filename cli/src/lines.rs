@@ -4,12 +4,18 @@ use crate::json::Text;
 use crate::mistake::Mistake;
 use crate::parameters;
 use crate::state::SHAPE;
-use std::fs::File;
+use dynamics_codegen::file::{self, Limit};
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 
 /// A line may have this many bytes.
 const MAX_LINE: usize = 16 << 20;
+
+/// States are answered as they are read: a file of them may have any length.
+const LIMIT: Limit = Limit {
+    what: "a file of states",
+    bytes: u64::MAX,
+};
 
 /// A line that is not blank.
 #[derive(Debug, Clone)]
@@ -45,9 +51,11 @@ impl Lines {
     /// The lines of a file.
     ///
     /// # Errors
-    /// If it cannot be opened.
+    /// If it cannot be opened, or is no regular file.
     pub fn open(path: &Path) -> Result<Self, Mistake> {
-        let file = File::open(path).map_err(|error| Mistake::unreadable(path, &error))?;
+        let file = file::open(path, LIMIT).map_err(|error| {
+            Mistake::unreadable(path, &error).help("`--states -` reads standard input")
+        })?;
         Ok(Self::new(path.display().to_string(), Box::new(file), false))
     }
 

@@ -2,7 +2,7 @@
 
 use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snippet};
 use dynamics_codegen::Report;
-use dynamics_codegen::diagnostic::nearest;
+use dynamics_codegen::diagnostic::{nearest, visible, visible_source};
 use std::io::{self, ErrorKind};
 use std::ops::Range;
 use std::path::Path;
@@ -65,6 +65,11 @@ impl Mistake {
             ErrorKind::PermissionDenied => {
                 because("permission denied").help("change its access rights, or copy it")
             }
+            ErrorKind::FileTooLarge => {
+                because(&error.to_string()).help("is it the right file? if so, shorten it")
+            }
+            ErrorKind::InvalidInput => because(&error.to_string())
+                .help("what comes out of a pipe or a device can be saved to a file first"),
             _ => because(&error.to_string()),
         }
     }
@@ -137,14 +142,14 @@ fn neighbour(path: &Path) -> String {
 
 impl Plain {
     fn render(&self, level: Level<'static>, colours: bool) -> String {
-        let title = level.primary_title(self.message.as_str());
+        let title = level.primary_title(visible(&self.message));
         let mut groups = vec![match &self.place {
             Some(place) => title.element(place.snippet()),
             None => Group::with_title(title),
         }];
         for help in &self.help {
             groups.push(Group::with_title(
-                Level::HELP.secondary_title(help.as_str()),
+                Level::HELP.secondary_title(visible(help)),
             ));
         }
         let renderer = if colours {
@@ -162,10 +167,10 @@ impl Place {
         let annotation = if self.label.is_empty() {
             annotation
         } else {
-            annotation.label(self.label.as_str())
+            annotation.label(visible(&self.label))
         };
-        Snippet::source(self.text.as_str())
-            .path(self.file.as_str())
+        Snippet::source(visible_source(&self.text))
+            .path(visible(&self.file))
             .line_start(self.first_line)
             .annotation(annotation)
     }

@@ -3,11 +3,9 @@
 use crate::mistake::Mistake;
 use crate::{output, parameters};
 use clap::Args;
+use dynamics_codegen::file::{self, Limit};
 use dynamics_codegen::model::LibraryError;
-use dynamics_codegen::syntax::MAX_BYTES;
-use dynamics_codegen::{Compiled, Library, compile_bytes, is_urdf, model_of_urdf};
-use std::fs::File;
-use std::io::Read;
+use dynamics_codegen::{Compiled, Library, compile_bytes, is_urdf, model_limit, model_of_urdf};
 use std::path::{Path, PathBuf};
 
 /// The arguments that every command shares.
@@ -69,11 +67,10 @@ impl ModelArguments {
     pub fn load(&self) -> Result<Loaded, Mistake> {
         let mut library = self.library()?;
         library.look_in(self.model.parent().unwrap_or(Path::new("")));
-        let bytes = read(&self.model, self.limit())?;
+        let bytes = read(&self.model, model_limit(&self.model))?;
         let compiled = compile_bytes(&self.model.display().to_string(), &bytes, &library)?;
         if !compiled.warnings.diagnostics.is_empty() {
-            let warnings = Mistake::from(compiled.warnings.clone());
-            output::complain(&warnings.render(output::colours_on_stderr()));
+            output::explain(&Mistake::from(compiled.warnings.clone()));
         }
         let mut values = compiled.model.nominal_parameters();
         if let Some(path) = &self.parameters {
@@ -86,14 +83,6 @@ impl ModelArguments {
             compiled,
             parameters: values,
         })
-    }
-
-    /// A model is a page; a robot description may be long.
-    fn limit(&self) -> usize {
-        match self.model.extension().and_then(|e| e.to_str()) {
-            Some("model") => MAX_BYTES,
-            _ => 16 * MAX_BYTES,
-        }
     }
 
     fn library(&self) -> Result<Library, Mistake> {
@@ -109,17 +98,10 @@ impl ModelArguments {
     }
 }
 
-/// Reads a file, but no more than a little over `limit` bytes of it: what is longer
-/// than it may be is refused by whoever asked, and need not be read to its end.
+/// The bytes of a file that the user names: of a regular one, up to a limit.
 ///
 /// # Errors
-/// If the system will not let us.
-pub fn read(path: &Path, limit: usize) -> Result<Vec<u8>, Mistake> {
-    let unreadable = |error: std::io::Error| Mistake::unreadable(path, &error);
-    let file = File::open(path).map_err(unreadable)?;
-    let mut bytes = Vec::new();
-    file.take(limit as u64 + 1)
-        .read_to_end(&mut bytes)
-        .map_err(unreadable)?;
-    Ok(bytes)
+/// If the system will not let us, or it is larger or no file at all.
+pub fn read(path: &Path, limit: Limit) -> Result<Vec<u8>, Mistake> {
+    file::read(path, limit).map_err(|error| Mistake::unreadable(path, &error))
 }

@@ -1,117 +1,102 @@
-//! Where results go: standard output, or a file that is there whole or not at all.
+//! What is said: results on standard output, everything else on standard error.
+//!
+//! Names come out of files, and a terminal obeys what they may hold. Nothing goes to either
+//! stream but through here, where control characters are shown instead of sent.
 
 use crate::mistake::Mistake;
-use anyhow::Context;
-use std::fs;
-use std::io::{self, BufWriter, ErrorKind, IsTerminal, Write};
-use std::path::{Path, PathBuf};
-use tempfile::NamedTempFile;
+use dynamics_codegen::diagnostic::visible;
+use std::io::{self, BufWriter, IsTerminal, StdoutLock, Write};
 
 /// Whether messages may be coloured: on a terminal, unless `NO_COLOR` says otherwise.
-pub fn colours_on_stderr() -> bool {
+fn colours_on_stderr() -> bool {
     io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }
 
 /// Says something on standard error.
 pub fn complain(text: &str) {
-    // Nobody is left to hear that standard error is closed.
-    writeln!(io::stderr(), "{text}").ok();
+    say(&visible(text));
+}
+
+/// Says on standard error what stops the work, or what its compiler found in a model.
+pub fn explain(mistake: &Mistake) {
+    say(&mistake.render(colours_on_stderr()));
 }
 
 /// Says something on standard error that does not stop the work.
 pub fn warn(mistake: &Mistake) {
-    complain(&mistake.render_as_warning(colours_on_stderr()));
+    say(&mistake.render_as_warning(colours_on_stderr()));
+}
+
+fn say(text: &str) {
+    // Nobody is left to hear that standard error is closed.
+    writeln!(io::stderr(), "{text}").ok();
 }
 
 /// Standard output, buffered; a closed pipe comes back as an error, not a panic.
-pub fn stdout() -> BufWriter<io::StdoutLock<'static>> {
-    BufWriter::new(io::stdout().lock())
+pub fn stdout() -> Visible<BufWriter<StdoutLock<'static>>> {
+    Visible::new(BufWriter::new(io::stdout().lock()))
 }
 
-/// A file under construction: a temporary one in the same folder, which takes the
-/// file's place when everything has been written, and vanishes otherwise.
+/// Text on its way to a terminal, with control characters shown.
 #[derive(Debug)]
-pub struct WholeFile {
-    target: PathBuf,
-    file: BufWriter<NamedTempFile>,
+pub struct Visible<W> {
+    inner: W,
+    /// The beginning of a character whose end is still to come.
+    begun: Vec<u8>,
 }
 
-impl WholeFile {
-    /// Begins a file.
-    ///
-    /// # Errors
-    /// If the folder does not exist or cannot be written to, or something other
-    /// than a file has this name.
-    pub fn create(path: &Path) -> anyhow::Result<Self> {
-        // Through a link, its target is replaced, not the link.
-        let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-        if fs::metadata(&target).is_ok_and(|found| !found.is_file()) {
-            let message = format!("cannot write `{}`: it is not a file", path.display());
-            return Err(Mistake::new(message).help("name a file").into());
-        }
-        let folder = match target.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
-        let file = temporary(folder).map_err(|error| unwritable(path, folder, error))?;
-        Ok(Self {
-            target,
-            file: BufWriter::new(file),
-        })
-    }
-
-    /// Puts the file in its place.
-    ///
-    /// # Errors
-    /// If the last bytes cannot be written or the file not be renamed.
-    pub fn finish(self) -> anyhow::Result<()> {
-        let Self { target, file } = self;
-        let file = file.into_inner().map_err(io::IntoInnerError::into_error);
-        file.and_then(|file| file.persist(&target).map_err(|error| error.error))
-            .with_context(|| format!("cannot write `{}`", target.display()))?;
-        Ok(())
+impl<W: Write> Visible<W> {
+    /// Text on its way to `inner`.
+    pub fn new(inner: W) -> Self {
+        let begun = Vec::new();
+        Self { inner, begun }
     }
 }
 
-impl Write for WholeFile {
+impl<W: Write> Write for Visible<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.file.write(bytes)
+        self.begun.extend_from_slice(bytes);
+        let (text, rest) = whole_characters(&self.begun);
+        self.inner.write_all(visible(&text).as_bytes())?;
+        self.begun = rest;
+        Ok(bytes.len())
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.file.flush()
+        self.inner.flush()
     }
 }
 
-/// A temporary file with the access rights that a new file gets.
-fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".dynamics-");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(0o666));
-    }
-    builder.tempfile_in(folder)
-}
-
-fn unwritable(path: &Path, folder: &Path, error: io::Error) -> anyhow::Error {
-    let folder = folder.display();
-    let (reason, help) = match error.kind() {
-        ErrorKind::NotFound => ("there is no such folder", format!("make `{folder}` first")),
-        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => (
-            "permission denied",
-            "choose a folder that you may write to".to_string(),
-        ),
-        ErrorKind::NotADirectory => (
-            "a file is in the way",
-            format!("`{folder}` is not a folder"),
-        ),
-        _ => {
-            let context = format!("cannot write `{}`", path.display());
-            return anyhow::Error::new(error).context(context);
-        }
+/// The text in some bytes, and those at the end that are the beginning of a character.
+fn whole_characters(bytes: &[u8]) -> (String, Vec<u8>) {
+    let end = match std::str::from_utf8(bytes) {
+        Err(error) if error.error_len().is_none() => error.valid_up_to(),
+        _ => bytes.len(),
     };
-    let message = format!("cannot write `{}`: {reason}", path.display());
-    Mistake::new(message).help(help).into()
+    let (text, rest) = bytes.split_at(end);
+    (String::from_utf8_lossy(text).into_owned(), rest.to_vec())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn control_characters_are_shown_wherever_the_text_is_cut() {
+        let text = "a\u{1b}[31mb\u{9b}2Jé\r\n\tc\u{202e}d\n";
+        let expected = "a\\u001b[31mb\\u009b2Jé\r\n\tc\\u202ed\n";
+        for piece in [1, 2, 3, 100] {
+            let mut shown = Visible::new(Vec::new());
+            for bytes in text.as_bytes().chunks(piece) {
+                shown.write_all(bytes).unwrap();
+            }
+            let shown = String::from_utf8(shown.inner).unwrap();
+            // An end of line that comes in two pieces is taken for a return of its own.
+            assert_eq!(
+                shown.replace("\\u000d", "\r"),
+                expected,
+                "in pieces of {piece}"
+            );
+        }
+    }
 }

@@ -5,10 +5,14 @@ use crate::mistake::Mistake;
 use crate::{model, output};
 use dynamics_codegen::Model;
 use dynamics_codegen::diagnostic::nearest;
+use dynamics_codegen::file::Limit;
 use std::path::Path;
 
 /// A file of parameters is a page, not a data set.
-const MAX_BYTES: usize = 16 << 20;
+const LIMIT: Limit = Limit {
+    what: "a file of parameters",
+    bytes: 16 << 20,
+};
 
 /// Puts the file's values into `values` (in model order). A value out of its
 /// parameter's bounds is used, and worth a warning.
@@ -17,12 +21,8 @@ const MAX_BYTES: usize = 16 << 20;
 /// If the file is not a JSON object from parameter names to finite numbers, alone or under
 /// the key `parameters` or `nominal` of an object.
 pub fn override_from(path: &Path, model: &Model, values: &mut [f64]) -> Result<(), Mistake> {
-    let bytes = model::read(path, MAX_BYTES)?;
+    let bytes = model::read(path, LIMIT)?;
     let file = path.display().to_string();
-    if bytes.len() > MAX_BYTES {
-        let message = format!("`{file}` is larger than a file of parameters can be");
-        return Err(Mistake::new(message).help("give an object such as `{\"m1\": 1.3}`"));
-    }
     let text = text(&file, &bytes)?;
     let text = Text {
         file: &file,

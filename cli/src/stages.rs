@@ -1,6 +1,7 @@
 //! A long job as a person at a terminal sees it: what is being done now, and afterwards
 //! how long each stage took.
 
+use dynamics_codegen::diagnostic::visible;
 use identify::trace::{Progress, Stage};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::fmt::Write;
@@ -83,6 +84,7 @@ impl Progress for Stages {
             [] => String::new(),
             found => format!(" ({})", found.join(", ")),
         };
-        self.bar.set_message(format!("{stage}{found}"));
+        let message = format!("{stage}{found}");
+        self.bar.set_message(visible(&message).into_owned());
     }
 }

@@ -18,10 +18,11 @@
 //! }
 //! ```
 
-use crate::compile::{Compiled, compile_keeping, is_urdf, not_text};
+use crate::compile::{Compiled, compile_keeping, is_urdf, model_limit, not_text};
 use crate::diagnostic::Report;
 use crate::emit;
-use crate::model::{Library, LibraryError, Variables};
+use crate::file::{self, Limit};
+use crate::model::{Library, LibraryError, TEMPLATE_LIMIT, Variables};
 use std::fmt;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -160,14 +161,14 @@ impl ModelFile {
         for folder in &self.effects {
             let place = self.root.join(folder);
             for template in templates(&place, folder)? {
-                let text = read_text(&place.join(&template.file), &template.shown)?;
+                let text = read_text(&place.join(&template.file), &template.shown, TEMPLATE_LIMIT)?;
                 library.add(template.name, template.shown.display().to_string(), text);
                 files.push(place.join(template.file));
             }
         }
         library.start_from(&self.root);
         library.look_in(self.path.parent().unwrap_or(Path::new("")));
-        let text = read_text(&files[0], &self.path)?;
+        let text = read_text(&files[0], &self.path, model_limit(&self.path))?;
         let name = self.path.display().to_string();
         let compiled =
             compile_keeping(&name, &text, &library, &self.variables).map_err(Error::Model)?;
@@ -241,8 +242,8 @@ fn templates(place: &Path, shown: &Path) -> Result<Vec<Template>, Error> {
     Ok(found)
 }
 
-fn read_text(path: &Path, shown: &Path) -> Result<String, Error> {
-    let bytes = std::fs::read(path).map_err(|reason| Error::Unreadable {
+fn read_text(path: &Path, shown: &Path, limit: Limit) -> Result<String, Error> {
+    let bytes = file::read(path, limit).map_err(|reason| Error::Unreadable {
         path: shown.to_path_buf(),
         reason,
     })?;
@@ -270,7 +271,7 @@ fn unwritable(path: &Path) -> impl Fn(io::Error) -> Error {
 
 /// Whole or not at all, and not touched if it is the same: cargo would build again.
 fn replace(path: &Path, text: &str) -> Result<(), Error> {
-    if std::fs::read(path).is_ok_and(|found| found == text.as_bytes()) {
+    if file::holds(path, text.as_bytes()) {
         return Ok(());
     }
     let beside = path.with_extension(format!("{}.part", std::process::id()));

@@ -3,9 +3,12 @@
 use crate::derive::{System, derive};
 use crate::diagnostic::{Diagnostic, Report};
 use crate::emit::identifier;
+use crate::file::Limit;
 use crate::model::{Library, Model, Variables, build};
 use crate::source::{Sources, Span};
-use crate::syntax::parse;
+use crate::syntax::{self, parse};
+use crate::urdf;
+use std::path::Path;
 use std::str::Utf8Error;
 
 /// A model with its equations.
@@ -112,6 +115,15 @@ pub fn is_urdf(text: &str) -> bool {
         .starts_with('<')
 }
 
+/// How large a file may be that somebody calls a model: a page, unless it may be a robot
+/// description.
+pub fn model_limit(path: &Path) -> Limit {
+    match path.extension() {
+        Some(ending) if ending == "model" => syntax::LIMIT,
+        _ => urdf::LIMIT,
+    }
+}
+
 /// The model that says nothing but that its base is the robot description `path`:
 /// what effects can be written into.
 pub fn model_of_urdf(path: &str) -> String {
@@ -119,7 +131,7 @@ pub fn model_of_urdf(path: &str) -> String {
 }
 
 fn model_with_urdf(path: &str, options: &str) -> String {
-    let stem = std::path::Path::new(path).file_stem();
+    let stem = Path::new(path).file_stem();
     let stem = stem.unwrap_or_default().to_string_lossy();
     format!("model {};\n\nurdf {path:?}{options}\n", identifier(&stem))
 }

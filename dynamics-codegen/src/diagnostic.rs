@@ -5,7 +5,8 @@
 
 use crate::source::{Source, Sources, Span};
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
-use std::fmt;
+use std::borrow::Cow;
+use std::fmt::{self, Write};
 
 /// Nobody reads more findings than this at once.
 const MAX_SHOWN: usize = 32;
@@ -89,6 +90,25 @@ impl Diagnostic {
         self.help.push(text.into());
         self
     }
+
+    /// The finding with the control characters of names in it shown.
+    fn visible(&self) -> Self {
+        let label = |label: &Label| Label {
+            span: label.span,
+            text: visible(&label.text).into_owned(),
+        };
+        Self {
+            severity: self.severity,
+            message: visible(&self.message).into_owned(),
+            primary: label(&self.primary),
+            secondary: self.secondary.iter().map(label).collect(),
+            help: self
+                .help
+                .iter()
+                .map(|help| visible(help).into_owned())
+                .collect(),
+        }
+    }
 }
 
 /// All that was found about some sources, with the texts needed to show it.
@@ -124,7 +144,7 @@ impl Report {
         let mut pieces: Vec<String> = ordered
             .iter()
             .take(MAX_SHOWN)
-            .map(|d| self.render_one(renderer, d))
+            .map(|d| self.render_one(renderer, &d.visible()))
             .collect();
         if ordered.len() > MAX_SHOWN {
             pieces.push(format!("… and {} more", ordered.len() - MAX_SHOWN));
@@ -174,8 +194,8 @@ impl Report {
                 annotation.label(label.text.as_str())
             }
         };
-        Snippet::source(text.as_str())
-            .path(name.as_str())
+        Snippet::source(visible_source(text))
+            .path(visible(name))
             .annotation(annotation(label, kind))
             .annotations(
                 others
@@ -193,6 +213,49 @@ impl fmt::Display for Report {
 }
 
 impl std::error::Error for Report {}
+
+/// A text with its control characters shown instead of obeyed: a terminal that prints a name
+/// out of a file is not to be steered by it. Ends of lines and tabs stay; everything else is
+/// written as in JSON (`\\u001b`), so that JSON keeps its meaning.
+///
+/// ```
+/// use dynamics_codegen::diagnostic::visible;
+///
+/// assert_eq!(visible("arm\u{1b}[2J"), "arm\\u001b[2J");
+/// ```
+pub fn visible(text: &str) -> Cow<'_, str> {
+    if !text.chars().any(is_hidden) {
+        return text.into();
+    }
+    let mut shown = String::with_capacity(text.len());
+    let mut rest = text.chars().peekable();
+    while let Some(c) = rest.next() {
+        let ends_line = c == '\r' && rest.peek() == Some(&'\n');
+        if ends_line || !is_hidden(c) {
+            shown.push(c);
+        } else {
+            // Writing to a string cannot fail; all of them have four digits.
+            let _ = write!(shown, "\\u{:04x}", u32::from(c));
+        }
+    }
+    shown.into()
+}
+
+/// A text that places point into, with what its renderer sends to the terminal as it is (the
+/// control characters of Latin-1) replaced by a sign of the same length.
+pub fn visible_source(text: &str) -> Cow<'_, str> {
+    let is_sent = |c: char| ('\u{80}'..='\u{9f}').contains(&c);
+    match text.contains(is_sent) {
+        true => text.replace(is_sent, "¤").into(),
+        false => text.into(),
+    }
+}
+
+/// Whether a terminal may act on a character, or show the others in another order.
+fn is_hidden(c: char) -> bool {
+    let reorders = matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    (c.is_control() && c != '\n' && c != '\t') || reorders
+}
 
 /// The entry of `known` that is most like `name`, if one is near enough to be
 /// a slip of the pen.

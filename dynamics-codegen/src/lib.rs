@@ -12,6 +12,7 @@ pub mod derive;
 pub mod diagnostic;
 pub mod dimension;
 pub mod emit;
+pub mod file;
 pub mod graph;
 pub mod model;
 pub mod source;
@@ -20,7 +21,9 @@ pub mod tape;
 pub mod tree;
 pub mod urdf;
 
-pub use compile::{Compiled, compile, compile_bytes, compile_keeping, is_urdf, model_of_urdf};
+pub use compile::{
+    Compiled, compile, compile_bytes, compile_keeping, is_urdf, model_limit, model_of_urdf,
+};
 pub use derive::System;
 pub use diagnostic::{Diagnostic, Report, Severity};
 pub use model::{Library, Model, Variables};

@@ -65,6 +65,12 @@ fn models() {
         ),
     ]);
     fs::create_dir(folder.path().join("effects")).unwrap();
+    fs::create_dir(folder.path().join("odd")).unwrap();
+    fs::write(
+        folder.path().join("odd/latin.model"),
+        b"effect m;\n// caf\xe9\n",
+    )
+    .unwrap();
     let mine = "effect mine(joint);\nforce joint = -d*dot(joint);\n";
     fs::write(folder.path().join("effects/mine.model"), mine).unwrap();
     let said = read_aloud(
@@ -97,7 +103,7 @@ fn models() {
             ),
             (
                 "an effect that is no text",
-                &["check", "{M}", "--effects", "{F}"],
+                &["check", "{M}", "--effects", "{F}/odd"],
                 "",
             ),
             (

@@ -271,3 +271,108 @@ fn a_log_can_be_read_by_its_owner_and_replaces_the_old_one() {
         assert_eq!(mode, fs::metadata(fresh).unwrap().permissions().mode());
     }
 }
+
+/// Names that hold what stands between cells and rows: the log is read back as it was written.
+#[test]
+fn a_log_with_odd_names_can_be_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let names = [
+        "a,b",
+        "c;d;e;f;g",
+        "line\nbreak",
+        "bell\u{7}",
+        "tab\tt\tt\tt\tt",
+    ];
+    let mut model = String::from("model odd;\nparameter m: kg = 1;\n");
+    for name in names {
+        model.push_str(&format!(
+            "coordinate \"{name}\": m;\ninput \"{name}\": N;\n\
+             kinetic m/2*dot(\"{name}\")^2;\nforce \"{name}\" = input(\"{name}\");\n"
+        ));
+    }
+    let model = write(&folder, "odd.model", &model);
+    let out = folder.path().join("log.csv");
+    let init = r#"{"q": [0, 1, 2, 3, 4]}"#;
+    succeed(
+        &[
+            "simulate",
+            &model,
+            "--init",
+            init,
+            "--duration",
+            "1",
+            "--out",
+            out.to_str().unwrap(),
+        ],
+        "",
+    );
+    let log = identify::log::Log::read(&out).unwrap();
+    let names = names.map(str::to_string);
+    let record = log.select(&names, &names).unwrap();
+    for (value, column) in (0..).zip(&record.q) {
+        assert_eq!(column, &vec![f64::from(value); 101]);
+    }
+}
+
+#[test]
+fn a_name_that_no_log_can_hold_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let text =
+        "model m;\ncoordinate \"x \": m;\nparameter m: kg = 1;\nkinetic m/2*dot(\"x \")^2;\n";
+    let model = write(&folder, "m.model", text);
+    let out = folder.path().join("log.csv");
+    let out = out.to_str().unwrap();
+    let init = r#"{"q": [0]}"#;
+    let said = refuse(
+        &[
+            "simulate",
+            &model,
+            "--init",
+            init,
+            "--duration",
+            "1",
+            "--out",
+            out,
+        ],
+        "",
+    );
+    assert!(said.contains("a log cannot have a column `q_x `"), "{said}");
+    assert_eq!(files(folder.path()), ["m.model"]);
+}
+
+/// What may not be written to is not replaced, and a link is written through, wherever it leads.
+#[cfg(unix)]
+#[test]
+fn access_rights_and_links_are_kept() {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    let folder = tempfile::tempdir().unwrap();
+    let old = folder.path().join("old.csv");
+    fs::write(&old, "old\n").unwrap();
+    let flags = ["--init", r#"{"q": [1]}"#, "--duration", "0.1"];
+    let run = |out: &str| {
+        let out = folder.path().join(out).to_str().unwrap().to_string();
+        let arguments = [
+            &["simulate", "models/pendulum.model", "--out"][..],
+            &[&out[..]],
+            &flags[..],
+        ];
+        cli::dynamics(&arguments.concat()).output().unwrap()
+    };
+    let rights = |mode| fs::set_permissions(&old, fs::Permissions::from_mode(mode)).unwrap();
+    rights(0o444);
+    let output = run("old.csv");
+    assert_eq!(output.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("old.csv`: it is read-only"), "{said}");
+    assert_eq!(fs::read_to_string(&old).unwrap(), "old\n");
+    rights(0o600);
+    assert!(run("old.csv").status.success());
+    assert_eq!(
+        fs::metadata(&old).unwrap().permissions().mode() & 0o7777,
+        0o600
+    );
+    symlink("new.csv", folder.path().join("link.csv")).unwrap();
+    assert!(run("link.csv").status.success());
+    assert!(folder.path().join("link.csv").is_symlink());
+    assert_eq!(files(folder.path()), ["link.csv", "new.csv", "old.csv"]);
+}

@@ -2,11 +2,12 @@
 
 use crate::mistake::Mistake;
 use crate::model::ModelArguments;
-use crate::output::{self, WholeFile};
+use crate::output;
+use crate::whole_file::{WholeFile, make_folder};
 use clap::{Args, ValueEnum};
 use dynamics_codegen::emit::{Emission, File, FunctionError};
-use std::fs;
-use std::io::{ErrorKind, Write};
+use dynamics_codegen::file::holds;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `generate`.
@@ -80,30 +81,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(out.flush()?)
 }
 
-fn make_folder(folder: &Path) -> Result<(), Mistake> {
-    fs::create_dir_all(folder).map_err(|error| {
-        let reason = match error.kind() {
-            ErrorKind::AlreadyExists | ErrorKind::NotADirectory => {
-                "a file of that name is in the way".to_string()
-            }
-            ErrorKind::PermissionDenied => "permission denied".to_string(),
-            _ => error.to_string(),
-        };
-        Mistake::new(format!(
-            "cannot make the folder `{}`: {reason}",
-            folder.display()
-        ))
-        .help("choose a folder that you may write to")
-    })
-}
-
 /// Writes all files or none: first beside their places, then into them. Files that are
 /// there already, word for word, are left alone, so that nothing is rebuilt for them.
 fn write_all(folder: &Path, files: &[File]) -> anyhow::Result<String> {
     let (mut written, mut lines) = (Vec::new(), String::new());
     for file in files {
         let path = folder.join(&file.name);
-        let unchanged = fs::read(&path).is_ok_and(|found| found == file.text.as_bytes());
+        let unchanged = holds(&path, file.text.as_bytes());
         if !unchanged {
             let mut whole = WholeFile::create(&path)?;
             whole.write_all(file.text.as_bytes())?;

@@ -5,16 +5,17 @@ use crate::json::Text;
 use crate::mistake::Mistake;
 use crate::model::{self, ModelArguments};
 use crate::noise::{Channel, Noise};
-use crate::output::{self, WholeFile};
+use crate::output;
 use crate::parameters;
 use crate::state::{SHAPE, State};
+use crate::whole_file::WholeFile;
 use clap::Args;
 use dynamics_codegen::Model;
+use dynamics_codegen::file::Limit;
 use identify::machine::{
     Machine, Memory, Rollout, RolloutOptions, Sensors, Simulated, SolveError, States,
 };
 use indicatif::{ProgressBar, ProgressStyle};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Arguments of `simulate`.
@@ -70,7 +71,10 @@ const MAX_STEPS: f64 = 1e9;
 const WORTH_A_WORD: f64 = 1e-9;
 /// One takes a few Newton steps; from far away they need more.
 const PROJECTIONS: usize = 20;
-const MAX_INIT_BYTES: usize = 16 << 20;
+const INIT: Limit = Limit {
+    what: "an initial state",
+    bytes: 16 << 20,
+};
 
 /// Runs the command.
 ///
@@ -154,14 +158,10 @@ impl Arguments {
             ("--init".to_string(), self.init.clone().into_bytes())
         } else {
             let path = Path::new(&self.init);
-            let bytes = model::read(path, MAX_INIT_BYTES)
+            let bytes = model::read(path, INIT)
                 .map_err(|mistake| mistake.help("`--init` takes a file, or the JSON itself"))?;
             (self.init.clone(), bytes)
         };
-        if bytes.len() > MAX_INIT_BYTES {
-            let message = format!("`{file}` is larger than an initial state can be");
-            return Err(Mistake::new(message).help("give one JSON object"));
-        }
         let text = Text {
             file: &file,
             first_line: 1,
@@ -417,8 +417,17 @@ struct Log {
 impl Log {
     fn header(&mut self, model: &Model) -> anyhow::Result<()> {
         let names = crate::noise::columns(model);
-        writeln!(self.file, "t,{}", names.join(","))?;
-        Ok(())
+        if let Some(name) = names.iter().find(|name| name.trim() != name.as_str()) {
+            let message =
+                format!("a log cannot have a column `{name}`: spaces at its end are lost");
+            return Err(Mistake::new(message)
+                .help("rename the coordinate or input")
+                .into());
+        }
+        let names = std::iter::once("t").chain(names.iter().map(String::as_str));
+        let mut line = csv::Writer::from_writer(Vec::new());
+        line.write_record(names)?;
+        Ok(self.file.write_all(&line.into_inner()?)?)
     }
 
     fn row(&mut self, t: f64, values: impl Iterator<Item = f64>) -> anyhow::Result<()> {

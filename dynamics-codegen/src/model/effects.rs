@@ -143,10 +143,15 @@ impl Templates<'_> {
             );
             let near = nearest(&name.text, self.library.names());
             let names: Vec<&str> = self.library.names().collect();
-            return builder.report(match near {
+            let error = match near {
                 Some(near) => error.help(format!("did you mean `{near}`?")),
                 None => error.help(format!("the library has: {}", names.join(", "))),
-            });
+            };
+            return builder.report(error.help(format!(
+                "an effect of your own is found by its folder: `--effects DIR`, where \
+                 `DIR/{}.model` is",
+                name.text
+            )));
         };
         let id: SourceId = self.sources.add(text.origin.clone(), text.text.clone());
         let (file, faults) = syntax::parse(self.sources, id);

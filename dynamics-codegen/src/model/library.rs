@@ -1,5 +1,8 @@
 //! The effects that a model may name: templates, one per file.
 
+use crate::file::{self, Limit};
+use crate::syntax;
+use crate::urdf;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -15,6 +18,12 @@ pub struct Library {
     /// Texts that stand in for files, with the name shown in messages.
     files: BTreeMap<String, (String, String)>,
 }
+
+/// How large the file of a template may be.
+pub(crate) const TEMPLATE_LIMIT: Limit = Limit {
+    what: "an effect template",
+    ..syntax::LIMIT
+};
 
 /// A template as text.
 #[derive(Debug, Clone)]
@@ -37,9 +46,6 @@ pub enum LibraryError {
         reason: std::io::Error,
     },
 }
-
-/// A robot description may have this many bytes.
-const MAX_FILE: u64 = 64 << 20;
 
 macro_rules! builtin {
     ($($name:literal),* $(,)?) => {
@@ -133,7 +139,7 @@ impl Library {
         }
         files.sort();
         for path in files {
-            let text = std::fs::read_to_string(&path).map_err(unreadable(&path))?;
+            let text = file::read_text(&path, TEMPLATE_LIMIT).map_err(unreadable(&path))?;
             let name = path
                 .file_stem()
                 .unwrap_or_default()
@@ -142,6 +148,13 @@ impl Library {
             self.add(name, path.display().to_string(), text);
         }
         Ok(())
+    }
+
+    /// The text of a template that is not built in, or not as it is here.
+    pub fn own(&self, name: &str) -> Option<&str> {
+        let found = self.get(name)?;
+        let builtin = BUILTIN.iter().any(|entry| *entry == (name, &found.text));
+        (!builtin).then_some(found.text.as_str())
     }
 
     /// Says from which folder the paths in a model start: that of the model's file.
@@ -173,12 +186,7 @@ impl Library {
         }
         let shown = self.folder.join(path);
         let place = self.root.join(&shown);
-        let size = std::fs::metadata(&place)?.len();
-        if size > MAX_FILE {
-            let message = format!("it has {size} bytes; a robot description may have {MAX_FILE}");
-            return Err(std::io::Error::other(message));
-        }
-        let text = std::fs::read_to_string(&place)?;
+        let text = file::read_text(&place, urdf::LIMIT)?;
         Ok((shown.display().to_string(), text))
     }
 

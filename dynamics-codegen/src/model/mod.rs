@@ -36,6 +36,7 @@ pub use delay::Delay;
 pub use effects::{Template, TemplateParameter};
 pub use fold::Variables;
 pub use kinematic::{Kinematic, Reading};
+pub(crate) use library::TEMPLATE_LIMIT;
 pub use library::{Library, LibraryError};
 pub use robot::{Described, RobotBase};
 pub use state::State;

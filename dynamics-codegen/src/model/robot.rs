@@ -16,7 +16,7 @@ use crate::diagnostic::{Diagnostic, Severity, nearest};
 use crate::dimension::Dimension;
 use crate::emit::identifier;
 use crate::graph::{ExprId, Unary};
-use crate::source::{Sources, Span};
+use crate::source::{SourceId, Sources, Span};
 use crate::syntax::{Name, RobotOption};
 use crate::tree;
 use crate::urdf::{self, JointKind, Losses, Robot, Snapped};
@@ -35,6 +35,8 @@ pub struct RobotBase {
     pub name: String,
     /// The path as the model writes it.
     pub file: String,
+    /// Its text, among those that the compilation has read.
+    pub source: SourceId,
     /// What was rounded to 0 and ±1.
     pub snapped: Snapped,
     /// Which of its numbers are parameters.
@@ -99,6 +101,7 @@ impl Builder<'_> {
         self.model.robot = Some(RobotBase {
             name: robot.name.clone(),
             file: file.text.clone(),
+            source: id,
             snapped: robot.snapped,
             described: Vec::new(),
         });

@@ -10,7 +10,7 @@ use crate::source::{SourceId, Span};
 /// Brackets, and powers and signs in front of a number, may nest this deep.
 pub(super) const MAX_DEPTH: usize = 64;
 /// A model file may have this many bytes: it is a page, not a data set.
-pub const MAX_BYTES: usize = 4 << 20;
+pub(super) const MAX_BYTES: usize = 4 << 20;
 const EMPTY: &str =
     "a model begins with `model name;`, an effect template with `effect name(joint);`";
 /// Past this many findings the file is not what it claims to be.

@@ -8,11 +8,17 @@ mod statement;
 mod stream;
 
 pub use ast::*;
-pub use lexical::MAX_BYTES;
 
 use crate::diagnostic::Diagnostic;
+use crate::file::Limit;
 use crate::source::{SourceId, Sources};
 use stream::Stream;
+
+/// How large the file of a model may be.
+pub const LIMIT: Limit = Limit {
+    what: "a model",
+    bytes: lexical::MAX_BYTES as u64,
+};
 
 /// A name as it is written in a model: as a word if it is one, else in quotes.
 ///

@@ -49,6 +49,7 @@ pub use snap::Snapped;
 pub use spatial::{IDENTITY, Inertia, Matrix3, Placement, Vector3};
 
 use crate::diagnostic::{Diagnostic, Severity};
+use crate::file::Limit;
 use crate::source::{SourceId, Sources};
 use assemble::{Parts, assemble, check_mimics};
 use consistency::{check_links, check_mobility, tree};
@@ -57,6 +58,12 @@ use records::{JointRecord, LinkRecord};
 use roxmltree::Document;
 use tree::Place;
 use xml::Places;
+
+/// How large the file of a robot description may be.
+pub const LIMIT: Limit = Limit {
+    what: "a robot description",
+    bytes: xml::MAX_BYTES as u64,
+};
 
 /// How many findings about one file are reported; of more, the first errors.
 const MAX_FINDINGS: usize = 100;

@@ -185,6 +185,20 @@ pub enum ProblemKind {
         /// The limit in bytes.
         limit: u64,
     },
+    /// More cells than are read.
+    #[error("the log has more than {limit} cells")]
+    TooManyCells {
+        /// The limit.
+        limit: u64,
+    },
+    /// More columns than are read.
+    #[error("the log has {found} columns; at most {limit} are read")]
+    TooManyColumns {
+        /// Columns found.
+        found: usize,
+        /// The limit.
+        limit: usize,
+    },
     /// The first row consists of numbers only.
     #[error(
         "the first row holds numbers; expected column names such as `t`, `q_<name>`, `u_<name>`"
@@ -280,6 +294,10 @@ impl ProblemKind {
                 "copy the file again, or repair it (`gzip -t` tests it)"
             }
             Self::TooLarge { .. } => "cut the log into parts or lower its rate",
+            Self::TooManyCells { .. } => {
+                "cut the log into parts, lower its rate, or leave out columns that the model does not need"
+            }
+            Self::TooManyColumns { .. } => "leave out columns that the model does not need",
             Self::NumericHeader => {
                 "add a header line; if it is there as a comment, remove the leading `#`"
             }

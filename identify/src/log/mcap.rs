@@ -7,13 +7,14 @@
 //! message has one, by the time of logging otherwise.
 
 use super::error::{ProblemKind, Problems};
+use super::limits::{self, MOST_CELLS};
 use super::median_step;
 use super::table::{Cell, Demand, Table, from_columns};
 use super::warning::Warning;
 use mcap::io::MessageReader;
 use mcap::sans_io::LinearReaderOptions;
 use serde_json::Value;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// Lists longer than this are images and clouds of points, not joints.
 const LONGEST_LIST: usize = 128;
@@ -21,8 +22,17 @@ const LONGEST_LIST: usize = 128;
 /// Records and chunks longer than this many bytes are refused.
 const LARGEST_RECORD: usize = 1 << 28;
 
+/// Paths longer than this many bytes are no names of channels.
+const LONGEST_NAME: usize = 1024;
+
+/// What a message costs beside its numbers, in numbers: its stamps and its place in lists.
+const MESSAGE: usize = 8;
+
 /// Lists of a joint state and what their columns are called.
 const JOINT_STATE: [(&str, &str); 3] = [("position", "q_"), ("velocity", "dq_"), ("effort", "u_")];
+
+/// Marks the column of a joint while it is open whether it can go without the topic's name.
+const JOINT: char = '\0';
 
 /// Words in the names of columns that hold between their samples: what was commanded.
 const COMMANDS: [&str; 6] = ["effort", "torque", "tau", "command", "cmd", "u_"];
@@ -34,7 +44,10 @@ struct Topic {
     /// Times of logging and, where stated, of the header \[ns\].
     logged: Vec<i128>,
     stamped: Vec<Option<i128>>,
-    rows: Vec<BTreeMap<String, f64>>,
+    /// Names of the columns, each with its number.
+    names: BTreeMap<String, usize>,
+    /// Per message, the columns it has and their values, in the order of the columns.
+    rows: Vec<Vec<(usize, f64)>>,
     has_joints: bool,
 }
 
@@ -71,6 +84,8 @@ pub(super) fn table(bytes: &[u8], demand: Demand<'_>) -> Result<Table, Problems>
     let kept: Vec<usize> = (0..stamps[base].len())
         .filter(|&k| topics.len() == 1 || (begin..=end).contains(&stamps[base][k]))
         .collect();
+    let columns = 1 + topics.iter().map(|topic| topic.names.len()).sum::<usize>();
+    limits::check(kept.len(), columns).map_err(fail)?;
     let t: Vec<f64> = kept.iter().map(|&k| stamps[base][k]).collect();
     let mut columns = vec![(
         "t".to_owned(),
@@ -84,13 +99,14 @@ pub(super) fn table(bytes: &[u8], demand: Demand<'_>) -> Result<Table, Problems>
             });
             continue;
         }
-        for name in topic.columns() {
+        for (name, &column) in &topic.names {
+            let name = name.trim_start_matches(JOINT);
             let cells = if index == base {
-                kept.iter().map(|&k| topic.cell(k, &name)).collect()
+                kept.iter().map(|&k| topic.cell(k, column)).collect()
             } else {
-                topic.resampled(&name, &stamps[index], &t)
+                topic.resampled(name, column, &stamps[index], &t)
             };
-            columns.push((name, cells));
+            columns.push((name.to_owned(), cells));
         }
         if index != base {
             warnings.push(Warning::Resampled {
@@ -106,13 +122,14 @@ pub(super) fn table(bytes: &[u8], demand: Demand<'_>) -> Result<Table, Problems>
     Ok(table)
 }
 
+fn fail(kind: ProblemKind) -> Problems {
+    let mut problems = Problems::default();
+    problems.push(None, None, kind);
+    problems
+}
+
 /// The topics in JSON, in the order of their first message, and what was left out.
 fn read(bytes: &[u8]) -> Result<(Vec<Topic>, Vec<Warning>), Problems> {
-    let fail = |kind| {
-        let mut problems = Problems::default();
-        problems.push(None, None, kind);
-        problems
-    };
     let damaged = |error: mcap::McapError| {
         fail(ProblemKind::Damaged {
             format: "MCAP file",
@@ -121,6 +138,7 @@ fn read(bytes: &[u8]) -> Result<(Vec<Topic>, Vec<Warning>), Problems> {
     };
     let mut topics: Vec<Topic> = Vec::new();
     let mut ignored: BTreeMap<String, String> = BTreeMap::new();
+    let mut size = 0;
     // Checked first: a damaged chunk may say that it has more than memory holds.
     let options = LinearReaderOptions::default()
         .with_prevalidate_chunk_crcs(true)
@@ -148,7 +166,11 @@ fn read(bytes: &[u8]) -> Result<(Vec<Topic>, Vec<Warning>), Problems> {
             });
             topics.len() - 1
         });
-        topics[index].add(i128::from(message.log_time), &value);
+        size += MESSAGE + topics[index].add(i128::from(message.log_time), &value);
+        limits::check_columns(topics[index].names.len()).map_err(fail)?;
+        if size as u64 > MOST_CELLS {
+            return Err(fail(ProblemKind::TooManyCells { limit: MOST_CELLS }));
+        }
     }
     topics.retain(|topic| !ignored.contains_key(&topic.name));
     if topics.is_empty() {
@@ -182,7 +204,8 @@ fn seconds(topics: &[Topic], by_header: bool) -> Vec<Vec<f64>> {
 }
 
 impl Topic {
-    fn add(&mut self, logged: i128, message: &Value) {
+    /// Takes a message in; returns how many numbers it has.
+    fn add(&mut self, logged: i128, message: &Value) -> usize {
         self.logged.push(logged);
         self.stamped.push(header_stamp(message));
         let mut row = BTreeMap::new();
@@ -193,7 +216,7 @@ impl Topic {
             for (name, value) in names.iter().zip(values.into_iter().flatten()) {
                 if let Some(value) = value.as_f64() {
                     self.has_joints |= prefix == "q_";
-                    row.insert(format!("\0{prefix}{name}"), value);
+                    row.insert(format!("{JOINT}{prefix}{name}"), value);
                 }
             }
         }
@@ -205,11 +228,20 @@ impl Topic {
                 row.insert(name, value);
             }
         });
-        self.rows.push(row);
+        let mut numbered: Vec<(usize, f64)> = row
+            .into_iter()
+            .map(|(name, value)| {
+                let next = self.names.len();
+                (*self.names.entry(name).or_insert(next), value)
+            })
+            .collect();
+        numbered.sort_unstable_by_key(|(column, _)| *column);
+        let size = numbered.len();
+        self.rows.push(numbered);
+        size
     }
 
-    /// Joints are marked by a zero in front of the column's name while it is open whether
-    /// they can go without the topic's.
+    /// Only the joints of a joint state go without the topic's name.
     fn rename_joints(&mut self) {
         if !self.has_joints {
             self.qualify_joints();
@@ -217,46 +249,34 @@ impl Topic {
     }
 
     fn qualify_joints(&mut self) {
-        for row in &mut self.rows {
-            let names: Vec<String> = row
-                .keys()
-                .filter(|n| n.starts_with('\0'))
-                .cloned()
-                .collect();
-            for name in names {
-                if let Some(value) = row.remove(&name) {
-                    row.insert(format!("{}.{}", self.name, &name[1..]), value);
-                }
-            }
-        }
+        let qualified = |name: String| match name.strip_prefix(JOINT) {
+            Some(joint) => format!("{}.{joint}", self.name),
+            None => name,
+        };
+        let names = std::mem::take(&mut self.names).into_iter();
+        self.names = names
+            .map(|(name, column)| (qualified(name), column))
+            .collect();
     }
 
-    fn columns(&self) -> Vec<String> {
-        let names: BTreeSet<&String> = self.rows.iter().flat_map(BTreeMap::keys).collect();
-        names
-            .into_iter()
-            .map(|name| name.trim_start_matches('\0').to_owned())
-            .collect()
-    }
-
-    fn cell(&self, row: usize, name: &str) -> Cell {
+    fn cell(&self, row: usize, column: usize) -> Cell {
         let row = &self.rows[row];
-        let value = row.get(name).or_else(|| row.get(&format!("\0{name}")));
-        value.map_or(Cell::Empty, |value| Cell::Number(*value))
+        let found = row.binary_search_by_key(&column, |(column, _)| *column);
+        found.map_or(Cell::Empty, |found| Cell::Number(row[found].1))
     }
 
     /// The column at other stamps, all of them within its own.
-    fn resampled(&self, name: &str, own: &[f64], t: &[f64]) -> Vec<Cell> {
+    fn resampled(&self, name: &str, column: usize, own: &[f64], t: &[f64]) -> Vec<Cell> {
         let holds = COMMANDS
             .iter()
             .any(|word| name.to_ascii_lowercase().contains(word));
         let at = |t: &f64| {
             let above = own.partition_point(|stamp| stamp <= t).max(1);
-            let before = self.cell(above - 1, name);
+            let before = self.cell(above - 1, column);
             if holds || above == own.len() {
                 return before;
             }
-            match (before, self.cell(above, name)) {
+            match (before, self.cell(above, column)) {
                 (Cell::Number(a), Cell::Number(b)) => {
                     let share = (t - own[above - 1]) / (own[above] - own[above - 1]);
                     Cell::Number(a + (b - a) * share)
@@ -293,6 +313,9 @@ fn header_stamp(message: &Value) -> Option<i128> {
 
 /// Every number of a message under its path. `serde_json` bounds the depth.
 fn flatten(path: &str, value: &Value, found: &mut impl FnMut(String, f64)) {
+    if path.len() > LONGEST_NAME {
+        return;
+    }
     match value {
         Value::Number(number) => {
             if let Some(number) = number.as_f64() {

@@ -38,6 +38,7 @@ mod assumed;
 mod error;
 mod frozen;
 pub(crate) mod health;
+mod limits;
 mod map;
 #[cfg(feature = "mcap")]
 mod mcap;
@@ -53,6 +54,7 @@ mod time;
 mod warning;
 
 pub use error::{LogError, Problem, ProblemKind};
+pub use limits::{Counted, MOST_CELLS};
 pub use map::{Map, MapError, template};
 pub use quantum::quantisation_step;
 pub use record::Record;
@@ -60,6 +62,7 @@ pub(crate) use record::{longest_step, median_step, segments, stretches};
 pub(crate) use statistics::{mad_sd, median, rms, share_of_news};
 pub use warning::Warning;
 
+use dynamics_codegen::file;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use table::Demand;
@@ -105,7 +108,7 @@ impl Log {
     /// As [`Log::read`]; also when a column that the map names is not there.
     pub fn read_with(path: impl AsRef<Path>, map: Option<&Map>) -> Result<Log, LogError> {
         let path = path.as_ref();
-        let bytes = std::fs::read(path).map_err(|source| LogError::Open {
+        let bytes = file::read(path, limits::FILE).map_err(|source| LogError::Open {
             path: path.to_owned(),
             source,
         })?;

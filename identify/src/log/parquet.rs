@@ -1,7 +1,8 @@
 //! Logs in Parquet files: one row per sample, numbers in columns of their own.
 
 use super::error::{ProblemKind, Problems};
-use super::table::{Cell, Demand, Table, from_columns};
+use super::limits::{MOST_BYTES, check};
+use super::table::{Cell, Demand, Table, from_columns, shortened};
 use bytes::Bytes;
 use parquet::errors::ParquetError;
 use parquet::file::metadata::ParquetMetaData;
@@ -9,45 +10,39 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use std::panic::catch_unwind;
 
-/// Most cells that are read; a small file may say that it has more than memory holds.
-const MOST_CELLS: usize = 1 << 27;
-
 /// Reads all columns that are not nested. Stamps since 1970 become seconds.
 pub(super) fn table(bytes: &[u8], demand: Demand<'_>) -> Result<Table, Problems> {
     // The reader takes lengths and offsets inside pages at their word.
     let outcome = catch_unwind(|| columns(bytes));
-    let outcome = outcome.unwrap_or_else(|_| Err("its pages contradict one another".to_owned()));
-    let columns = outcome.map_err(|reason| {
+    let outcome = outcome.unwrap_or_else(|_| Err(damaged("its pages contradict one another")));
+    let columns = outcome.map_err(|kind| {
         let mut problems = Problems::default();
-        let format = "Parquet file";
-        problems.push(None, None, ProblemKind::Damaged { format, reason });
+        problems.push(None, None, kind);
         problems
     })?;
     from_columns(columns, demand)
 }
 
-fn columns(bytes: &[u8]) -> Result<Vec<(String, Vec<Cell>)>, String> {
-    let said = |error: ParquetError| error.to_string();
+fn damaged(reason: impl Into<String>) -> ProblemKind {
+    ProblemKind::Damaged {
+        format: "Parquet file",
+        reason: reason.into(),
+    }
+}
+
+fn columns(bytes: &[u8]) -> Result<Vec<(String, Vec<Cell>)>, ProblemKind> {
+    let said = |error: ParquetError| damaged(error.to_string());
     let reader = SerializedFileReader::new(Bytes::copy_from_slice(bytes)).map_err(said)?;
     if let Some(reason) = misplaced(reader.metadata(), bytes.len()) {
-        return Err(reason);
+        return Err(damaged(reason));
     }
+    check_size(reader.metadata())?;
     let schema = reader.metadata().file_metadata().schema();
     let names = schema
         .get_fields()
         .iter()
         .map(|field| field.name().to_owned());
     let mut columns: Vec<(String, Vec<Cell>)> = names.map(|name| (name, Vec::new())).collect();
-    let rows = reader.metadata().file_metadata().num_rows();
-    let cells = usize::try_from(rows)
-        .ok()
-        .and_then(|rows| rows.checked_mul(columns.len()));
-    if cells.is_none_or(|cells| cells > MOST_CELLS) {
-        return Err(format!(
-            "{rows} rows of {} columns are more than can be read",
-            columns.len()
-        ));
-    }
     for row in reader.get_row_iter(None).map_err(said)? {
         let row = row.map_err(said)?;
         for ((_, cells), (_, field)) in columns.iter_mut().zip(row.get_column_iter()) {
@@ -55,6 +50,21 @@ fn columns(bytes: &[u8]) -> Result<Vec<(String, Vec<Cell>)>, String> {
         }
     }
     Ok(columns)
+}
+
+/// Whether the file holds no more than is read, by what it says itself.
+fn check_size(metadata: &ParquetMetaData) -> Result<(), ProblemKind> {
+    let file = metadata.file_metadata();
+    let rows = usize::try_from(file.num_rows())
+        .map_err(|_| damaged(format!("it has {} rows", file.num_rows())))?;
+    check(rows, file.schema().get_fields().len())?;
+    let groups = metadata.row_groups().iter();
+    let columns = groups.flat_map(|group| group.columns());
+    let sizes = columns.map(|column| u64::try_from(column.uncompressed_size()).unwrap_or(u64::MAX));
+    match sizes.fold(0_u64, u64::saturating_add) <= MOST_BYTES {
+        true => Ok(()),
+        false => Err(ProblemKind::TooLarge { limit: MOST_BYTES }),
+    }
 }
 
 /// Whether a column lies outside of the file: the reader would not survive it.
@@ -95,6 +105,6 @@ fn cell(field: &Field) -> Cell {
         Field::Double(value) => *value,
         Field::TimestampMillis(value) => *value as f64 * 1e-3,
         Field::TimestampMicros(value) => *value as f64 * 1e-6,
-        other => return Cell::Other(other.to_string()),
+        other => return Cell::Other(shortened(&other.to_string()).into()),
     })
 }

@@ -1,16 +1,13 @@
 //! From the bytes of a file to a table: compression, format and encoding.
 
 use super::error::{LogError, Problem, ProblemKind};
+use super::limits::{CellCount, Counted, MOST_BYTES, MOST_CELLS};
 use super::table::{self, Demand, Table};
 use flate2::read::MultiGzDecoder;
 use std::borrow::Cow;
-use std::io::Read;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
 use std::str::Utf8Error;
-
-/// Largest text accepted after decompression; a small archive cannot fill
-/// the memory.
-const LIMIT: u64 = 1 << 30;
 
 const BYTE_ORDER_MARK: char = '\u{feff}';
 
@@ -60,6 +57,7 @@ fn text(bytes: &[u8]) -> Result<Cow<'_, str>, Problem> {
     let bytes = if bytes.starts_with(GZIP) {
         Cow::Owned(decompress(bytes).map_err(nowhere)?)
     } else {
+        measure(bytes).map_err(nowhere)?;
         Cow::Borrowed(bytes)
     };
     if let Some((_, what)) = FOREIGN.iter().find(|(magic, _)| bytes.starts_with(magic)) {
@@ -100,21 +98,35 @@ fn not_utf8(bytes: &[u8], error: Utf8Error) -> Problem {
     }
 }
 
+/// Whether a text may be a log by its size.
+fn measure(text: &[u8]) -> Result<(), ProblemKind> {
+    if text.len() as u64 > MOST_BYTES {
+        return Err(ProblemKind::TooLarge { limit: MOST_BYTES });
+    }
+    let mut count = CellCount::default();
+    count.add(text);
+    match count.is_exceeded() {
+        true => Err(ProblemKind::TooManyCells { limit: MOST_CELLS }),
+        false => Ok(()),
+    }
+}
+
 fn decompress(bytes: &[u8]) -> Result<Vec<u8>, ProblemKind> {
     let mut text = Vec::new();
-    let outcome = MultiGzDecoder::new(bytes)
-        .take(LIMIT + 1)
+    let outcome = Counted::new(MultiGzDecoder::new(bytes))
+        .take(MOST_BYTES + 1)
         .read_to_end(&mut text);
     let decoded = text.len();
     match outcome {
-        Ok(_) if decoded as u64 > LIMIT => Err(ProblemKind::TooLarge { limit: LIMIT }),
+        Ok(_) if decoded as u64 > MOST_BYTES => Err(ProblemKind::TooLarge { limit: MOST_BYTES }),
         Ok(_) => Ok(text),
-        Err(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => {
-            Err(ProblemKind::TruncatedGzip { decoded })
-        }
-        Err(error) => Err(ProblemKind::CorruptGzip {
-            decoded,
-            reason: error.to_string(),
+        Err(error) => Err(match error.kind() {
+            ErrorKind::FileTooLarge => ProblemKind::TooManyCells { limit: MOST_CELLS },
+            ErrorKind::UnexpectedEof => ProblemKind::TruncatedGzip { decoded },
+            _ => ProblemKind::CorruptGzip {
+                decoded,
+                reason: error.to_string(),
+            },
         }),
     }
 }

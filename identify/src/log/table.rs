@@ -1,6 +1,7 @@
 //! From text to named columns of numbers.
 
 use super::error::{ProblemKind, Problems};
+use super::limits::check_columns;
 use super::map::Map;
 use super::warning::Warning;
 use csv::{Position, ReaderBuilder, StringRecord, Trim};
@@ -94,7 +95,13 @@ pub(super) fn parse(text: &str, demand: Demand<'_>) -> Result<Table, Problems> {
         let line = lines.of(record.position());
         match &mut slots {
             None if blank(&record, 2) => {}
-            None => slots = Some(header(&record, line, demand, &mut problems)),
+            None => {
+                if let Err(kind) = check_columns(record.len()) {
+                    problems.push(Some(line), None, kind);
+                    return Err(problems);
+                }
+                slots = Some(header(&record, line, demand, &mut problems));
+            }
             Some(slots) if blank(&record, slots.len()) => {}
             Some(slots) => {
                 rows.push(line);
@@ -118,19 +125,32 @@ fn blank(record: &StringRecord, expected: usize) -> bool {
     expected > 1 && record.len() == 1 && record[0].is_empty()
 }
 
-/// The most frequent of tab, semicolon and comma in the first line that is
-/// neither blank nor a comment.
+/// The most frequent of tab, semicolon and comma in the first row that is neither blank nor a
+/// comment. What stands in quotes is part of a name.
 fn delimiter(text: &str) -> u8 {
-    let header = text
-        .lines()
-        .find(|line| !line.trim().is_empty() && !line.starts_with('#'))
-        .unwrap_or_default();
-    let count = |mark: u8| header.bytes().filter(|byte| *byte == mark).count();
+    const MARKS: [u8; 3] = [b'\t', b';', b','];
+    let skipped = |line: &&str| line.trim().is_empty() || line.starts_with('#');
+    let before: usize = text
+        .split_inclusive('\n')
+        .take_while(skipped)
+        .map(str::len)
+        .sum();
+    let (mut counts, mut quoted) = ([0_usize; 3], false);
+    for byte in text[before..].bytes() {
+        match byte {
+            b'"' => quoted = !quoted,
+            b'\n' if !quoted => break,
+            _ if quoted => {}
+            _ => {
+                for (count, mark) in counts.iter_mut().zip(MARKS) {
+                    *count += usize::from(byte == mark);
+                }
+            }
+        }
+    }
     // `max_by_key` keeps the last of equals: the comma when there is none.
-    *[b'\t', b';', b',']
-        .iter()
-        .max_by_key(|mark| count(**mark))
-        .unwrap_or(&b',')
+    let most = (0..MARKS.len()).max_by_key(|&mark| counts[mark]);
+    most.map_or(b',', |mark| MARKS[mark])
 }
 
 /// Line numbers of records. The reader reports where it started to look for a
@@ -261,7 +281,8 @@ impl Slot {
 pub(super) enum Cell {
     Number(f64),
     Empty,
-    Other(String),
+    /// What stands there in place of a number, [`shortened`].
+    Other(Box<str>),
 }
 
 /// A table from columns of cells, all of one length; lines are counted from 1.
@@ -292,7 +313,10 @@ pub(super) fn from_columns(
                     value.to_string(),
                 ),
                 Cell::Empty => (Err(ProblemKind::EmptyCell), String::new()),
-                Cell::Other(text) => (Err(ProblemKind::NotANumber(shortened(&text))), text),
+                Cell::Other(text) => (
+                    Err(ProblemKind::NotANumber(text.clone().into())),
+                    text.into(),
+                ),
             };
             slot.take(line, number, &shown, &mut problems);
         }
@@ -318,7 +342,7 @@ fn number(cell: &str) -> Result<f64, ProblemKind> {
 }
 
 /// A cell as shown in a message: one line, not too long.
-fn shortened(cell: &str) -> String {
+pub(super) fn shortened(cell: &str) -> String {
     let mut shown: String = cell
         .chars()
         .take(SHOWN)

@@ -116,6 +116,17 @@ fn damaged_gzip() {
     insta::assert_snapshot!(refused(damaged));
 }
 
+/// A small file that stands for more numbers than there is room for, and one of a million
+/// columns: neither is read to its end.
+#[test]
+fn more_than_there_is_room_for() {
+    let mut rows = "0,0\n".repeat(1 << 16);
+    rows.insert_str(0, "t,q_a\n");
+    let piece = gzip(&rows);
+    insta::assert_snapshot!(refused(piece.repeat(257)));
+    insta::assert_snapshot!(refused(format!("t,q_a{}\n", ",".repeat(1_000_000))));
+}
+
 #[test]
 fn bad_header() {
     let rows = good(60);

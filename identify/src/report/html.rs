@@ -20,6 +20,9 @@ pub struct Page<'a> {
     pub file: &'a str,
     /// The change to the file, as a unified diff.
     pub diff: &'a str,
+    /// The command that reads the model in the report's folder, where its effects have to be
+    /// named.
+    pub reading: Option<&'a str>,
     /// The command that gives this page again.
     pub command: &'a str,
 }
@@ -119,6 +122,7 @@ pub fn html(page: &Page<'_>) -> Result<String, PageError> {
         "hold": hold(outcome),
         "seed": outcome.seed,
         "warnings": outcome.misread.iter().chain(&outcome.warnings).collect::<Vec<_>>(),
+        "reading": page.reading,
         "command": page.command,
     });
     Ok(template.render(Serde(contents))?)

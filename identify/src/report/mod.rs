@@ -6,9 +6,11 @@ mod chart;
 mod explain;
 mod figures;
 mod html;
+mod portable;
 mod unnamed;
 
 pub use html::{Page, PageError, html};
+pub use portable::{EFFECTS, Portable, portable};
 
 use crate::trace::{
     Basis, Errors, Finding, Outcome, ParameterEstimate, Score, SeparatingMotion, Verdict,

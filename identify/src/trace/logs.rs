@@ -9,6 +9,9 @@ use dynamics_codegen::syntax::PortKind;
 
 /// Fewest samples for learning, and for judging.
 const FEWEST: usize = 50;
+/// Most samples of a log: what the search takes a minute or two for with one joint. It goes
+/// through all of them many times.
+const MOST: usize = 100_000;
 /// Between learning and judging, s.
 const GUARD: f64 = 0.5;
 /// Samples per second beyond which a log without inputs is thinned.
@@ -30,6 +33,8 @@ impl Logs {
     /// # Errors
     /// If the logs lack what the model needs, or nothing moves in them.
     pub fn of(request: &Request<'_>, plain: &Compiled) -> Result<Self, TraceError> {
+        check_length(request.train)?;
+        request.test.map_or(Ok(()), check_length)?;
         let (train, test, split) = split(request, plain)?;
         check_motion(&train, &split.train_log)?;
         check_motion(&test, &split.test_log)?;
@@ -37,6 +42,24 @@ impl Logs {
         let test = as_driven(plain, test);
         Ok(Self { train, test, split })
     }
+}
+
+/// A log can be searched through.
+fn check_length(log: &Log) -> Result<(), TraceError> {
+    match log.len() <= MOST {
+        true => Ok(()),
+        false => Err(TraceError::TooLong {
+            log: name(log),
+            samples: log.len(),
+            most: MOST,
+        }),
+    }
+}
+
+/// The name of a log's file.
+fn name(log: &Log) -> String {
+    let name = log.path.file_name();
+    name.map_or_else(String::new, |name| name.to_string_lossy().into_owned())
 }
 
 /// What to learn from and what to judge by.
@@ -49,11 +72,6 @@ fn split(request: &Request<'_>, plain: &Compiled) -> Result<(Record, Record, Spl
         .collect();
     let inputs: Vec<String> = plain.model.inputs.iter().map(|u| u.name.clone()).collect();
     let whole = request.train.select(&coordinates, &inputs)?;
-    let name = |log: &Log| {
-        log.path
-            .file_name()
-            .map_or_else(String::new, |name| name.to_string_lossy().into_owned())
-    };
     let (train, test, method) = match request.test {
         Some(test) => (
             whole,

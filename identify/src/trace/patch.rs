@@ -7,7 +7,8 @@ use dynamics_codegen::source::Sources;
 use dynamics_codegen::syntax::{StatementKind, parse, written_name};
 
 /// The model's text with the findings written in; `described` are the parameters that a robot
-/// description has the values of. `provenance` is said in a comment beside each finding.
+/// description has the values of. `provenance` is said in a comment beside each finding. New
+/// lines end as the first of the text does.
 pub fn patch(
     text: &str,
     findings: &[Finding],
@@ -15,6 +16,7 @@ pub fn patch(
     provenance: &str,
 ) -> String {
     let mut patched = text.to_string();
+    let end = line_end(text);
     // A comment must stay on its line.
     let provenance: String = provenance.chars().filter(|c| !c.is_control()).collect();
     for finding in findings {
@@ -22,14 +24,23 @@ pub fn patch(
             patched = with_parameter(&patched, finding, described, &provenance);
         } else {
             if !patched.ends_with('\n') {
-                patched.push('\n');
+                patched.push_str(end);
             }
             for place in &finding.places {
-                patched.push_str(&effect_lines(finding, place, &provenance));
+                let lines = effect_lines(finding, place, &provenance);
+                patched.push_str(&lines.replace('\n', end));
             }
         }
     }
     patched
+}
+
+/// How the lines of a text end.
+fn line_end(text: &str) -> &'static str {
+    match text.split_once('\n') {
+        Some((first, _)) if first.ends_with('\r') => "\r\n",
+        _ => "\n",
+    }
 }
 
 fn effect_lines(finding: &Finding, place: &[String], provenance: &str) -> String {
@@ -76,7 +87,7 @@ fn with_parameter(
                     number(estimate),
                     &text[nominal.span.end..statement.span.end],
                     finding.evidence,
-                    rest_of_line(&text[statement.span.end..]),
+                    rest_of_line(&text[statement.span.end..], line_end(text)),
                 );
             }
             StatementKind::Effect { values, .. } => {
@@ -106,9 +117,10 @@ fn with_parameter(
     let number_of = described.iter().find(|number| number.parameter == *name);
     let opened = number_of.map(|number| with_described(text, number));
     let text = opened.as_deref().unwrap_or(text);
-    let line = if text.ends_with('\n') { "" } else { "\n" };
+    let end = line_end(text);
+    let line = if text.ends_with('\n') { "" } else { end };
     format!(
-        "{text}{line}\n// {provenance}; evidence {:.0} nats.\nparameter {name} = {};\n",
+        "{text}{line}{end}// {provenance}; evidence {:.0} nats.{end}parameter {name} = {};{end}",
         finding.evidence,
         number(estimate)
     )
@@ -140,12 +152,12 @@ fn effect_prefix(kind: &StatementKind) -> String {
 
 /// What follows a statement; if it shares the line, it moves to the next one, out
 /// of the comment.
-fn rest_of_line(rest: &str) -> String {
+fn rest_of_line(rest: &str, end: &str) -> String {
     let line = rest.split('\n').next().unwrap_or("");
     if line.trim().is_empty() || line.trim_start().starts_with("//") {
         rest.to_string()
     } else {
-        format!("\n{rest}")
+        format!("{end}{rest}")
     }
 }
 
@@ -195,6 +207,25 @@ mod tests {
             patched,
             "model a;\n\n// logx; evidence 12 nats.\neffect viscous(j2) { d = 0.01998 }\n"
         );
+    }
+
+    /// Every line of a text with Windows line ends, old or new, ends like the others.
+    #[test]
+    fn new_lines_end_as_the_others_do() {
+        let text = "model a;\r\nparameter m: kg = 1.0; parameter l: m = 2;\r\nurdf \"a.urdf\";\r\n";
+        let described = [Described {
+            parameter: "rod_mass".into(),
+            option: "parameters",
+            of: "rod".into(),
+        }];
+        let found = [
+            finding("parameter", "m", "m", 1.2, 0.01),
+            finding("parameter", "rod_mass", "rod_mass", 1.25, 0.01),
+            finding("viscous", "j2", "d", 0.02, 1e-4),
+        ];
+        let patched = patch(text, &found, &described, "log");
+        assert_eq!(patched.matches('\n').count(), 10, "{patched}");
+        assert_eq!(patched.matches("\r\n").count(), 10, "{patched:?}");
     }
 
     #[test]

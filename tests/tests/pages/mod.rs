@@ -63,6 +63,7 @@ pub fn page(traced: &Traced, command: &str) -> String {
         model: &compiled.model,
         file,
         diff: &diff(file, text, &outcome.patched_model),
+        reading: None,
         command,
     };
     html(&page).unwrap()

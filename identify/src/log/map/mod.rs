@@ -38,11 +38,18 @@ mod unit;
 
 pub use template::template;
 
+use dynamics_codegen::file::{Limit, read_text};
 use file::{Column, File, Fill};
 use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
+
+/// A map is a page, not a data set.
+const LIMIT: Limit = Limit {
+    what: "a map",
+    bytes: 1 << 20,
+};
 
 /// Why a map could not be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -122,7 +129,7 @@ impl Map {
     /// # Errors
     /// [`MapError`], with the line.
     pub fn read(path: &Path) -> Result<Map, MapError> {
-        let text = std::fs::read_to_string(path).map_err(|error| MapError {
+        let text = read_text(path, LIMIT).map_err(|error| MapError {
             path: path.to_owned(),
             line: None,
             message: format!("cannot read the map: {error}"),

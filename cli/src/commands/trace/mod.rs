@@ -1,17 +1,22 @@
 //! `dynamics trace`: what a log says that the model lacks.
 
+mod folder;
+mod revision;
+
 use crate::log::LogArguments;
 use crate::mistake::Mistake;
 use crate::model::{Loaded, ModelArguments};
-use crate::output::{self, WholeFile};
+use crate::output;
 use crate::stages::Stages;
 use clap::{Args, ValueEnum};
+use dynamics_codegen::Model;
+use folder::{Contents, Folder};
 use identify::log::Log;
 use identify::regression::Hold;
-use identify::report::{self, Page};
+use identify::report::{self, Page, Portable, portable};
 use identify::trace::{Outcome, Request, TraceError, trace};
+use revision::Revision;
 use std::collections::BTreeMap;
-use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -45,7 +50,8 @@ pub struct Arguments {
     apply: bool,
 
     /// A folder for the report (`report.html`, `report.json`, `series.json`, `summary.txt`,
-    /// `model.diff`, the model with the findings, forces without a name as processes); made if it is not there
+    /// `model.diff`, the model with the findings and the files that it names, forces without a
+    /// name as processes); made if it is not there
     #[arg(long, value_name = "DIR")]
     report: Option<PathBuf>,
 
@@ -88,82 +94,116 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let loaded = arguments.model.load()?;
     let model = &loaded.compiled.model;
+    let (text, path) = loaded.text();
+    // Before minutes are spent on what could not be written afterwards.
+    let revision = arguments.apply.then(|| Revision::of(&loaded, &path));
+    let revision = revision.transpose()?;
+    let folder = arguments.report.as_deref();
+    let folder = folder.map(|folder| Folder::at(folder, &path)).transpose()?;
     let train = arguments.log.read(&arguments.train, model)?;
     let test = arguments
         .test
         .as_deref()
         .map(|path| arguments.log.read(path, model));
     let test = test.transpose()?;
-    let (text, path) = loaded.text();
-    if arguments.apply && loaded.is_robot_description() && path.exists() {
-        let message = format!(
-            "`--apply` would write a new model `{}`, which exists already",
-            path.display()
-        );
-        let help = "trace that model, or move it away";
-        return Err(Mistake::new(message).help(help).into());
-    }
     let stages = Stages::new();
     let outcome = run_trace(arguments, &loaded, &text, (&train, test.as_ref()), &stages);
     let took = stages.finish();
-    let outcome = outcome?;
-    for warning in &outcome.warnings {
-        output::complain(&format!("warning: {warning}"));
-    }
-    let name = path.display().to_string();
-    let original = if loaded.is_robot_description() {
-        ""
-    } else {
-        &text
+    let found = Found::new(outcome?, &loaded, &text, &path)?;
+    // What was found is told, whatever becomes of the files.
+    let reported = match &folder {
+        Some(folder) => folder.write(&found.contents(model, &command(arguments.seed))),
+        None => Ok(()),
     };
-    let diff = if outcome.patched_model == text {
-        String::new()
-    } else {
-        report::diff(&name, original, &outcome.patched_model)
-    };
-    let json = serde_json::to_string_pretty(&outcome)?;
-    let summary = report::summary(&outcome, &loaded.compiled.model);
-    if let Some(folder) = &arguments.report {
-        fs::create_dir_all(folder).map_err(|error| Mistake::unreadable(folder, &error))?;
-        let model = path.file_name().unwrap_or("patched.model".as_ref());
-        write(&folder.join("report.json"), &json)?;
-        write(&folder.join("summary.txt"), &summary)?;
-        write(&folder.join("model.diff"), &diff)?;
-        let series = serde_json::to_string(&outcome.details)?;
-        write(&folder.join("series.json"), &series)?;
-        for force in outcome.unnamed.iter().flat_map(|unnamed| &unnamed.forces) {
-            let file = format!("force_{}.gp.json", file_safe(&force.coordinate));
-            write(&folder.join(file), &force.saved)?;
+    let applied = match &revision {
+        Some(revision) if !found.diff.is_empty() => {
+            revision.write(&found.outcome.patched_model).map(|()| true)
         }
-        let page = Page {
-            outcome: &outcome,
-            model: &loaded.compiled.model,
-            file: &name,
-            diff: &diff,
-            command: &command(arguments.seed),
+        _ => Ok(false),
+    };
+    found.tell(arguments.json, &took, matches!(applied, Ok(true)))?;
+    match (reported, applied) {
+        (Err(first), Err(second)) => {
+            output::explain(&second);
+            Err(first)
+        }
+        (reported, applied) => reported.and(applied.map(drop).map_err(Into::into)),
+    }
+}
+
+/// What a trace has found, and how it is told.
+struct Found {
+    outcome: Outcome,
+    /// The model's file.
+    name: String,
+    diff: String,
+    json: String,
+    summary: String,
+    portable: Portable,
+    /// How the model in the report's folder is read, if it takes more than its name.
+    reading: Option<String>,
+}
+
+impl Found {
+    fn new(outcome: Outcome, loaded: &Loaded, text: &str, path: &Path) -> anyhow::Result<Self> {
+        let name = path.display().to_string();
+        let original = match loaded.is_robot_description() {
+            true => "",
+            false => text,
         };
-        write(&folder.join("report.html"), &report::html(&page)?)?;
-        write(&folder.join(model), &outcome.patched_model)?;
+        let diff = match outcome.patched_model == text {
+            true => String::new(),
+            false => report::diff(&name, original, &outcome.patched_model),
+        };
+        let portable = portable(&outcome.patched_model, &loaded.compiled, &loaded.library);
+        Ok(Self {
+            json: serde_json::to_string_pretty(&outcome)?,
+            summary: report::summary(&outcome, &loaded.compiled.model),
+            reading: folder::reading(&portable, path),
+            portable,
+            outcome,
+            name,
+            diff,
+        })
     }
-    if arguments.apply && !outcome.findings.is_empty() {
-        write(&path, &outcome.patched_model)?;
-    }
-    let mut out = output::stdout();
-    if arguments.json {
-        writeln!(out, "{json}")?;
-        output::complain(&format!("Took {took}"));
-    } else {
-        write!(out, "{summary}\nTook {took}\n")?;
-        if !diff.is_empty() {
-            let applied = if arguments.apply {
-                "Written into"
-            } else {
-                "Patch (--apply writes it) for"
-            };
-            writeln!(out, "\n{applied} {name}:\n\n{diff}")?;
+
+    fn contents<'a>(&'a self, model: &'a Model, command: &'a str) -> Contents<'a> {
+        Contents {
+            page: Page {
+                outcome: &self.outcome,
+                model,
+                file: &self.name,
+                diff: &self.diff,
+                reading: self.reading.as_deref(),
+                command,
+            },
+            json: &self.json,
+            summary: &self.summary,
+            portable: &self.portable,
         }
     }
-    Ok(out.flush()?)
+
+    fn tell(&self, json: bool, took: &str, applied: bool) -> anyhow::Result<()> {
+        for warning in &self.outcome.warnings {
+            output::complain(&format!("warning: {warning}"));
+        }
+        let mut out = output::stdout();
+        if json {
+            writeln!(out, "{}", self.json)?;
+            output::complain(&format!("Took {took}"));
+        } else {
+            write!(out, "{}\nTook {took}\n", self.summary)?;
+            let Self { name, diff, .. } = self;
+            if !diff.is_empty() {
+                let applied = match applied {
+                    true => "Written into",
+                    false => "Patch (--apply writes it) for",
+                };
+                writeln!(out, "\n{applied} {name}:\n\n{diff}")?;
+            }
+        }
+        Ok(out.flush()?)
+    }
 }
 
 fn run_trace(
@@ -205,18 +245,6 @@ fn run_trace(
     })
 }
 
-/// A name as part of a file's name.
-fn file_safe(name: &str) -> String {
-    let safe = |c: char| {
-        if c.is_alphanumeric() || c == '-' {
-            c
-        } else {
-            '_'
-        }
-    };
-    name.chars().map(safe).collect()
-}
-
 /// The command line as a shell reads it, with the seed.
 fn command(seed: u64) -> String {
     let given: Vec<String> = std::env::args_os()
@@ -245,11 +273,4 @@ fn quoted(word: &str) -> String {
     } else {
         format!("'{}'", word.replace('\'', "'\\''"))
     }
-}
-
-/// Writes a file whole or not at all.
-fn write(path: &Path, text: &str) -> anyhow::Result<()> {
-    let mut file = WholeFile::create(path)?;
-    file.write_all(text.as_bytes())?;
-    file.finish()
 }

@@ -1,0 +1,97 @@
+//! Files under construction. They vanish with the program, also if a signal ends it.
+
+use std::collections::BTreeSet;
+use std::fs::{self, Permissions};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use tempfile::NamedTempFile;
+
+static PENDING: Mutex<Pending> = Mutex::new(Pending {
+    paths: BTreeSet::new(),
+    watched: false,
+});
+
+#[derive(Debug)]
+struct Pending {
+    paths: BTreeSet<PathBuf>,
+    /// Whether signals are waited for.
+    watched: bool,
+}
+
+fn pending() -> MutexGuard<'static, Pending> {
+    PENDING.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A file's place on the list of those that a signal removes; left when it is dropped.
+#[derive(Debug)]
+pub struct Listed(PathBuf);
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        pending().paths.remove(&self.0);
+    }
+}
+
+/// Begins a file in a folder, with the access rights that a new file gets.
+///
+/// # Errors
+/// If the system will not let us.
+pub fn begin(folder: &Path) -> io::Result<(NamedTempFile, Listed)> {
+    // Held until the file is listed: a signal waits that long.
+    let mut pending = pending();
+    if !pending.watched {
+        watch()?;
+        pending.watched = true;
+    }
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".dynamics-");
+    if let Some(permissions) = of_a_new_file() {
+        builder.permissions(permissions);
+    }
+    let file = builder.tempfile_in(folder)?;
+    pending.paths.insert(file.path().to_path_buf());
+    let listed = Listed(file.path().to_path_buf());
+    Ok((file, listed))
+}
+
+/// What the system's mask is taken off.
+#[cfg(unix)]
+fn of_a_new_file() -> Option<Permissions> {
+    use std::os::unix::fs::PermissionsExt;
+    Some(Permissions::from_mode(0o666))
+}
+
+#[cfg(not(unix))]
+fn of_a_new_file() -> Option<Permissions> {
+    None
+}
+
+/// Waits for an interrupt or a request to end; then removes what is on the list and ends as
+/// if nothing had been waited for.
+#[cfg(unix)]
+fn watch() -> io::Result<()> {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    use signal_hook::iterator::Signals;
+    use signal_hook::low_level::emulate_default_handler;
+
+    let mut signals = Signals::new([SIGINT, SIGTERM])?;
+    let waiting = move || {
+        for signal in signals.forever() {
+            // Not given back: no file is begun any more.
+            let pending = pending();
+            for path in &pending.paths {
+                // One that has just taken its place is not there any more.
+                fs::remove_file(path).ok();
+            }
+            emulate_default_handler(signal).ok();
+        }
+    };
+    std::thread::Builder::new().spawn(waiting)?;
+    Ok(())
+}
+
+#[cfg(not(unix))]
+fn watch() -> io::Result<()> {
+    Ok(())
+}
