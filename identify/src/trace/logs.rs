@@ -3,12 +3,12 @@
 use super::error::TraceError;
 use super::outcome::Split;
 use super::run::Request;
-use crate::log::{Log, Record};
+use crate::log::{Log, MINIMUM_SAMPLES, Record};
 use dynamics_codegen::Compiled;
 use dynamics_codegen::syntax::PortKind;
 
 /// Fewest samples for learning, and for judging.
-const FEWEST: usize = 50;
+const FEWEST: usize = MINIMUM_SAMPLES;
 /// Between learning and judging, s.
 const GUARD: f64 = 0.5;
 /// Samples per second beyond which a log without inputs is thinned.
@@ -66,6 +66,7 @@ fn split(request: &Request<'_>, plain: &Compiled) -> Result<(Record, Record, Spl
                 return Err(TraceError::TooShort {
                     samples: whole.len(),
                     needed,
+                    alone: FEWEST,
                 });
             }
             let begin = whole.len() - whole.len() / 3;
