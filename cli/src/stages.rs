@@ -1,6 +1,7 @@
 //! A long job as a person at a terminal sees it: what is being done now, and afterwards
 //! how long each stage took.
 
+use crate::output;
 use identify::trace::{Progress, Stage};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::fmt::Write;
@@ -84,5 +85,10 @@ impl Progress for Stages {
             found => format!(" ({})", found.join(", ")),
         };
         self.bar.set_message(format!("{stage}{found}"));
+    }
+
+    fn notice(&self, text: &str) {
+        // Above the line of progress, if there is one.
+        self.bar.suspend(|| output::complain(text));
     }
 }

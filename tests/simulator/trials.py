@@ -102,6 +102,11 @@ def wanted_verdict(truth, known):
     return {"effect"}
 
 
+def findings_of(report):
+    """What is named: findings, and behind them what only comes nearest."""
+    return report["findings"] + report.get("nearest", {}).get("findings", [])
+
+
 def judge(truth, report, took, known):
     """One line of results."""
     line = {"id": truth["id"], "system": truth["system"], "class": truth["class"], "seconds": round(took, 2),
@@ -113,9 +118,10 @@ def judge(truth, report, took, known):
     if "error" in report:
         return line | {"error": report["error"], "exact": False, "accepted": False, "leading": False, "verdict": "error",
                        "found": []}
-    found = [key(f["effect"], f["on"]) for f in report["findings"]]
+    findings = findings_of(report)
+    found = [key(f["effect"], f["on"]) for f in findings]
     rivals = [{key(r["effect"], r["on"]) for r in f["confounded_with"]} | {own}
-              for f, own in zip(report["findings"], found)]
+              for f, own in zip(findings, found)]
     near = [{true_key(truth, n) for n in e["near_equivalents"]} for e in truth["effects"]]
     true = line["truth"]
     right = report["verdict"] in wanted
@@ -156,7 +162,7 @@ def estimates(truth, report):
     """(name, true, value, standard error) where names can be matched."""
     found = []
     for e in truth["effects"]:
-        for f in report["findings"]:
+        for f in findings_of(report):
             if key(f["effect"], f["on"]) != key(e["type"], e["on"]):
                 continue
             for name, p in f["parameters"].items():
