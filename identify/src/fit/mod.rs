@@ -18,6 +18,7 @@ mod correction;
 mod equations;
 mod estimate;
 mod frame;
+mod inertial;
 mod page;
 mod select;
 mod signs;
@@ -26,6 +27,7 @@ pub use compare::{
     Base, Comparison, ConstraintError, Kind, Process, Row, Settings, compare,
     page as comparison_page,
 };
+pub use inertial::{Doubt, InertialParameter};
 pub use page::page;
 
 use crate::log::{Log, LogError, Record, said_of};
@@ -35,9 +37,9 @@ use crate::smooth::SmoothError;
 use columns::Columns;
 use correction::Correction;
 use dynamics_codegen::Compiled;
-use dynamics_codegen::derive::STANDARD;
 use equations::Equations;
 use estimate::{Estimate, Signs, estimate};
+use inertial::inertial;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -102,37 +104,6 @@ pub struct Term {
     /// By how much it lowers the mean squared error of blocks it was not fitted to, as a
     /// share of what was left before it.
     pub gain: f64,
-}
-
-/// One inertial parameter of a body.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct InertialParameter {
-    /// The body.
-    pub body: String,
-    /// Which of the ten.
-    pub parameter: &'static str,
-    /// What the model states.
-    pub stated: f64,
-    /// What the log says.
-    pub estimate: Value,
-    /// The share of the prior's variance that the log has taken away, by the standard error of
-    /// the estimate: 0 where the log is silent, or where there is a doubt, near 1 where it decides.
-    pub determined: f64,
-    /// Why the estimate is not to be taken at its word.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub doubt: Option<Doubt>,
-}
-
-/// Why an inertial parameter's estimate is not to be taken at its word, however small its
-/// standard error.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Doubt {
-    /// It is at the edge of what a rigid body can have: the edge says what it is, not the log.
-    AtBound,
-    /// It is farther from what the model states than stated inertias are wrong: something else
-    /// that the model lacks may have moved it.
-    FarFromStated,
 }
 
 /// What was found.
@@ -332,38 +303,6 @@ fn rise(before: &Error, after: &Error, has_test: bool) -> String {
         "the fit makes the model worse: on {judged} the error rises from {from} to {to} (by {percent} %); \
          keep the model as it is, or give {more}"
     )
-}
-
-/// An estimate farther from the stated value than this many times what stated inertias are
-/// believed to be wrong by contradicts it. Two standard deviations: one number in twenty.
-const CONTRADICTS: f64 = 2.0;
-
-fn inertial(columns: &Columns, estimate: &Estimate, at_edge: &[bool]) -> Vec<InertialParameter> {
-    (0..columns.inertial)
-        .map(|column| {
-            let stated = columns.stated[column];
-            let prior = columns.prior[column];
-            let std = estimate.std[column];
-            let doubt = if at_edge[column] {
-                Some(Doubt::AtBound)
-            } else {
-                let is_far = estimate.values[column].abs() > CONTRADICTS * prior;
-                is_far.then_some(Doubt::FarFromStated)
-            };
-            let taken = (1.0 - (std / prior).powi(2)).clamp(0.0, 1.0);
-            InertialParameter {
-                body: columns.bodies[column / STANDARD.len()].clone(),
-                parameter: STANDARD[column % STANDARD.len()],
-                stated,
-                estimate: Value {
-                    value: stated + estimate.values[column],
-                    std,
-                },
-                determined: if doubt.is_some() { 0.0 } else { taken },
-                doubt,
-            }
-        })
-        .collect()
 }
 
 /// What to learn from and what to judge by.

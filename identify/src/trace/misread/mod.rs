@@ -101,7 +101,7 @@ pub(super) fn misread(look: Look<'_>) -> Option<Misread> {
     let Found {
         mistakes, mends, ..
     } = found;
-    (!mistakes.is_empty()).then(|| Misread {
+    (!mistakes.is_empty()).then_some(Misread {
         is_decisive: !mends.is_empty(),
         mistakes,
         error_as_read,
