@@ -1,6 +1,7 @@
 //! A long job as a person at a terminal sees it: what is being done now, and afterwards
 //! how long each stage took.
 
+use crate::output;
 use dynamics_codegen::diagnostic::visible;
 use identify::trace::{Progress, Stage};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -86,5 +87,10 @@ impl Progress for Stages {
         };
         let message = format!("{stage}{found}");
         self.bar.set_message(visible(&message).into_owned());
+    }
+
+    fn notice(&self, text: &str) {
+        // Above the line of progress, if there is one.
+        self.bar.suspend(|| output::complain(text));
     }
 }

@@ -94,6 +94,11 @@ impl Div for Dimension {
     }
 }
 
+/// A unit in the model's language as a person reads it: `N·m` for `N*m`.
+pub fn shown_unit(unit: &str) -> String {
+    unit.replace('*', "·")
+}
+
 impl fmt::Display for Dimension {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // Forces are read more easily as newtons than as base units.

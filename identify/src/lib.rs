@@ -3,6 +3,7 @@
 pub mod fit;
 pub mod log;
 pub mod machine;
+mod number;
 pub mod regression;
 pub mod report;
 pub mod smooth;

@@ -81,14 +81,20 @@ def judge_measured(name, _, report, __):
     return line | {"accepted": "error" not in report}
 
 
+def findings_of(report):
+    """What is named: findings, and behind them what only comes nearest."""
+    return report["findings"] + (report.get("nearest") or {}).get("findings", [])
+
+
 def answer(report, true, near, wanted):
     """What a report says, and whether that is right; `near` are the equivalents of each true effect."""
     if "error" in report:
         return {"error": report["error"], "exact": False, "accepted": False, "leading": False, "verdict": "error",
                 "found": []}
-    found = [key(f["effect"], f["on"]) for f in report["findings"]]
+    findings = findings_of(report)
+    found = [key(f["effect"], f["on"]) for f in findings]
     rivals = [{key(r["effect"], r["on"]) for r in f["confounded_with"]} | {own}
-              for f, own in zip(report["findings"], found)]
+              for f, own in zip(findings, found)]
     exact = report["verdict"] == wanted and sorted(found) == sorted(true)
     if wanted == "unknown":
         exact = accepted = leading = report["verdict"] == "unknown"
@@ -125,7 +131,7 @@ def estimates(truth, report):
     """(name, true, value, standard error) where names can be matched."""
     found = []
     for e in truth["effects"]:
-        for f in report["findings"]:
+        for f in findings_of(report):
             if key(f["effect"], f["on"]) != key(e["type"], e["on"]):
                 continue
             for name, p in f["parameters"].items():

@@ -79,6 +79,33 @@ fn logs_that_cannot_be_used() {
     insta::assert_snapshot!(page);
 }
 
+/// Degrees instead of radians: said at once and first of all, with the line that mends it, and
+/// nothing is searched for.
+#[test]
+fn mistaken_columns_come_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut lines = log_lines();
+    for line in &mut lines[1..] {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        cells[1] = cells[1].parse::<f64>().unwrap().to_degrees().to_string();
+        *line = cells.join(",");
+    }
+    let [log, model] = ["log.csv", "pendulum2.model"].map(|name| folder.path().join(name));
+    fs::write(&log, lines.join("\n")).unwrap();
+    let text = include_str!("../../models/pendulum2.model");
+    fs::write(&model, text).unwrap();
+    let [log, model] = [&log, &model].map(|path| path.to_str().unwrap());
+    let (said, warned) = cli::succeed(&["trace", model, log, "--apply"], "");
+    let (said, took) = said.rsplit_once("\nTook ").expect("the time that it took");
+    insta::assert_snapshot!("mistaken_columns", format!("{warned}──\n{said}"));
+    assert!(took.contains("columns") && !took.contains("fit"), "{took}");
+    assert_eq!(
+        fs::read_to_string(model).unwrap(),
+        text,
+        "nothing is written"
+    );
+}
+
 /// A search keeps to a parameter's bounds, so that it cannot begin outside of them.
 #[test]
 fn a_value_out_of_bounds() {

@@ -1,7 +1,7 @@
 //! `fit` on a real arm, and on a machine whose forces are known.
 
 use dynamics_codegen::{Library, compile_bytes};
-use identify::fit::{Fit, Inertia, Request, fit};
+use identify::fit::{Doubt, Fit, Inertia, Request, fit};
 use identify::log::Log;
 use identify::machine::{Machine, States};
 use integration_tests::{random, shared};
@@ -65,6 +65,13 @@ const ARM: &str = "
 /// A motion on which everything shows, with torques that follow from it: those of the
 /// model, `d v + f tanh(v/0.05)` in joint a, and a rotor at joint b.
 fn log(seed: u64, rotor: f64, viscous: f64, coulomb: f64, heavier: f64) -> Log {
+    log_with(seed, heavier, |_, [v_a, _], [_, a_b]| {
+        [viscous * v_a + coulomb * (v_a / 0.05).tanh(), rotor * a_b]
+    })
+}
+
+/// The same with further torques that the motion takes, by time, velocities and accelerations.
+fn log_with(seed: u64, heavier: f64, more: impl Fn(f64, [f64; 2], [f64; 2]) -> [f64; 2]) -> Log {
     let text = ARM.replace("mass: 1;", &format!("mass: {};", 1.0 + heavier));
     let compiled = compile_bytes("arm.model", text.as_bytes(), &Library::empty()).expect("a model");
     let machine = Machine::new(compiled);
@@ -92,8 +99,8 @@ fn log(seed: u64, rotor: f64, viscous: f64, coulomb: f64, heavier: f64) -> Log {
         let terms = &machine.terms(&states, &[])[0];
         let m = &terms.mass_matrix;
         let needed = |i: usize| m[(i, 0)] * a[2] + m[(i, 1)] * b[2] - terms.force[i];
-        let u_a = needed(0) + viscous * a[1] + coulomb * (a[1] / 0.05).tanh();
-        let u_b = needed(1) + rotor * b[2];
+        let [more_a, more_b] = more(t, [a[1], b[1]], [a[2], b[2]]);
+        let (u_a, u_b) = (needed(0) + more_a, needed(1) + more_b);
         let n = 0.02 * rng.random_range(-0.5..0.5);
         let noise = 0.02 * rng.random_range(-0.5..0.5);
         writeln!(
@@ -161,4 +168,96 @@ fn a_right_model_is_left_alone() {
     let found = fit_arm(&log(3, 0.0, 0.0, 0.0, 0.0), Inertia::Linear);
     assert!(found.terms.is_empty(), "{found:?}");
     assert!(found.inertial.is_empty(), "{found:?}");
+}
+
+/// A coupling that drives and a rotor of negative inertia do not exist: what looks like them is
+/// not called so, however well it fits, and whatever is done about inertias.
+#[test]
+fn no_coefficient_is_below_what_can_be() {
+    let driving = log_with(4, 0.0, |_, [v_a, v_b], [a_a, a_b]| {
+        let viscous = -0.3;
+        [viscous * v_b - 0.02 * a_a, viscous * v_a - 0.02 * a_b]
+    });
+    // In one joint the speed brakes and the sign drives, as friction that falls with speed does.
+    let falling = log_with(5, 0.0, |_, [v_a, _], _| {
+        [0.5 * v_a - 0.04 * (v_a / 0.05).tanh(), 0.0]
+    });
+    for log in [driving, falling] {
+        for inertia in [Inertia::Fixed, Inertia::Linear, Inertia::Consistent] {
+            let found = fit_arm(&log, inertia);
+            let terms = found.terms.iter().filter(|t| t.term != "constant_force");
+            for (name, value) in terms.flat_map(|t| &t.coefficients) {
+                assert!(value.value >= 0.0, "{name} with {inertia:?}: {found:?}");
+                let held = value.value == 0.0;
+                assert_eq!(
+                    held,
+                    value.std.is_nan(),
+                    "{name} with {inertia:?}: {found:?}"
+                );
+            }
+        }
+    }
+}
+
+/// A drive that rubs in the part to learn from, and not in the part to judge by.
+#[test]
+fn a_fit_that_makes_it_worse_says_so() {
+    let log = log_with(6, 0.0, |t, [v_a, _], _| {
+        [if t < 13.0 { 0.4 * v_a } else { 0.0 }, 0.0]
+    });
+    let found = fit_arm(&log, Inertia::Fixed);
+    assert!(
+        found.worse && found.after.total > found.before.total,
+        "{found:?}"
+    );
+    let mut warnings = found.warnings.iter();
+    let said = warnings.find(|w| w.contains("makes the model worse"));
+    let said = said.expect("a warning");
+    assert!(
+        said.contains("the error rises from") && said.contains(" %)"),
+        "{said}"
+    );
+    let page = identify::fit::page(&found);
+    assert!(!page.contains("the model lacks"), "{page}");
+    let good = fit_arm(&self::log(1, 0.05, 0.4, 0.6, 0.0), Inertia::Fixed);
+    assert!(!good.worse && good.warnings.is_empty(), "{good:?}");
+}
+
+/// A mass that is a tenth of what the model states may be right; that it is known to 100 % is
+/// not to be said.
+#[test]
+fn an_inertia_far_from_what_is_stated_is_doubted() {
+    for inertia in [Inertia::Linear, Inertia::Consistent] {
+        let found = fit_arm(&log(2, 0.0, 0.0, 0.0, -0.9), inertia);
+        let far = found
+            .inertial
+            .iter()
+            .filter(|p| p.doubt == Some(Doubt::FarFromStated));
+        assert!(far.clone().count() > 0, "{found:?}");
+        assert!(
+            found
+                .inertial
+                .iter()
+                .all(|p| p.doubt.is_none() || p.determined == 0.0)
+        );
+        let page = identify::fit::page(&found);
+        assert!(page.contains("far from what the model states"), "{page}");
+    }
+}
+
+/// The numbers of a small machine are numbers, too.
+#[test]
+fn a_small_machine_has_digits() {
+    let mut found = fit_arm(&log(1, 0.05, 0.4, 0.6, 0.0), Inertia::Fixed);
+    for term in &mut found.terms {
+        for value in term.coefficients.values_mut() {
+            (value.value, value.std) = (1e-7 * value.value, 1e-7 * value.std);
+        }
+    }
+    for error in [&mut found.before, &mut found.after] {
+        error.total *= 1e-7;
+        error.by_coordinate.values_mut().for_each(|e| *e *= 1e-7);
+    }
+    let page = identify::fit::page(&found);
+    assert!(!page.contains("0.0000") && page.contains("e-8"), "{page}");
 }

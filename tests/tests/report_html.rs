@@ -3,6 +3,7 @@
 mod pages;
 
 use identify::report::summary;
+use identify::trace::{Nearest, Verdict};
 use pages::{Traced, page, pendulum};
 
 #[test]
@@ -110,4 +111,58 @@ fn names_stay_text() {
         page.matches("<svg ").count()
     );
     assert!(page.matches("&lt;script&gt;").count() > 10);
+}
+
+/// What explains nothing is no finding: it stands under a name of its own, in the text and on the
+/// page, and "after" is nowhere, as nothing was written.
+#[test]
+fn what_explains_nothing_is_nearest() {
+    let mut unknown = pendulum().clone();
+    let outcome = &mut unknown.outcome;
+    outcome.verdict = Verdict::Unknown;
+    let after = std::mem::replace(&mut outcome.after, outcome.before.clone());
+    outcome.nearest = Some(Nearest {
+        findings: std::mem::take(&mut outcome.findings),
+        errors: after.clone(),
+        misfit: std::mem::replace(&mut outcome.misfit_after, outcome.misfit_before),
+        share: std::mem::replace(
+            &mut outcome.remaining.share_after,
+            outcome.remaining.share_before,
+        ),
+    });
+    let summary = summary(outcome, &unknown.compiled.model);
+    let mut lines = summary.lines();
+    assert_eq!(
+        lines.next(),
+        Some(
+            "Something is missing that no effect of the library explains; nearest, but not near: \
+             viscous (j2)."
+        )
+    );
+    let header = ["before", "nearest", "noise", "floor"];
+    assert!(
+        lines.any(|line| line.split_whitespace().eq(header)),
+        "{summary}"
+    );
+    assert!(
+        !summary.contains(" after") && !summary.contains("->"),
+        "{summary}"
+    );
+    assert!(
+        summary.contains("none of it is written into the model"),
+        "{summary}"
+    );
+    let page = page(&unknown, "dynamics trace");
+    assert!(page.contains("<h2>Findings</h2>\n<p>None.</p>"), "{page}");
+    assert!(page.contains("<section id=\"nearest\">"));
+    assert!(page.contains(">nearest</th>") && !page.contains(">after<"));
+    assert!(!page.contains("Nothing else explains"));
+    let json = serde_json::to_value(&unknown.outcome).unwrap();
+    assert_eq!(json["findings"], serde_json::json!([]));
+    assert_eq!(json["after"], json["before"]);
+    assert_eq!(json["nearest"]["findings"][0]["effect"], "viscous");
+    assert_eq!(
+        json["nearest"]["errors"]["acceleration"]["total"],
+        after.acceleration.total
+    );
 }

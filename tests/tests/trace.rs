@@ -38,6 +38,7 @@ fn run(
         hold: None,
         horizon,
         seed: 1,
+        trust_columns: false,
         progress: &identify::trace::Silent,
     };
     trace(&request).unwrap_or_else(|error| panic!("{error}"))
@@ -177,6 +178,11 @@ fn a_hysteresis_that_no_effect_names() {
     let model = "models/duffing_constrained.model";
     let model = std::fs::read_to_string(format!("{ROOT}/../{model}")).unwrap();
     assert_eq!(outcome.patched_model, model, "no name, no patch");
+    assert!(outcome.findings.is_empty(), "{:#?}", outcome.findings);
+    assert_eq!(outcome.after, outcome.before, "the model as written");
+    if let Some(nearest) = &outcome.nearest {
+        assert!(!nearest.findings.is_empty() && nearest.errors != outcome.before);
+    }
     let unnamed = outcome.unnamed.expect("a description");
     let [force, ..] = &unnamed.forces[..] else {
         panic!("{unnamed:#?}");
@@ -285,6 +291,7 @@ fn everything_that_a_real_arm_lacks() {
         hold: None,
         horizon: 0.5,
         seed: 1,
+        trust_columns: false,
         progress: &identify::trace::Silent,
     };
     let outcome = trace(&request).unwrap_or_else(|error| panic!("{error}"));

@@ -3,6 +3,7 @@
 use super::{Operations, Prior, Summary, Variables};
 use crate::page::{Table, count, first_line};
 use crate::parameters::{bounds, number};
+use dynamics_codegen::dimension::shown_unit;
 
 impl Summary {
     /// As text for people.
@@ -79,7 +80,7 @@ impl Summary {
             table.row([
                 &p.name,
                 &number(p.value),
-                &p.unit,
+                &shown_unit(&p.unit),
                 &bounds,
                 &remarks.join(", "),
                 first_line(&p.description),
@@ -114,7 +115,11 @@ impl Summary {
 fn variables(variables: &[Variables]) -> Table {
     let mut table = Table::new("<<<");
     for v in variables {
-        table.row([v.name.as_str(), &v.unit, first_line(&v.description)]);
+        table.row([
+            v.name.as_str(),
+            &shown_unit(&v.unit),
+            first_line(&v.description),
+        ]);
     }
     table
 }

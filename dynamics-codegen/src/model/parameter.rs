@@ -44,8 +44,8 @@ impl Builder<'_> {
         let symbol = self.model.graph.symbol(full_name.clone());
         // Units of a template are written in terms of its ports: show them resolved.
         let unit = match (unit, dimension) {
-            (Some(_), dimension) if self.effect.is_some() => {
-                dimension.map_or_else(String::new, |d| d.to_string())
+            (Some(unit), dimension) if self.effect.is_some() => {
+                dimension.map_or_else(String::new, |d| self.resolved_unit(unit, d))
             }
             (Some(unit), _) => unit_text(unit),
             (None, _) => String::new(),

@@ -3,7 +3,7 @@
 use super::builder::Builder;
 use crate::diagnostic::Diagnostic;
 use crate::dimension::Dimension;
-use crate::syntax::{Name, Unit, UnitBase};
+use crate::syntax::{Name, PortKind, Unit, UnitBase, UnitFactor};
 
 impl Builder<'_> {
     /// The dimension of a unit as written; `None` (and a finding) if it is unknown.
@@ -27,6 +27,46 @@ impl Builder<'_> {
             product = product * base?.powi(factor.exponent);
         }
         Some(product)
+    }
+
+    /// The text of a template's unit, in terms of what its ports are. An angle is no dimension, but
+    /// where one is left alone or over time it says what turns: `rad/s`, not `1/s`.
+    pub(super) fn resolved_unit(&self, unit: &Unit, dimension: Dimension) -> String {
+        let text = dimension.to_string();
+        let angles: i32 = unit.factors.iter().map(|factor| self.angles(factor)).sum();
+        match text.strip_prefix('1') {
+            Some(rest) if angles == 1 => format!("rad{rest}"),
+            _ => text,
+        }
+    }
+
+    /// The unit that a coordinate or an input is declared with.
+    fn port_unit(&self, kind: PortKind, index: usize) -> Option<&str> {
+        match kind {
+            PortKind::Coordinate | PortKind::Coordinates => {
+                Some(&self.model.coordinates[index].unit)
+            }
+            PortKind::Input => Some(&self.model.inputs[index].unit),
+            PortKind::Constraint | PortKind::Body => None,
+        }
+    }
+
+    /// The power of an angle in a factor.
+    fn angles(&self, factor: &UnitFactor) -> i32 {
+        let by = match &factor.base {
+            UnitBase::Named(name) if name == "rad" => 1,
+            UnitBase::OfPort { function, port } => {
+                let port = self.scope.ports.get(&port.text);
+                let declared = port.and_then(|&(kind, index)| self.port_unit(kind, index));
+                match function.text.as_str() {
+                    _ if declared != Some("rad") => 0,
+                    "torque" => -1,
+                    _ => 1,
+                }
+            }
+            _ => 0,
+        };
+        by * factor.exponent
     }
 
     /// `unit(port)`, `rate(port)`, `torque(port)`; the inner `None` if the model
@@ -85,4 +125,29 @@ pub(super) fn unit_text(unit: &Unit) -> String {
         }
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Library, compile};
+
+    /// What turns says so, in effects as in models; forces and lengths are as they were.
+    #[test]
+    fn an_angle_left_alone_keeps_its_name() {
+        let text = "model a; coordinate j: rad; coordinate x: m; parameter m: kg = 1;
+                    kinetic m/2*dot(x)^2; kinetic m*x^2/2*dot(j)^2;
+                    effect coulomb(j); effect coulomb(x); effect spring(j);";
+        let model = compile("a", text, &Library::builtin()).unwrap().model;
+        let unit = |name: &str| {
+            let mut parameters = model.parameters.iter();
+            let found = parameters.find(|p| p.name == name);
+            found.unwrap_or_else(|| panic!("{name}")).unit.clone()
+        };
+        assert_eq!(unit("coulomb_j_v_s"), "rad/s");
+        assert_eq!(unit("coulomb_x_v_s"), "m/s");
+        assert_eq!(unit("spring_j_q_0"), "rad");
+        assert_eq!(unit("coulomb_j_f_c"), "N*m");
+        assert_eq!(unit("coulomb_x_f_c"), "N");
+        assert_eq!(unit("spring_j_k"), "N*m");
+    }
 }

@@ -12,6 +12,9 @@ const TOLERANCE: f64 = 0.3;
 /// Coulomb friction is `tanh(v/v_s)` with `v_s` this share of the fastest motion.
 const SMOOTH: f64 = 0.01;
 
+/// The term that may push either way.
+const CONSTANT: &str = "constant_force";
+
 /// Columns that come and go together.
 #[derive(Debug, Clone)]
 pub(super) struct Group {
@@ -87,6 +90,17 @@ impl Columns {
             tape,
             coordinates: n,
         })
+    }
+
+    /// Per column, whether its coefficient is zero or more by its nature: friction brakes, a
+    /// rotor and what two joints share have an inertia. A constant force, and a correction of an
+    /// inertia, has either sign.
+    pub fn signed(&self) -> Vec<bool> {
+        let mut signed = vec![false; self.count()];
+        for group in self.groups.iter().filter(|group| group.term != CONSTANT) {
+            signed[group.columns.clone()].fill(true);
+        }
+        signed
     }
 
     /// How many columns there are.
@@ -183,7 +197,7 @@ fn groups(names: &[String], first: usize) -> Vec<Group> {
     for i in 0..names.len() {
         push("friction", vec![i], vec!["coulomb", "viscous"]);
         push("armature", vec![i], vec!["inertia"]);
-        push("constant_force", vec![i], vec!["force"]);
+        push(CONSTANT, vec![i], vec!["force"]);
     }
     for i in 0..names.len() {
         for j in i + 1..names.len() {
@@ -220,7 +234,7 @@ impl Group {
         match (self.term, self.places.get(1)) {
             ("friction", _) => vec![one(sign(&v[i], fastest[i])), one(v[i].clone())],
             ("armature", _) => vec![one(a[i].clone())],
-            ("constant_force", _) => vec![one(vec![1.0; samples])],
+            (CONSTANT, _) => vec![one(vec![1.0; samples])],
             (_, Some(&j)) => {
                 // What turns with both: friction and inertia of a part that moves by
                 // q_i + q_j, beyond what each joint has by itself.

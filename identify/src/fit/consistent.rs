@@ -6,7 +6,7 @@
 
 use super::columns::Columns;
 use super::equations::Equations;
-use super::estimate::{Estimate, Normal, estimate, in_use};
+use super::estimate::{Estimate, Normal, Signs, estimate, in_use};
 use super::select::Chosen;
 use dynamics_codegen::derive::STANDARD;
 use nalgebra::{DMatrix, DVector, Matrix4};
@@ -18,16 +18,27 @@ const TEN: usize = STANDARD.len();
 /// Where the entries of `U` above its diagonal stand.
 const ABOVE: [(usize, usize); 6] = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)];
 
-/// The estimate with consistent inertias: Levenberg–Marquardt from the model's own.
-pub(super) fn refine(columns: &Columns, equations: &Equations, chosen: &Chosen) -> Estimate {
-    let linear = estimate(columns, equations, &chosen.groups, true);
+/// The estimate with consistent inertias, and per inertial column whether its body has come to
+/// the edge of what can be: Levenberg–Marquardt from the model's own.
+pub(super) fn refine(
+    columns: &Columns,
+    equations: &Equations,
+    chosen: &Chosen,
+) -> (Estimate, Vec<bool>) {
+    let linear = estimate(columns, equations, &chosen.groups, true, Signs::Kept);
     let used = in_use(columns, &chosen.groups, true);
-    let normal = Normal::new(columns, &used, equations.blocks.iter(), equations.news);
+    let blocks = equations.blocks.iter();
+    let normal = Normal::new(columns, &used, blocks, equations.news, Signs::Kept);
     let bodies = columns.inertial / TEN;
     let mut theta: Vec<f64> = (0..bodies)
         .flat_map(|b| parameters_of(&columns.stated[TEN * b..TEN * (b + 1)]))
         .collect();
-    let floors: Vec<f64> = theta.chunks(TEN).flat_map(floors).collect();
+    let mut floors: Vec<f64> = theta.chunks(TEN).flat_map(floors).collect();
+    let signed = columns.signed();
+    floors.extend(used[columns.inertial..].iter().map(|&c| match signed[c] {
+        true => 0.0,
+        false => f64::NEG_INFINITY,
+    }));
     raise(&mut theta, &floors);
     theta.extend(used[columns.inertial..].iter().map(|&c| linear.values[c]));
     let mut damping = 1e-3;
@@ -65,8 +76,36 @@ pub(super) fn refine(columns: &Columns, equations: &Equations, chosen: &Chosen) 
     let mut result = linear;
     for (&column, value) in used.iter().zip(corrections(columns, &theta)) {
         result.values[column] = value;
+        // Standard errors are those of the linear fit, which may hold other coefficients at zero.
+        if signed[column] {
+            let std = &mut result.std[column];
+            *std = match value > 0.0 {
+                true if std.is_nan() => f64::INFINITY,
+                true => *std,
+                false => f64::NAN,
+            };
+        }
     }
-    result
+    (result, at_edge(&theta[..columns.inertial], &floors))
+}
+
+/// How near to its floor, relative to the floor's distance from the stated size, counts as there.
+const AT_FLOOR: f64 = 1e-6;
+
+/// Per inertial parameter, whether a floor holds it: that of the mass its mass, those of the
+/// extents its second moments. A first moment has none.
+fn at_edge(theta: &[f64], floors: &[f64]) -> Vec<bool> {
+    let bodies = theta.chunks(TEN).zip(floors.chunks(TEN));
+    let of_body = |(theta, floors): (&[f64], &[f64])| {
+        let held = |k: usize| theta[k] - floors[k] < AT_FLOOR * THINNEST.ln().abs();
+        let (thin, light) = ((0..3).any(held), held(3));
+        (0..TEN).map(move |k| match k {
+            0 => light,
+            1..=3 => false,
+            _ => thin,
+        })
+    };
+    bodies.flat_map(of_body).collect()
 }
 
 /// Where a log is silent the best body may have no extent at all; it is kept this share of

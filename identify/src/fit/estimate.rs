@@ -1,17 +1,27 @@
-//! Weighted least squares with a prior on inertias, and honest standard errors.
+//! Weighted least squares with a prior on inertias, signs that nature gives, and honest standard
+//! errors.
 
 use super::columns::Columns;
 use super::equations::{Block, Equations};
-use nalgebra::{Cholesky, DMatrix, DVector};
+use super::signs::{Bounded, bounded};
+use nalgebra::{DMatrix, DVector};
+
+/// Whether coefficients that are zero or more by their nature are held to that.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Signs {
+    /// They are: what is reported, and what predicts.
+    Kept,
+    /// They are not: what the log would have if it could.
+    Free,
+}
 
 /// Estimated corrections, one per column; zero where a column is not in use.
 #[derive(Debug, Clone)]
 pub(super) struct Estimate {
     pub values: Vec<f64>,
-    /// Standard errors from how the blocks disagree and from the curvature, the larger.
+    /// Standard errors from how the blocks disagree and from the curvature, the larger; not a
+    /// number where a coefficient is held at zero, infinite where a column is not in use.
     pub std: Vec<f64>,
-    /// Standard deviations of the posterior.
-    pub posterior: Vec<f64>,
     /// Combinations of inertias whose variance the log has at least halved.
     pub determined: usize,
 }
@@ -31,6 +41,8 @@ pub(super) fn in_use(columns: &Columns, groups: &[usize], inertias: bool) -> Vec
 pub(super) struct Normal {
     pub gram: DMatrix<f64>,
     pub moment: DVector<f64>,
+    /// Whether each coefficient is held to zero or more.
+    signed: Vec<bool>,
 }
 
 impl Normal {
@@ -39,6 +51,7 @@ impl Normal {
         used: &[usize],
         blocks: impl Iterator<Item = &'a Block>,
         news: f64,
+        signs: Signs,
     ) -> Self {
         let size = used.len();
         let (mut gram, mut moment) = (DMatrix::zeros(size, size), DVector::zeros(size));
@@ -57,19 +70,24 @@ impl Normal {
         {
             gram[(i, i)] += columns.prior[column].powi(-2);
         }
-        Self { gram, moment }
+        let all = columns.signed();
+        let signed = used.iter().map(|&c| signs == Signs::Kept && all[c]);
+        Self {
+            gram,
+            moment,
+            signed: signed.collect(),
+        }
     }
 
-    /// The solution; columns that say nothing get zero.
-    pub fn solve(&self) -> Option<(DVector<f64>, Cholesky<f64, nalgebra::Dyn>)> {
+    /// The solution within the signs; columns that say nothing get zero.
+    pub fn solve(&self) -> Option<Bounded> {
         let mut gram = self.gram.clone();
         let diagonal = gram.diagonal();
         for i in 0..gram.nrows() {
             // Relative to the column's own size: units differ by orders of magnitude.
             gram[(i, i)] += (1e-12 * diagonal[i]).max(f64::MIN_POSITIVE.sqrt());
         }
-        let cholesky = gram.cholesky()?;
-        Some((cholesky.solve(&self.moment), cholesky))
+        bounded(&gram, &self.moment, &self.signed)
     }
 }
 
@@ -79,63 +97,69 @@ pub(super) fn estimate(
     equations: &Equations,
     groups: &[usize],
     inertias: bool,
+    signs: Signs,
 ) -> Estimate {
     let used = in_use(columns, groups, inertias);
-    let normal = Normal::new(columns, &used, equations.blocks.iter(), equations.news);
+    let blocks = equations.blocks.iter();
+    let normal = Normal::new(columns, &used, blocks, equations.news, signs);
     let mut result = Estimate {
         values: vec![0.0; columns.count()],
         std: vec![f64::INFINITY; columns.count()],
-        posterior: vec![f64::INFINITY; columns.count()],
         determined: 0,
     };
-    let Some((x, cholesky)) = normal.solve() else {
+    let Some(Bounded { x, free, cholesky }) = normal.solve() else {
         return result;
     };
-    let inverse = cholesky.inverse();
-    let spread = spread(equations, &used, &x, &inverse);
     for (i, &column) in used.iter().enumerate() {
         result.values[column] = x[i];
-        result.posterior[column] = inverse[(i, i)].sqrt();
-        result.std[column] = inverse[(i, i)].max(spread[(i, i)]).sqrt();
+        result.std[column] = f64::NAN;
+    }
+    // What is held at zero is known no better or worse than the law that holds it.
+    let inverse = cholesky.inverse();
+    let spread = spread(equations, &used, &x, &free, &inverse);
+    for (i, &k) in free.iter().enumerate() {
+        result.std[used[k]] = inverse[(i, i)].max(spread[(i, i)]).sqrt();
     }
     if inertias {
-        result.determined = determined(columns, &inverse);
+        let counts = [&inverse, &spread].map(|variance| determined(columns, variance));
+        result.determined = counts[0].min(counts[1]);
     }
     result
 }
 
-/// The sandwich `G⁻¹ (Σ s_b s_bᵀ) G⁻¹` with the score `s_b` of each block: right
-/// whatever follows what within a block.
+/// The sandwich `G⁻¹ (Σ s_b s_bᵀ) G⁻¹` with the score `s_b` of each block in the `free` of the
+/// columns in use: right whatever follows what within a block.
 fn spread(
     equations: &Equations,
     used: &[usize],
     x: &DVector<f64>,
+    free: &[usize],
     inverse: &DMatrix<f64>,
 ) -> DMatrix<f64> {
-    let size = used.len();
+    let size = free.len();
     let mut meat = DMatrix::zeros(size, size);
     for block in &equations.blocks {
         let score = DVector::from_fn(size, |i, _| {
             let predicted: f64 = used
                 .iter()
                 .enumerate()
-                .map(|(j, &b)| block.gram[(used[i], b)] * x[j])
+                .map(|(j, &b)| block.gram[(used[free[i]], b)] * x[j])
                 .sum();
-            equations.news * (block.moment[used[i]] - predicted)
+            equations.news * (block.moment[used[free[i]]] - predicted)
         });
         meat += &score * score.transpose();
     }
     inverse * meat * inverse
 }
 
-/// Directions in which the posterior's variance is at most half the prior's.
-fn determined(columns: &Columns, inverse: &DMatrix<f64>) -> usize {
+/// Directions of the inertias, which come first, in which a variance is at most half the prior's.
+fn determined(columns: &Columns, variance: &DMatrix<f64>) -> usize {
     let m = columns.inertial;
     if m == 0 {
         return 0;
     }
     let relative = DMatrix::from_fn(m, m, |i, j| {
-        inverse[(i, j)] / (columns.prior[i] * columns.prior[j])
+        variance[(i, j)] / (columns.prior[i] * columns.prior[j])
     });
     let values = relative.symmetric_eigenvalues();
     values.iter().filter(|&&x| x <= 0.5).count()

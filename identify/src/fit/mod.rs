@@ -18,23 +18,28 @@ mod correction;
 mod equations;
 mod estimate;
 mod frame;
+mod inertial;
 mod page;
 mod select;
+mod signs;
 
 pub use compare::{
     Base, Comparison, ConstraintError, Kind, Process, Row, Settings, compare,
     page as comparison_page,
 };
+pub use inertial::{Doubt, InertialParameter};
 pub use page::page;
 
-use crate::log::{Log, LogError, Record};
+use crate::log::{Log, LogError, Record, said_of};
 use crate::machine::{Machine, SolveError};
+use crate::number::short;
 use crate::smooth::SmoothError;
 use columns::Columns;
 use correction::Correction;
 use dynamics_codegen::Compiled;
-use dynamics_codegen::derive::STANDARD;
 use equations::Equations;
+use estimate::{Estimate, Signs, estimate};
+use inertial::inertial;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -81,7 +86,9 @@ pub struct Error {
 pub struct Value {
     /// The estimate.
     pub value: f64,
-    /// Its standard error; errors that follow one another are accounted for by blocks.
+    /// Its standard error; errors that follow one another are accounted for by blocks. Not a
+    /// number (`null` in JSON) where the value is held at zero, below which it cannot be, and
+    /// infinite (also `null`) where only the bounds of inertias moved it away from there.
     pub std: f64,
 }
 
@@ -99,22 +106,6 @@ pub struct Term {
     pub gain: f64,
 }
 
-/// One inertial parameter of a body.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct InertialParameter {
-    /// The body.
-    pub body: String,
-    /// Which of the ten.
-    pub parameter: &'static str,
-    /// What the model states.
-    pub stated: f64,
-    /// What the log says.
-    pub estimate: Value,
-    /// The share of the prior's variance that the log has taken away: 0 where it is
-    /// silent, near 1 where it decides.
-    pub determined: f64,
-}
-
 /// What was found.
 #[derive(Debug, Clone, Serialize)]
 pub struct Fit {
@@ -122,6 +113,8 @@ pub struct Fit {
     pub before: Error,
     /// The same with the new terms and the corrected inertias.
     pub after: Error,
+    /// Whether that is larger: what follows fits the log it was learnt from and nothing else.
+    pub worse: bool,
     /// Terms, in the order in which they were taken in.
     pub terms: Vec<Term>,
     /// How inertial parameters were treated; held where corrections do not predict.
@@ -210,15 +203,23 @@ fn learn(request: &Request<'_>) -> Result<(Fit, Correction), FitError> {
         Some(&fastest),
     )?;
     let (chosen, learnt) = select::select(&columns, learnt);
-    let estimate = match request.inertia {
+    let (estimate, at_edge) = match request.inertia {
         Inertia::Consistent if chosen.inertias => consistent::refine(&columns, &learnt, &chosen),
-        _ => estimate::estimate(&columns, &learnt, &chosen.groups, chosen.inertias),
+        _ => {
+            let kept = Signs::Kept;
+            let found = estimate(&columns, &learnt, &chosen.groups, chosen.inertias, kept);
+            (found, vec![false; columns.inertial])
+        }
     };
     let names: Vec<String> = model.coordinates.iter().map(|c| c.name.clone()).collect();
     let error = |x: &[f64]| error(&names, &judged.rms(x));
     let nothing = vec![0.0; columns.count()];
-    let mut warnings: Vec<String> = train.warnings.iter().map(ToString::to_string).collect();
-    warnings.dedup();
+    let (before, after) = (error(&nothing), error(&estimate.values));
+    let mut warnings = said_of(&train, &test, request.test.is_some());
+    let worse = after.total > before.total;
+    if worse {
+        warnings.push(rise(&before, &after, request.test.is_some()));
+    }
     if request.inertia != Inertia::Fixed && !chosen.inertias {
         warnings.push(
             "corrected inertias do not predict what they were not fitted to: the model's were kept"
@@ -226,8 +227,9 @@ fn learn(request: &Request<'_>) -> Result<(Fit, Correction), FitError> {
         );
     }
     let fit = Fit {
-        before: error(&nothing),
-        after: error(&estimate.values),
+        before,
+        after,
+        worse,
         terms: terms(&columns, &chosen, &estimate),
         inertia: if chosen.inertias {
             request.inertia
@@ -235,7 +237,7 @@ fn learn(request: &Request<'_>) -> Result<(Fit, Correction), FitError> {
             Inertia::Fixed
         },
         inertial: if chosen.inertias {
-            inertial(&columns, &estimate)
+            inertial(&columns, &estimate, &at_edge)
         } else {
             Vec::new()
         },
@@ -260,7 +262,7 @@ fn error(names: &[String], rms: &[f64]) -> Error {
     }
 }
 
-fn terms(columns: &Columns, chosen: &select::Chosen, estimate: &estimate::Estimate) -> Vec<Term> {
+fn terms(columns: &Columns, chosen: &select::Chosen, estimate: &Estimate) -> Vec<Term> {
     let of = |&(group, gain): &(usize, f64)| {
         let group = &columns.groups[group];
         let values = group.columns.clone().zip(&group.names);
@@ -286,24 +288,21 @@ fn terms(columns: &Columns, chosen: &select::Chosen, estimate: &estimate::Estima
         .collect()
 }
 
-fn inertial(columns: &Columns, estimate: &estimate::Estimate) -> Vec<InertialParameter> {
-    (0..columns.inertial)
-        .map(|column| {
-            let stated = columns.stated[column];
-            let prior = columns.prior[column];
-            let std = estimate.std[column];
-            InertialParameter {
-                body: columns.bodies[column / STANDARD.len()].clone(),
-                parameter: STANDARD[column % STANDARD.len()],
-                stated,
-                estimate: Value {
-                    value: stated + estimate.values[column],
-                    std,
-                },
-                determined: (1.0 - (estimate.posterior[column] / prior).powi(2)).clamp(0.0, 1.0),
-            }
-        })
-        .collect()
+/// What a fit that makes the model worse is told about.
+fn rise(before: &Error, after: &Error, has_test: bool) -> String {
+    let (judged, more) = match has_test {
+        true => (
+            "the test log",
+            "a training log that moves as the test log does",
+        ),
+        false => ("the part that was kept apart", "a longer log"),
+    };
+    let (from, to) = (short(before.total), short(after.total));
+    let percent = short(100.0 * (after.total / before.total - 1.0));
+    format!(
+        "the fit makes the model worse: on {judged} the error rises from {from} to {to} (by {percent} %); \
+         keep the model as it is, or give {more}"
+    )
 }
 
 /// What to learn from and what to judge by.
@@ -323,10 +322,10 @@ fn split(request: &Request<'_>) -> Result<(Record, Record), FitError> {
     };
     let samples = train.len().min(test.len());
     if samples < FEWEST {
-        let needed = 3 * FEWEST;
+        let alone = request.test.is_some();
         return Err(FitError::TooShort {
-            samples: request.train.t.len(),
-            needed,
+            samples: if alone { samples } else { request.train.len() },
+            needed: if alone { FEWEST } else { 3 * FEWEST },
         });
     }
     Ok((train, test))

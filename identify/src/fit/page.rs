@@ -1,6 +1,7 @@
 //! What was fitted, for people.
 
-use super::{Fit, Inertia};
+use super::{Doubt, Fit, Inertia, InertialParameter};
+use crate::number::{short, with_error};
 use std::fmt::Write;
 
 /// One page of text.
@@ -17,35 +18,8 @@ fn write(fit: &Fit, out: &mut String) -> std::fmt::Result {
         out,
         "learnt from {learnt} samples, judged by {judged} others\n"
     )?;
-    writeln!(
-        out,
-        "root mean square of what is left of the forces, N or N·m"
-    )?;
-    writeln!(out, "  {:<16} {:>10} {:>10}", "", "before", "after")?;
-    for (name, before) in &fit.before.by_coordinate {
-        let after = fit.after.by_coordinate[name];
-        writeln!(out, "  {name:<16} {before:>10.4} {after:>10.4}")?;
-    }
-    let (before, after) = (fit.before.total, fit.after.total);
-    writeln!(out, "  {:<16} {before:>10.4} {after:>10.4}\n", "all")?;
-    if fit.terms.is_empty() {
-        writeln!(out, "no further term predicts what it was not fitted to\n")?;
-    } else {
-        writeln!(out, "terms that the model lacks, in the order found")?;
-        for term in &fit.terms {
-            let name = format!("{}({})", term.term, term.on.join(", "));
-            let values: Vec<String> = (term.coefficients.iter())
-                .map(|(name, v)| format!("{name} = {:.4} ± {:.4}", v.value, v.std))
-                .collect();
-            let gain = 100.0 * term.gain;
-            writeln!(
-                out,
-                "  {name:<32} {}  (removes {gain:.1} %)",
-                values.join(", ")
-            )?;
-        }
-        writeln!(out)?;
-    }
+    errors(fit, out)?;
+    terms(fit, out)?;
     if fit.inertia == Inertia::Fixed {
         return writeln!(out, "inertial parameters held at the model's values");
     }
@@ -57,25 +31,88 @@ fn write(fit: &Fit, out: &mut String) -> std::fmt::Result {
         fit.determined
     )?;
     for p in fit.inertial.iter().filter(|p| p.determined > 0.5) {
-        let name = format!("{}.{}", p.body, p.parameter);
-        let unit = match p.parameter {
-            "m" => "kg",
-            "hx" | "hy" | "hz" => "kg·m",
-            _ => "kg·m²",
-        };
-        writeln!(
-            out,
-            "  {name:<24} {:>12.5} -> {:>12.5} ± {:.5} {unit:<6} ({:.0} % determined)",
-            p.stated,
-            p.estimate.value,
-            p.estimate.std,
-            100.0 * p.determined
-        )?;
+        let remark = format!("{:.0} % determined", 100.0 * p.determined);
+        inertial(p, &remark, out)?;
     }
-    let others = fit.inertial.iter().filter(|p| p.determined <= 0.5).count();
+    for p in &fit.inertial {
+        let remark = match p.doubt {
+            Some(Doubt::AtBound) => "at the edge of what a rigid body can have: not determined",
+            Some(Doubt::FarFromStated) => {
+                "far from what the model states: something else may be missing"
+            }
+            None => continue,
+        };
+        inertial(p, remark, out)?;
+    }
+    let others = fit.inertial.iter();
+    let others = others.filter(|p| p.determined <= 0.5 && p.doubt.is_none());
     writeln!(
         out,
         "  m mass, h = m c first moment, I about the body's origin, in the body's axes\n  \
-         the other {others} keep near the model's values, or show in combinations only: see --json"
+         the other {} keep near the model's values, or show in combinations only: see --json",
+        others.count()
+    )
+}
+
+fn errors(fit: &Fit, out: &mut String) -> std::fmt::Result {
+    writeln!(
+        out,
+        "root mean square of what is left of the forces, N or N·m"
+    )?;
+    writeln!(out, "  {:<16} {:>10} {:>10}", "", "before", "after")?;
+    let each = fit.before.by_coordinate.iter();
+    let each = each.map(|(name, &before)| (name.as_str(), before, fit.after.by_coordinate[name]));
+    let all = ("all", fit.before.total, fit.after.total);
+    for (name, before, after) in each.chain([all]) {
+        let (before, after) = (short(before), short(after));
+        writeln!(out, "  {name:<16} {before:>10} {after:>10}")?;
+    }
+    writeln!(out)
+}
+
+fn terms(fit: &Fit, out: &mut String) -> std::fmt::Result {
+    if fit.terms.is_empty() {
+        return writeln!(out, "no further term predicts what it was not fitted to\n");
+    }
+    writeln!(
+        out,
+        "{}",
+        match fit.worse {
+            false => "terms that the model lacks, in the order found",
+            true => "terms that fit the log learnt from, but make other motion worse",
+        }
+    )?;
+    for term in &fit.terms {
+        let name = format!("{}({})", term.term, term.on.join(", "));
+        let values =
+            term.coefficients
+                .iter()
+                .map(|(name, v)| match v.std.is_nan() && v.value == 0.0 {
+                    true => format!("{name} = 0 (held: no less is possible)"),
+                    false => format!("{name} = {}", with_error(v.value, v.std)),
+                });
+        let values: Vec<String> = values.collect();
+        let gain = 100.0 * term.gain;
+        writeln!(
+            out,
+            "  {name:<32} {}  (removes {gain:.1} %)",
+            values.join(", ")
+        )?;
+    }
+    writeln!(out)
+}
+
+fn inertial(p: &InertialParameter, remark: &str, out: &mut String) -> std::fmt::Result {
+    let name = format!("{}.{}", p.body, p.parameter);
+    let unit = match p.parameter {
+        "m" => "kg",
+        "hx" | "hy" | "hz" => "kg·m",
+        _ => "kg·m²",
+    };
+    let estimate = with_error(p.estimate.value, p.estimate.std);
+    writeln!(
+        out,
+        "  {name:<24} {:>12} -> {estimate} {unit:<6} ({remark})",
+        short(p.stated)
     )
 }

@@ -2,7 +2,8 @@
 
 use super::columns::Columns;
 use super::equations::{Block, Equations};
-use super::estimate::{Estimate, Normal, estimate, in_use};
+use super::estimate::{Estimate, Normal, Signs, estimate, in_use};
+use super::signs::Bounded;
 use rayon::prelude::*;
 
 /// What was taken in.
@@ -25,7 +26,7 @@ pub(super) fn select(columns: &Columns, mut equations: Equations) -> (Chosen, Eq
     let mut chosen = Chosen::default();
     let all: Vec<usize> = (0..columns.groups.len()).collect();
     for _ in 0..ROUNDS {
-        let everything = estimate(columns, &equations, &all, true);
+        let everything = estimate(columns, &equations, &all, true, Signs::Free);
         equations.reweigh(&everything.values);
     }
     // What acts in one joint is simpler than what couples two: it comes first.
@@ -55,7 +56,7 @@ fn inertias_help(columns: &Columns, equations: &Equations, groups: &[usize]) -> 
     }
     let held = held_out(columns, equations, groups, false);
     let free = held_out(columns, equations, groups, true);
-    if !is_possible(columns, &estimate(columns, equations, groups, true)) {
+    if !is_possible(columns, equations, groups, true) {
         return false;
     }
     held.zip(free)
@@ -78,7 +79,7 @@ fn best(
         .filter(|&group| !chosen.contains(&group) && columns.groups[group].on.len() == places)
         .filter_map(|group| {
             let with = [chosen, &[group]].concat();
-            if !is_possible(columns, &estimate(columns, equations, &with, false)) {
+            if !is_possible(columns, equations, &with, false) {
                 return None;
             }
             held_out(columns, equations, &with, false).map(|errors| (group, errors))
@@ -102,15 +103,14 @@ fn is_significant(columns: &Columns, news: f64, before: &[f64], after: &[f64]) -
     nats > 2.0 * (columns.groups.len().max(2) as f64).ln()
 }
 
-/// Friction that drives and rotors of negative inertia do not exist: a coefficient may be
-/// below zero by its uncertainty only.
-fn is_possible(columns: &Columns, estimate: &Estimate) -> bool {
-    columns
-        .groups
-        .iter()
-        .filter(|group| matches!(group.term, "friction" | "armature"))
-        .flat_map(|group| group.columns.clone())
-        .all(|c| estimate.values[c] >= -2.0 * estimate.std[c])
+/// Friction that drives and rotors of negative inertia do not exist, nor do such couplings: the
+/// log may want a coefficient below zero by its uncertainty only, or something else is at work.
+fn is_possible(columns: &Columns, equations: &Equations, groups: &[usize], inertias: bool) -> bool {
+    let Estimate { values, std, .. } = estimate(columns, equations, groups, inertias, Signs::Free);
+    let signed = columns.signed().into_iter().enumerate();
+    signed
+        .filter(|(column, signed)| *signed && std[*column].is_finite())
+        .all(|(column, _)| values[column] >= -2.0 * std[column])
 }
 
 /// Squared error of each block by what the others say.
@@ -122,8 +122,8 @@ fn held_out(columns: &Columns, equations: &Equations, groups: &[usize], inertias
             let others = others
                 .filter(|(index, _)| *index != out)
                 .map(|(_, block)| block);
-            let normal = Normal::new(columns, &used, others, equations.news);
-            let (x, _) = normal.solve()?;
+            let normal = Normal::new(columns, &used, others, equations.news, Signs::Kept);
+            let Bounded { x, .. } = normal.solve()?;
             Some(squared_error(&equations.blocks[out], &used, x.as_slice()))
         })
         .collect()

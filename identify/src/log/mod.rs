@@ -47,6 +47,7 @@ mod numbered;
 mod parquet;
 mod quantum;
 mod record;
+mod said;
 mod source;
 mod statistics;
 mod table;
@@ -59,6 +60,7 @@ pub use map::{Map, MapError, template};
 pub use quantum::quantisation_step;
 pub use record::Record;
 pub(crate) use record::{longest_step, median_step, segments, stretches};
+pub(crate) use said::said_of;
 pub(crate) use statistics::{mad_sd, median, rms, share_of_news};
 pub use warning::Warning;
 

@@ -157,10 +157,9 @@ pub(super) fn select(
     for name in inputs {
         let role = || format!("the input `{name}`");
         // What nobody measured is as it was commanded.
-        let commanded = column(log, "ucmd_", name);
-        let prefix = match log.channels.contains_key(&column(log, "u_", name)) {
-            false if log.channels.contains_key(&commanded) => "ucmd_",
-            _ => "u_",
+        let prefix = match log.input_column(name) == column(log, "ucmd_", name) {
+            true => "ucmd_",
+            false => "u_",
         };
         u.extend(required(log, prefix, name, role, &mut problems));
     }
@@ -184,6 +183,24 @@ pub(super) fn select(
     };
     health::examine(&mut record);
     Ok(record)
+}
+
+impl Log {
+    /// The column that holds a channel (`q_`, `dq_`, …) of a coordinate, as [`Log::select`] finds
+    /// it.
+    pub(crate) fn column(&self, prefix: &str, name: &str) -> String {
+        column(self, prefix, name)
+    }
+
+    /// The column that holds an input: what was measured, else what was commanded.
+    pub(crate) fn input_column(&self, name: &str) -> String {
+        let commanded = column(self, "ucmd_", name);
+        let measured = column(self, "u_", name);
+        match self.channels.contains_key(&measured) {
+            false if self.channels.contains_key(&commanded) => commanded,
+            _ => measured,
+        }
+    }
 }
 
 /// The column of a name: `q_arm` for the coordinate `arm`. A coordinate may also

@@ -29,7 +29,7 @@ impl<'a> Figures<'a> {
         &self.outcome.details.series
     }
 
-    fn unit(&self, name: &str) -> &'a str {
+    fn unit(&self, name: &str) -> String {
         let mut coordinates = self.model.coordinates.iter();
         let found = coordinates.find(|c| c.name == name);
         stated_unit(found.map_or("", |c| &c.unit))
@@ -37,7 +37,7 @@ impl<'a> Figures<'a> {
 
     /// `[unit]` of the missing force in a coordinate.
     fn force_axis(&self, name: &str) -> String {
-        format!("missing force, {name} [{}]", force_unit(self.unit(name)))
+        format!("missing force, {name} [{}]", force_unit(&self.unit(name)))
     }
 
     /// Per coordinate, the missing force over time.
@@ -93,7 +93,7 @@ impl<'a> Figures<'a> {
     fn axis(&self, variable: &Variable<'_>) -> (String, String) {
         let (words, unit) = match variable {
             Variable::Position(c) => {
-                let unit = self.unit(&c.name).to_string();
+                let unit = self.unit(&c.name);
                 (format!("position of {}", c.name), unit)
             }
             Variable::Velocity(c) => {
@@ -108,7 +108,7 @@ impl<'a> Figures<'a> {
                 let name = &self.series().inputs[*index].name;
                 let input = self.model.inputs.iter().find(|u| u.name == *name);
                 let unit = stated_unit(input.map_or("", |u| &u.unit));
-                (format!("input {name}"), unit.to_string())
+                (format!("input {name}"), unit)
             }
         };
         (format!("{words} [{unit}]"), words)

@@ -2,9 +2,14 @@
 
 use super::figures::{Figure, Figures};
 use super::unnamed;
-use super::{BY_FORCES, at, is_open, sentence, short, stated_unit, with_places, would_tell};
+use super::{
+    BY_FORCES, after_name, at, headline, is_open, is_stopped, scores, stated_unit, with_places,
+    would_tell,
+};
+use crate::number::{short, unsigned_zero};
 use crate::trace::{Basis, Finding, Outcome, Score, Verdict};
 use dynamics_codegen::Model;
+use dynamics_codegen::dimension::shown_unit;
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior};
 use serde::Serialize;
@@ -75,28 +80,43 @@ pub fn html(page: &Page<'_>) -> Result<String, PageError> {
     let template = environment.get_template("report.html")?;
     let figures = Figures { outcome, model };
     let figure_error = PageError::Figure;
-    let found: Vec<Found> = outcome
-        .findings
-        .iter()
-        .map(|finding| Ok(describe(finding, figures.explaining(Some(finding))?)))
-        .collect::<Result<_, _>>()
-        .map_err(figure_error)?;
-    let unexplained = match outcome.findings.is_empty() {
+    let described = |findings: &[Finding]| -> Result<Vec<Found>, PageError> {
+        let each = findings
+            .iter()
+            .map(|finding| Ok(describe(finding, figures.explaining(Some(finding))?)));
+        each.collect::<Result<_, _>>().map_err(figure_error)
+    };
+    let found = described(&outcome.findings)?;
+    let nearest = match &outcome.nearest {
+        Some(nearest) => described(&nearest.findings)?,
+        None => Vec::new(),
+    };
+    let unexplained = match found.is_empty() && nearest.is_empty() {
         true => figures.explaining(None).map_err(figure_error)?,
         false => None,
     };
+    let [before, after, _] = scores(outcome);
+    let left = left(outcome);
     let split = &outcome.split;
     let details = &outcome.details;
     let contents = serde_json::json!({
         "file": page.file,
         "model": model.name,
         "verdict": verdict(outcome.verdict),
-        "sentence": sentence(outcome),
+        "columns": super::columns(outcome),
+        "columns_sentence": match &outcome.misread {
+            Some(misread) if !is_stopped(outcome) => misread.to_string(),
+            _ => String::new(),
+        },
+        "sentence": headline(outcome),
+        "after_name": after_name(outcome),
         "rows": rows(outcome, model),
         "horizon": format!("{:.2}", outcome.before.rollout.horizon),
         "windows": outcome.before.rollout.windows,
-        "diverged": [outcome.before.rollout.diverged, outcome.after.rollout.diverged],
+        "diverged": [before.rollout.diverged, after.rollout.diverged],
         "found": found,
+        "nearest": nearest,
+        "nearest_title": super::NEAREST,
         "unexplained": unexplained,
         "remains": remains(outcome),
         "unnamed": match &outcome.unnamed {
@@ -104,11 +124,8 @@ pub fn html(page: &Page<'_>) -> Result<String, PageError> {
             None => Vec::new(),
         },
         "by_forces": outcome.basis == Basis::Forces,
-        "misfit": [short(outcome.misfit_before), short(outcome.misfit_after)],
-        "shares": [
-            short(100.0 * outcome.remaining.share_before),
-            short(100.0 * outcome.remaining.share_after),
-        ],
+        "misfit": left.0.map(short),
+        "shares": left.1.map(|share| short(100.0 * share)),
         "remaining_evidence": nats(outcome.remaining.evidence, 0),
         "over_time": figures.over_time().map_err(figure_error)?,
         "predictions": figures.predictions().map_err(figure_error)?,
@@ -121,7 +138,7 @@ pub fn html(page: &Page<'_>) -> Result<String, PageError> {
         "noise": noise(outcome, model),
         "hold": hold(outcome),
         "seed": outcome.seed,
-        "warnings": outcome.misread.iter().chain(&outcome.warnings).collect::<Vec<_>>(),
+        "warnings": outcome.warnings,
         "reading": page.reading,
         "command": page.command,
     });
@@ -139,9 +156,23 @@ fn verdict(verdict: Verdict) -> &'static str {
     }
 }
 
+/// The misfit on the training log and the unexplained share, of the model as given and of what is
+/// said to be better.
+fn left(outcome: &Outcome) -> ([f64; 2], [f64; 2]) {
+    let after = match &outcome.nearest {
+        Some(nearest) => (nearest.misfit, nearest.share),
+        None => (outcome.misfit_after, outcome.remaining.share_after),
+    };
+    (
+        [outcome.misfit_before, after.0],
+        [outcome.remaining.share_before, after.1],
+    )
+}
+
 /// What the findings leave, in one sentence.
 fn remains(outcome: &Outcome) -> &'static str {
     match outcome.verdict {
+        _ if is_stopped(outcome) => super::NOT_SEARCHED,
         Verdict::Unknown => {
             "Forces remain that sensor noise does not explain and that no effect of the \
              library describes; the model file is left as it is."
@@ -168,7 +199,7 @@ fn hold(outcome: &Outcome) -> &'static str {
 }
 
 fn rows(outcome: &Outcome, model: &Model) -> Vec<Row> {
-    let scores = [&outcome.before, &outcome.after, &outcome.noise_floor];
+    let scores = scores(outcome);
     let row = |name: &str, unit: String, total: bool, pick: &dyn Fn(&Score) -> f64| {
         let [before, after, floor] = scores.map(|score| short(pick(score)));
         Row {
@@ -201,14 +232,13 @@ fn rows(outcome: &Outcome, model: &Model) -> Vec<Row> {
         &|s| s.force.total,
     ));
     for (name, unit) in units() {
-        let unit = super::figures::force_unit(unit);
+        let unit = super::figures::force_unit(&unit);
         rows.push(row(name, unit, false, &|s| at(&s.force, name)));
     }
     let horizon = outcome.before.rollout.horizon;
     let title = format!("prediction over {horizon:.2} s, share of its scale");
     rows.push(row(&title, one(), true, &|s| s.rollout.errors.total));
     for (name, unit) in units() {
-        let unit = unit.to_string();
         rows.push(row(name, unit, false, &|s| at(&s.rollout.errors, name)));
     }
     rows
@@ -223,7 +253,7 @@ fn describe(finding: &Finding, figure: Option<Figure>) -> Found {
         } else {
             "not estimated".into()
         };
-        [name.clone(), short(p.value), error, p.unit.clone()]
+        [name.clone(), short(p.value), error, shown_unit(&p.unit)]
     });
     let rivals = finding.confounded_with.iter().map(|rival| {
         let name = with_places(&rival.effect, &rival.on);
@@ -245,9 +275,11 @@ fn describe(finding: &Finding, figure: Option<Figure>) -> Found {
 fn considered(outcome: &Outcome) -> Vec<([String; 5], bool)> {
     let best = outcome.details.considered.iter().take(CANDIDATES);
     best.map(|candidate| {
+        let nearest = outcome.nearest.iter().flat_map(|nearest| &nearest.findings);
         let accepted = outcome
             .findings
             .iter()
+            .chain(nearest)
             .any(|f| f.effect == candidate.effect && f.on == candidate.on);
         let texts = [
             candidate.effect.clone(),
@@ -265,9 +297,7 @@ fn considered(outcome: &Outcome) -> Vec<([String; 5], bool)> {
 
 /// With so many decimals, and no sign before zero.
 fn nats(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$}");
-    let is_zero = text.trim_start_matches(['-', '0', '.']).is_empty();
-    if is_zero { text.replace('-', "") } else { text }
+    unsigned_zero(&format!("{value:.decimals$}")).to_string()
 }
 
 /// Lines of a diff with the class that colours them.

@@ -12,49 +12,141 @@ mod unnamed;
 pub use html::{Page, PageError, html};
 pub use portable::{EFFECTS, Portable, portable};
 
+use crate::log::Map;
+use crate::number::short;
 use crate::trace::{
     Basis, Errors, Finding, Outcome, ParameterEstimate, Score, SeparatingMotion, Verdict,
 };
 use dynamics_codegen::Model;
+use dynamics_codegen::dimension::shown_unit;
 use figures::force_unit;
 use std::fmt::Write;
+use std::path::Path;
 
 /// The outcome on one page of plain text.
 pub fn summary(outcome: &Outcome, model: &Model) -> String {
-    let mut page = String::new();
-    let mut line = |text: String| {
-        page.push_str(&text);
-        page.push('\n');
-    };
-    line(sentence(outcome));
-    for mistake in &outcome.misread {
-        line(String::new());
-        line(format!("  But {mistake}."));
+    let mut lines = Vec::new();
+    if let Some(misread) = &outcome.misread {
+        lines.extend([misread.to_string(), String::new()]);
+        lines.extend(
+            columns(outcome)
+                .into_iter()
+                .map(|line| match line.is_empty() {
+                    true => line,
+                    false => format!("  {line}"),
+                }),
+        );
+        lines.push(String::new());
     }
+    lines.push(match is_stopped(outcome) {
+        true => NOT_SEARCHED.to_string(),
+        false => verdict(outcome),
+    });
     for finding in &outcome.findings {
-        line(String::new());
-        describe(finding).into_iter().for_each(&mut line);
+        lines.push(String::new());
+        lines.extend(describe(finding));
     }
-    if let Some(unnamed) = &outcome.unnamed {
-        line(String::new());
-        for sentence in unnamed::sentences(unnamed, model) {
-            line(format!("  {sentence}"));
+    if let Some(nearest) = &outcome.nearest {
+        lines.extend([String::new(), format!("  {NEAREST}")]);
+        for finding in &nearest.findings {
+            lines.push(String::new());
+            lines.extend(describe(finding));
         }
     }
-    line(String::new());
+    if let Some(unnamed) = &outcome.unnamed {
+        lines.push(String::new());
+        let sentences = unnamed::sentences(unnamed, model).into_iter();
+        lines.extend(sentences.map(|sentence| format!("  {sentence}")));
+    }
+    lines.push(String::new());
+    lines.extend(table(outcome, model));
+    lines.push(String::new());
+    if outcome.basis == Basis::Forces {
+        lines.extend([BY_FORCES.to_string(), String::new()]);
+    }
+    lines.push(learnt(outcome));
+    lines.join("\n") + "\n"
+}
+
+/// What should be known about mistaken columns, and the lines of a map that read them as they are.
+fn columns(outcome: &Outcome) -> Vec<String> {
+    let Some(misread) = &outcome.misread else {
+        return Vec::new();
+    };
+    let [before, after] = [misread.error_as_read, misread.error_otherwise].map(short);
+    let map: Vec<&String> = misread.mistakes.iter().flat_map(|m| &m.map).collect();
+    if map.is_empty() {
+        let question = "Are both in one unit? A map of the log says it (docs/log-format.md).";
+        return vec![question.to_string()];
+    }
+    let mut lines = vec![
+        format!(
+            "As the columns are read, the model's accelerations are off by {before} of their size; \
+             otherwise by {after}."
+        ),
+        format!(
+            "A map of the log says so (docs/log-format.md): {} beside it, with",
+            Map::beside(Path::new(&outcome.split.train_log)).display()
+        ),
+        String::new(),
+        "  [columns]".to_string(),
+    ];
+    lines.extend(map.iter().map(|line| format!("  {line}")));
+    lines
+}
+
+/// The first sentence of the page: mistaken columns beyond doubt, else what was found.
+fn headline(outcome: &Outcome) -> String {
+    match &outcome.misread {
+        Some(misread) if is_stopped(outcome) => misread.to_string(),
+        _ => verdict(outcome),
+    }
+}
+
+/// Whether nothing was searched for, as columns are mistaken.
+fn is_stopped(outcome: &Outcome) -> bool {
+    outcome.misfit_before.is_nan()
+}
+
+const NOT_SEARCHED: &str = "Nothing else was searched for: what is found in mistaken columns is not \
+    true. If they are right, --trust-columns searches all the same.";
+
+/// Above what was found wanting.
+const NEAREST: &str = "Nearest, but no explanation; none of it is written into the model:";
+
+/// What errors beside those before are of, in a word or two.
+fn after_name(outcome: &Outcome) -> &'static str {
+    match &outcome.nearest {
+        Some(_) => "nearest",
+        None if is_stopped(outcome) => "read so",
+        None => "after",
+    }
+}
+
+/// The errors of the model as given, of what is said to be better, and of noise alone.
+fn scores(outcome: &Outcome) -> [&Score; 3] {
+    let nearest = outcome.nearest.as_ref().map(|nearest| &nearest.errors);
+    let after = nearest.unwrap_or(&outcome.after);
+    [&outcome.before, after, &outcome.noise_floor]
+}
+
+/// The errors on data that nothing was fitted to.
+fn table(outcome: &Outcome, model: &Model) -> Vec<String> {
     let split = &outcome.split;
-    line(format!(
-        "Errors on {} samples of {} ({}):",
-        split.test_samples, split.test_log, split.method
-    ));
-    line(format!(
-        "  {:34}{:>11}{:>11}{:>13}",
-        "", "before", "after", "noise floor"
-    ));
+    let after = after_name(outcome);
+    let mut lines = vec![
+        format!(
+            "Errors on {} samples of {} ({}):",
+            split.test_samples, split.test_log, split.method
+        ),
+        format!(
+            "  {:34}{:>11}{after:>11}{:>13}",
+            "", "before", "noise floor"
+        ),
+    ];
     let mut row = |name: String, pick: &dyn Fn(&Score) -> f64| {
-        let [before, after, floor] =
-            [&outcome.before, &outcome.after, &outcome.noise_floor].map(|score| short(pick(score)));
-        line(format!("  {name:34}{before:>11}{after:>11}{floor:>13}"));
+        let [before, after, floor] = scores(outcome).map(|score| short(pick(score)));
+        lines.push(format!("  {name:34}{before:>11}{after:>11}{floor:>13}"));
     };
     let by_forces = outcome.basis == Basis::Forces;
     row("acceleration, share of its scale".into(), &|s| {
@@ -69,7 +161,7 @@ pub fn summary(outcome: &Outcome, model: &Model) -> String {
     }
     row("force, share of its scale".into(), &|s| s.force.total);
     for coordinate in model.coordinates.iter().filter(|_| by_forces) {
-        let unit = force_unit(stated_unit(&coordinate.unit));
+        let unit = force_unit(&stated_unit(&coordinate.unit));
         let name = &coordinate.name;
         row(format!("  {name}, {unit}"), &|s| at(&s.force, name));
     }
@@ -77,29 +169,42 @@ pub fn summary(outcome: &Outcome, model: &Model) -> String {
     row(format!("prediction over {horizon:.2} s"), &|s| {
         s.rollout.errors.total
     });
-    line(String::new());
-    if by_forces {
-        line(BY_FORCES.to_string());
-        line(String::new());
+    lines
+}
+
+/// What was learnt from, and what that leaves.
+fn learnt(outcome: &Outcome) -> String {
+    let (split, seed) = (&outcome.split, outcome.seed);
+    if is_stopped(outcome) {
+        return format!("Nothing was learnt. Seed {seed}.");
     }
     let learnt = format!(
         "Learnt from {} samples of {}",
         split.train_samples, split.train_log
     );
-    let [before, after] = [outcome.misfit_before, outcome.misfit_after].map(short);
-    let left = short(100.0 * outcome.remaining.share_after);
-    let seed = outcome.seed;
-    line(match outcome.basis {
+    let before = short(outcome.misfit_before);
+    let share = |share: f64| match share.is_finite() {
+        true => format!("{} %", short(100.0 * share)),
+        false => "-".to_string(),
+    };
+    let left = share(outcome.remaining.share_after);
+    let (misfit, left) = match &outcome.nearest {
+        Some(nearest) => (
+            format!("{before} (nearest: {})", short(nearest.misfit)),
+            format!("{left} (nearest: {})", share(nearest.share)),
+        ),
+        None => (format!("{before} -> {}", short(outcome.misfit_after)), left),
+    };
+    match outcome.basis {
         Basis::Motion => format!(
-            "{learnt}; mean squared prediction error in units of sensor noise {before} -> {after}; \
-             unexplained: {left} % of the accelerations. Seed {seed}."
+            "{learnt}; mean squared prediction error in units of sensor noise {misfit}; \
+             unexplained: {left} of the accelerations. Seed {seed}."
         ),
         Basis::Forces => format!(
             "{learnt}; mean squared force error in units of what all effects together leave \
-             {before} -> {after}; unexplained: {left} % of what the inputs exert. Seed {seed}."
+             {misfit}; unexplained: {left} of what the inputs exert. Seed {seed}."
         ),
-    });
-    page
+    }
 }
 
 /// What a reader should know where effects were found in the balance of forces.
@@ -111,39 +216,37 @@ fn at(errors: &Errors, name: &str) -> f64 {
     errors.per_coordinate.get(name).copied().unwrap_or(f64::NAN)
 }
 
-/// The unit as the model writes it; a question mark if it does not.
-fn stated_unit(unit: &str) -> &str {
-    if unit.is_empty() { "?" } else { unit }
+/// The unit that the model states; a question mark if it does not.
+fn stated_unit(unit: &str) -> String {
+    if unit.is_empty() {
+        "?".to_string()
+    } else {
+        shown_unit(unit)
+    }
 }
 
 /// What was found, in one sentence.
-fn sentence(outcome: &Outcome) -> String {
+fn verdict(outcome: &Outcome) -> String {
     let names = names(outcome.findings.iter());
-    if outcome.verdict == Verdict::Unknown {
-        let (drives, nearest): (Vec<&Finding>, Vec<&Finding>) = outcome
-            .findings
-            .iter()
-            .partition(|finding| finding.is_measured);
-        let mut sentence = match drives.is_empty() {
-            true => "Something is missing".to_string(),
-            false => format!(
-                "A drive does not do what it is told: {}. Beside that something is missing",
-                self::names(drives.into_iter())
-            ),
-        };
-        sentence.push_str(" that no effect of the library explains");
-        if !nearest.is_empty() {
-            let nearest = self::names(nearest.into_iter());
-            sentence.push_str(&format!("; nearest, but not near: {nearest}"));
-        }
-        return sentence + ".";
-    }
     match outcome.verdict {
         Verdict::None => "The log agrees with the model: nothing is missing.".to_string(),
         Verdict::Effect => format!("The model lacks {names}."),
         Verdict::Channel => format!("A channel is not what it seems: {names}."),
         Verdict::Parameter => format!("Only the value of a parameter is off: {names}."),
-        Verdict::Unknown => String::new(),
+        Verdict::Unknown => {
+            let mut sentence = match outcome.findings.is_empty() {
+                true => "Something is missing".to_string(),
+                false => format!(
+                    "A drive does not do what it is told: {names}. Beside that something is missing"
+                ),
+            };
+            sentence.push_str(" that no effect of the library explains");
+            if let Some(nearest) = &outcome.nearest {
+                let nearest = self::names(nearest.findings.iter());
+                sentence.push_str(&format!("; nearest, but not near: {nearest}"));
+            }
+            sentence + "."
+        }
     }
 }
 
@@ -177,7 +280,7 @@ fn describe(finding: &Finding) -> Vec<String> {
                 "    {name} = {} ± {} {}",
                 short(p.value),
                 short(p.std),
-                p.unit
+                shown_unit(&p.unit)
             ),
         });
     }
@@ -206,27 +309,10 @@ fn would_tell(motion: &SeparatingMotion) -> String {
         "the same motion {} would tell: {} {} apart in {}, here {}",
         motion.motion,
         short(motion.apart),
-        motion.unit,
+        shown_unit(&motion.unit),
         motion.coordinate,
         short(motion.apart_in_log)
     )
-}
-
-/// Four digits; a dash where there is no number.
-fn short(value: f64) -> String {
-    if !value.is_finite() {
-        return "-".to_string();
-    }
-    if value == 0.0 || (1e-3..1e5).contains(&value.abs()) {
-        let digits = if value == 0.0 {
-            0
-        } else {
-            (3 - value.abs().log10().floor() as i32).max(0)
-        };
-        format!("{value:.precision$}", precision = digits as usize)
-    } else {
-        format!("{value:.2e}")
-    }
 }
 
 /// The change to the model file as a unified diff; empty if there is none.

@@ -1,6 +1,8 @@
 //! A force without a name, in words.
 
-use super::{short, stated_unit};
+use super::figures::force_unit;
+use super::stated_unit;
+use crate::number::short;
 use crate::trace::{Unnamed, UnnamedForce};
 use dynamics_codegen::Model;
 
@@ -13,12 +15,8 @@ pub(super) fn sentences(unnamed: &Unnamed, model: &Model) -> Vec<String> {
 fn sentence(force: &UnnamedForce, model: &Model) -> String {
     let unit = |name: &str| {
         let mut coordinates = model.coordinates.iter();
-        let unit = coordinates.find(|c| c.name == name).map(|c| &c.unit[..]);
-        match stated_unit(unit.unwrap_or_default()) {
-            "rad" => "N*m".to_string(),
-            "m" => "N".to_string(),
-            other => format!("J/{other}"),
-        }
+        let unit = coordinates.find(|c| c.name == name).map(|c| &c.unit);
+        force_unit(&stated_unit(unit.map_or("", |unit| unit)))
     };
     let on: Vec<&str> = force.depends_on.iter().map(|d| &d.variable[..]).collect();
     let kind = match (force.dissipation, force.odd_in_velocity) {
@@ -54,7 +52,12 @@ fn sentence(force: &UnnamedForce, model: &Model) -> String {
 const DISTINCT: f64 = 0.3;
 
 fn gain(unnamed: &Unnamed) -> String {
-    if unnamed.recovered.is_nan() || unnamed.recovered <= 0.0 {
+    if unnamed.recovered.is_nan() {
+        return "In the accelerations of the log that is judged by the model as given misses nothing \
+                beyond sensor noise: there Gaussian-process terms have nothing to gain."
+            .to_string();
+    }
+    if unnamed.recovered <= 0.0 {
         return "As Gaussian-process terms beside the model as given, these predict the log that is judged \
                 by no better: they are of no use for prediction."
             .to_string();

@@ -47,11 +47,20 @@ pub enum SmoothError {
     },
     /// No setting of the noise gives the data a finite likelihood.
     #[error(
-        "no finite likelihood was found for the noise of this channel; its values span {range:e}: check its units and scale"
+        "no finite likelihood was found for the noise of the sensors; positions span {range:e}: check \
+         units and scale"
     )]
     NoLikelihood {
         /// Largest minus smallest position.
         range: f64,
+    },
+    /// A coordinate of a record cannot be smoothed.
+    #[error("column `q_{coordinate}` and those beside it: {source}")]
+    Of {
+        /// The coordinate.
+        coordinate: String,
+        /// Why not.
+        source: Box<SmoothError>,
     },
     /// A smoother was applied to channels whose noise it does not know.
     #[error("the smoother has no noise level for `{channel}`; fit it on a log that has it")]
@@ -59,4 +68,17 @@ pub enum SmoothError {
         /// The channel.
         channel: &'static str,
     },
+}
+
+impl SmoothError {
+    /// With the name of the coordinate that it is about.
+    pub(super) fn of(self, coordinate: &str) -> Self {
+        Self::Of {
+            coordinate: coordinate
+                .strip_prefix("q_")
+                .unwrap_or(coordinate)
+                .to_string(),
+            source: Box::new(self),
+        }
+    }
 }

@@ -63,8 +63,10 @@ pub fn smooth(record: &Record) -> Result<Vec<Smoothed>, SmoothError> {
     coordinates
         .into_par_iter()
         .map(|i| {
-            let channels = Channels::of(record, i)?;
-            Smoother::fit(&channels)?.apply(&channels)
+            let of = |error: SmoothError| error.of(&record.coordinates[i]);
+            let channels = Channels::of(record, i).map_err(of)?;
+            let smoother = Smoother::fit(&channels).map_err(of)?;
+            smoother.apply(&channels).map_err(of)
         })
         .collect()
 }

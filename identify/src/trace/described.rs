@@ -155,6 +155,7 @@ mod tests {
             hold: None,
             horizon: 0.5,
             seed: 1,
+            trust_columns: false,
             progress: &Silent,
         })
         .unwrap();

@@ -90,14 +90,16 @@ pub enum TraceError {
     },
     /// Too little to split.
     #[error(
-        "the log has {samples} samples; at least {needed} are needed to keep a third apart: give a \
-         longer log or a second one with `--test`"
+        "the log has {samples} samples; at least {needed} are needed to keep a third apart, or {alone} \
+         in each of two logs: give a longer log or a second one with `--test`"
     )]
     TooShort {
         /// What there is.
         samples: usize,
         /// What is needed.
         needed: usize,
+        /// What each of two logs needs.
+        alone: usize,
     },
 }
 

@@ -7,11 +7,14 @@ use super::estimate::Observed;
 use super::focus::Focus;
 use super::outcome::Basis;
 use super::run::Request;
-use super::score::{Score, ScoreError, Scoring};
+use super::score::{
+    Errors, Look, Predicted, RolloutErrors, Score, ScoreError, Scoring, inner_samples,
+};
 use super::select::{Selection, smooth};
 use super::series::Series;
 use crate::log::Record;
 use crate::regression::Hold;
+use crate::smooth::{SmoothError, savgol_states};
 use std::sync::Arc;
 
 /// An error above this many times that of the model as given is worse.
@@ -106,6 +109,34 @@ pub(super) fn judge(
     Ok(([before.score, after.score, floor], series))
 }
 
+/// The look of a model that cannot move.
+pub(super) fn motionless(record: &Record, horizon: f64) -> Result<Look, SmoothError> {
+    let states = savgol_states(record)?;
+    let n = record.q.len();
+    let nowhere = Errors::of(record, &vec![f64::INFINITY; n], &vec![1.0; n]);
+    Ok(Look {
+        inner: inner_samples(record, &states),
+        score: Score {
+            acceleration: nowhere.clone(),
+            force: nowhere.clone(),
+            rollout: RolloutErrors {
+                horizon,
+                windows: 0,
+                diverged: 0,
+                errors: nowhere,
+            },
+        },
+        missing: vec![vec![f64::NAN; record.len()]; n],
+        predicted: Predicted {
+            q: vec![vec![f64::NAN; record.len()]; n],
+            starts: Vec::new(),
+            length: 0,
+            travel: vec![f64::NAN; n],
+        },
+        states,
+    })
+}
+
 /// Whether the patched model predicts worse: one measure is clearly worse, and another no better.
 /// A single one misleads: where little moves, accelerations are mostly the filter's corners, and
 /// predictions of an unstable machine run anywhere.
@@ -122,7 +153,6 @@ pub(super) fn is_worse(basis: Basis, [before, after, _]: &[Score; 3]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trace::score::{Errors, RolloutErrors};
     use std::collections::BTreeMap;
 
     fn score([acceleration, rollout, force]: [f64; 3]) -> Score {

@@ -3,12 +3,12 @@
 use super::error::TraceError;
 use super::outcome::Split;
 use super::run::Request;
-use crate::log::{Log, Record};
+use crate::log::{Log, MINIMUM_SAMPLES, Record};
 use dynamics_codegen::Compiled;
 use dynamics_codegen::syntax::PortKind;
 
 /// Fewest samples for learning, and for judging.
-const FEWEST: usize = 50;
+const FEWEST: usize = MINIMUM_SAMPLES;
 /// Most samples of a log: what the search takes a minute or two for with one joint. It goes
 /// through all of them many times.
 const MOST: usize = 100_000;
@@ -84,6 +84,7 @@ fn split(request: &Request<'_>, plain: &Compiled) -> Result<(Record, Record, Spl
                 return Err(TraceError::TooShort {
                     samples: whole.len(),
                     needed,
+                    alone: FEWEST,
                 });
             }
             let begin = whole.len() - whole.len() / 3;

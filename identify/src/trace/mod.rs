@@ -1,6 +1,7 @@
 //! From a log to the named effects that the model lacks.
 
 mod command;
+mod conclude;
 mod constraints;
 mod corrected;
 mod described;
@@ -39,7 +40,8 @@ pub use estimate::Observed;
 pub use finding::{Finding, ParameterEstimate, Rival, Verdict};
 pub use focus::Focus;
 pub use microscope::{Dependence, Tried, Unnamed, UnnamedForce};
-pub use outcome::{Basis, Outcome, Split};
+pub use misread::{Misread, MistakenColumns};
+pub use outcome::{Basis, Nearest, Outcome, Split};
 pub use patch::patch;
 pub use progress::{Progress, Silent, Stage};
 pub use refine::{Estimate, Explanation, SMALLEST_SHARE};

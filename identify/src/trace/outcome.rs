@@ -1,7 +1,9 @@
 //! What tracing a log says.
 
+use super::estimate::Observed;
 use super::finding::{Finding, Verdict};
 use super::microscope::Unnamed;
+use super::misread::Misread;
 use super::score::Score;
 use super::select::Remaining;
 use super::series::Details;
@@ -35,6 +37,21 @@ pub enum Basis {
     Forces,
 }
 
+/// What comes nearest to an explanation where nothing is one, and what it would do. Nothing of it
+/// is written into the model.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Nearest {
+    /// What it is made of, strongest first.
+    pub findings: Vec<Finding>,
+    /// Errors with it, on data that neither fitting nor selection saw.
+    pub errors: Score,
+    /// Mean squared whitened prediction error with it, on the training data.
+    pub misfit: f64,
+    /// Root mean square of the accelerations that unexplained forces make with it, as a share of
+    /// the machine's own.
+    pub share: f64,
+}
+
 /// What was found.
 #[derive(Debug, Clone, Serialize)]
 pub struct Outcome {
@@ -42,11 +59,16 @@ pub struct Outcome {
     pub verdict: Verdict,
     /// What effects were found in.
     pub basis: Basis,
-    /// What it lacks, strongest first.
+    /// What it lacks, strongest first: what the patched model has written in.
     pub findings: Vec<Finding>,
+    /// What was weighed and found wanting, if the verdict is that nothing explains the log.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nearest: Option<Nearest>,
     /// Errors on data that neither fitting nor selection saw, of the model as given.
     pub before: Score,
-    /// The same of the patched model.
+    /// The same of the patched model. Of drives alone, as two measured columns show them, nothing
+    /// changes: the log has what they put out. Where columns are mistaken, of the model as given
+    /// on the log read otherwise.
     pub after: Score,
     /// The same if the patched model were exactly right.
     pub noise_floor: Score,
@@ -55,7 +77,8 @@ pub struct Outcome {
     /// What has no name, if the verdict says so.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unnamed: Option<Unnamed>,
-    /// Mean squared whitened prediction error on the training data, of the model as given.
+    /// Mean squared whitened prediction error on the training data, of the model as given; not a
+    /// number where columns are mistaken and nothing was fitted.
     pub misfit_before: f64,
     /// The same of the patched model; one if sensor noise explains it.
     pub misfit_after: f64,
@@ -67,14 +90,31 @@ pub struct Outcome {
     pub split: Split,
     /// Seed of everything random.
     pub seed: u64,
-    /// Mistakes in the columns of the log under which the model would explain it.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub misread: Vec<String>,
+    /// Columns of the log that are probably not what they are taken for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub misread: Option<Misread>,
     /// What should be known about the logs.
     pub warnings: Vec<String>,
     /// The model with the findings written in.
     pub patched_model: String,
-    /// Curves and candidates, for plots; not part of the JSON outcome.
+    /// Curves and candidates, for plots; not part of the JSON outcome. Where something comes
+    /// nearest, curves "after" are with that.
     #[serde(skip)]
     pub details: Details,
+}
+
+/// Estimated standard deviation of each channel's noise, by column.
+pub(super) fn sensor_noise(observed: &Observed) -> BTreeMap<String, f64> {
+    let record = &observed.record;
+    let mut noise = BTreeMap::new();
+    for (i, name) in record.coordinates.iter().enumerate() {
+        noise.insert(format!("q_{name}"), observed.position_sd[i]);
+        if record.dq[i].is_some() {
+            noise.insert(format!("dq_{name}"), observed.velocity_sd[i]);
+        }
+        if record.ddq[i].is_some() {
+            noise.insert(format!("ddq_{name}"), observed.acceleration_sd[i]);
+        }
+    }
+    noise
 }

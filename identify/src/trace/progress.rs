@@ -5,6 +5,8 @@ use std::fmt;
 /// A part of the work; the parts follow one another, those of the search more than once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Stage {
+    /// The columns are looked at: are they what they are taken for?
+    Columns,
     /// A curve is drawn through the log, and the sensors' noise is estimated.
     Smooth,
     /// Every effect at every place is derived.
@@ -26,6 +28,7 @@ pub enum Stage {
 impl fmt::Display for Stage {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
+            Self::Columns => "columns",
             Self::Smooth => "smooth",
             Self::Derive => "derive",
             Self::Screen => "screen",
@@ -43,6 +46,9 @@ pub trait Progress: fmt::Debug + Sync {
     /// A stage begins, and the one before has ended; `found` names what has been accepted
     /// so far.
     fn enter(&self, stage: Stage, found: &[String]);
+
+    /// Something that whoever waits should know at once.
+    fn notice(&self, text: &str);
 }
 
 /// Does not want to know.
@@ -51,4 +57,6 @@ pub struct Silent;
 
 impl Progress for Silent {
     fn enter(&self, _: Stage, _: &[String]) {}
+
+    fn notice(&self, _: &str) {}
 }

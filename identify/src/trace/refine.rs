@@ -3,6 +3,7 @@
 
 use super::dictionary::Dictionary;
 use super::estimate::Observed;
+use super::score::NEGLIGIBLE;
 use crate::machine::SolveError;
 use crate::regression::{Columns, ErrorDynamics, Fit, Gram, ProcessNoise, Readings, Whitener};
 use nalgebra::{DMatrix, DVector};
@@ -359,8 +360,10 @@ pub fn unexplained(dynamics: &ErrorDynamics, noise: &ProcessNoise) -> f64 {
             }
         }
     }
+    let moving = NEGLIGIBLE.powi(2) * own.iter().copied().fold(0.0, f64::max);
     let shares = (0..n).map(|i| {
-        if own[i] > 0.0 {
+        // What moves by round-off alone has no size to take a share of.
+        if own[i] > moving {
             forced[i] / own[i]
         } else {
             0.0

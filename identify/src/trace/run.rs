@@ -1,29 +1,26 @@
 //! The whole loop: log in, findings and patched model out.
 
 use super::command::drives;
+use super::conclude::judged;
 use super::constraints::{check_corrected, check_measured};
 use super::dictionary::{Dictionary, Ranges, Source};
 use super::error::TraceError;
 use super::estimate::Observed;
-use super::finding::{Finding, Verdict, findings, verdict};
-use super::forces;
-use super::judge::{is_worse, judge};
+use super::finding::Verdict;
 use super::learn::{Learner, Learnt};
 use super::logs::Logs;
 use super::microscope::{MicroscopeError, Unnamed, look};
-use super::misread::misread;
-use super::outcome::{Basis, Outcome};
-use super::patch::patch;
+use super::misread;
+use super::outcome::Outcome;
 use super::progress::{Progress, Stage};
-use super::score::{Score, Scoring};
+use super::score::Scoring;
 use super::select::Selection;
-use super::series::{Details, Series, weighed};
 use super::waves::missing;
-use crate::log::{Log, Record};
+use crate::log::{Log, Record, said_of};
 use crate::machine::Machine;
 use crate::regression::Hold;
 use dynamics_codegen::{Compiled, Library};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// What to trace.
 #[derive(Debug, Clone)]
@@ -46,15 +43,11 @@ pub struct Request<'a> {
     pub horizon: f64,
     /// Seed of everything random.
     pub seed: u64,
+    /// Whether to search although columns of the log look mistaken beyond doubt.
+    pub trust_columns: bool,
     /// Who is told how far the work is; [`Silent`](super::Silent) does not care.
     pub progress: &'a dyn Progress,
 }
-
-/// An error below this many times the noise floor is the floor.
-const AT_FLOOR: f64 = 1.05;
-/// The same of open-loop predictions, of which a log holds few; where there are none, they say
-/// nothing.
-const ROLLOUT_AT_FLOOR: f64 = 1.5;
 
 /// Finds what the model lacks.
 ///
@@ -69,17 +62,35 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         library: request.library,
         parameters: &request.parameters,
     };
-    progress.enter(Stage::Smooth, &[]);
+    progress.enter(Stage::Columns, &[]);
     let plain = source.compile().map_err(Box::new)?;
     check_overrides(&plain, &request.parameters)?;
-    let Logs { train, test, split } = Logs::of(request, &plain)?;
+    let logs = Logs::of(request, &plain)?;
+    let plain = Machine::new(plain);
+    let misread = misread::misread(misread::Look {
+        machine: &plain,
+        values: &source.values(&plain),
+        record: &logs.train,
+        log: request.train,
+    });
+    let misread = match misread {
+        Some(misread) => {
+            progress.notice(&misread.to_string());
+            if misread.is_decisive && !request.trust_columns {
+                return misread::outcome(request, &source, logs, misread);
+            }
+            Some(misread)
+        }
+        None => None,
+    };
+    progress.enter(Stage::Smooth, &[]);
+    let Logs { train, test, split } = logs;
     let mut observed = Observed::new(train, request.hold.unwrap_or(Hold::Linear))?;
     progress.enter(Stage::Derive, &[]);
-    let ranges = ranges(&source, plain, &observed);
+    let ranges = ranges(&source, &plain, &observed);
     let dictionary = Dictionary::new(&source, &ranges).map_err(Box::new)?;
     observed.believe(&dictionary)?;
     check_measured(&dictionary, &observed)?;
-    let misread = misread(&dictionary, &observed.record);
     progress.enter(Stage::Fit, &[]);
     let learner = Learner {
         source,
@@ -88,86 +99,34 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         free_hold: request.hold.is_none(),
         progress,
     };
-    let mut learnt = learner.learn(dictionary)?;
+    let learnt = learner.learn(dictionary)?;
     check_corrected(&learnt.dictionary, &learnt.selection)?;
     progress.enter(Stage::Judge, &[]);
-    let mut judgement = judged(&learnt, &test, request)?;
-    // What predicts worse than the model as given explains nothing, whatever its evidence.
-    let worse = is_worse(learnt.basis, &judgement.0);
-    if worse {
-        learnt.selection = learnt.selection.without_terms(&learnt.dictionary);
-        judgement = judged(&learnt, &test, request)?;
-    }
-    let ([before, after, noise_floor], series) = judgement;
+    let judged = judged(learnt, &test, request)?;
     let Learnt {
         dictionary,
         selection,
-        basis,
-    } = learnt;
+        ..
+    } = &judged.learnt;
     let record = &selection.observed.record;
-    let drives = drives(&dictionary, record);
-    let verdict = if worse {
-        Verdict::Unknown
-    } else {
-        let explained = basis == Basis::Forces || is_at_floor(&after, &noise_floor);
-        match verdict(&dictionary, &selection, explained) {
-            Verdict::None | Verdict::Parameter if !drives.is_empty() => Verdict::Channel,
-            verdict => verdict,
-        }
-    };
-    // Of both halves of one log the same is said once.
-    let mut said = BTreeSet::new();
-    let sources = record.warnings.iter().chain(&test.warnings);
-    let mut warnings: Vec<String> = sources.map(ToString::to_string).collect();
-    warnings.retain(|warning| said.insert(warning.clone()));
+    let drives = drives(dictionary, record);
+    let verdict = judged.verdict(&drives);
+    let mut warnings = said_of(record, &test, request.test.is_some());
     let unnamed = match verdict {
         Verdict::Unknown => {
             progress.enter(Stage::Look, &[]);
-            let errors = (before.acceleration.total, noise_floor.acceleration.total);
-            let seen = seen(&dictionary, &selection, &test, errors, request);
+            let errors = [&judged.before, &judged.noise_floor];
+            let errors = errors.map(|score| score.acceleration.total);
+            let seen = seen(dictionary, selection, &test, errors.into(), request);
             let untold = |error| format!("the unexplained force cannot be described: {error}");
             seen.map_err(|error| warnings.push(untold(error))).ok()
         }
         _ => None,
     };
-    let told = |f: &Finding| {
-        let same = |d: &Finding| (&d.effect, &d.on) == (&f.effect, &f.on);
-        drives.iter().any(same)
-    };
-    let by_motion = findings(&dictionary, &selection).into_iter();
-    let by_motion = by_motion.filter(|finding| !told(finding));
-    let found: Vec<Finding> = drives.iter().cloned().chain(by_motion).collect();
-    // What does not explain the log is not written into the model; what two measured columns
-    // say of a drive is.
-    let written = match verdict {
-        Verdict::Unknown => &drives,
-        _ => &found,
-    };
-    let provenance = provenance(basis, &before, &after, &split.train_log, request.seed);
-    let robot = dictionary.machine.compiled.model.robot.as_ref();
-    let described = robot.map_or(&[][..], |robot| &robot.described);
     Ok(Outcome {
-        verdict,
-        basis,
-        patched_model: patch(request.model_text, written, described, &provenance),
-        findings: found,
-        before,
-        after,
-        noise_floor,
-        unnamed,
-        misfit_before: selection.nominal_misfit,
-        misfit_after: selection.reduced_misfit,
-        sensor_noise: sensor_noise(&selection.observed),
-        input_hold: selection.observed.hold,
-        split,
-        seed: request.seed,
         misread,
-        warnings,
-        details: Details {
-            considered: weighed(&dictionary, &selection),
-            series,
-        },
-        remaining: selection.remaining,
+        unnamed,
+        ..judged.outcome(request, split, (verdict, drives), warnings)
     })
 }
 
@@ -199,36 +158,11 @@ fn check_overrides(plain: &Compiled, given: &BTreeMap<String, f64>) -> Result<()
 }
 
 /// Where the log goes, and what the model as given lacks there.
-fn ranges(source: &Source<'_>, plain: Compiled, observed: &Observed) -> Ranges {
-    let machine = Machine::new(plain);
+fn ranges(source: &Source<'_>, plain: &Machine, observed: &Observed) -> Ranges {
     Ranges {
-        missing: missing(&machine, &source.values(&machine), observed),
+        missing: missing(plain, &source.values(plain), observed),
         ..observed.ranges()
     }
-}
-
-fn judged(
-    learnt: &Learnt,
-    test: &Record,
-    request: &Request<'_>,
-) -> Result<([Score; 3], Series), TraceError> {
-    let Learnt {
-        dictionary,
-        selection,
-        basis,
-    } = learnt;
-    let hold = selection.observed.hold;
-    match basis {
-        Basis::Forces => forces::judge(dictionary, selection, test, request, hold),
-        Basis::Motion => judge(dictionary, selection, test, request, hold),
-    }
-}
-
-/// Whether a model is as near to a log as sensor noise allows.
-fn is_at_floor(score: &Score, floor: &Score) -> bool {
-    let [predicted, possible] = [score, floor].map(|score| score.rollout.errors.total);
-    score.acceleration.total < AT_FLOOR * floor.acceleration.total
-        && (predicted.is_nan() || predicted <= ROLLOUT_AT_FLOOR * possible)
 }
 
 /// What the missing force looks like.
@@ -247,35 +181,4 @@ fn seen(
         horizon: request.horizon,
     };
     look(dictionary, selection, &scoring, test, errors, request.seed)
-}
-
-/// What the patched model says about its additions.
-fn provenance(basis: Basis, before: &Score, after: &Score, log: &str, seed: u64) -> String {
-    let scores = [before, after];
-    let (kind, [error_before, error_after]) = match basis {
-        Basis::Motion => ("acceleration", scores.map(|s| s.acceleration.total)),
-        Basis::Forces => ("force", scores.map(|s| s.force.total)),
-    };
-    let rollouts = match scores.map(|s| s.rollout.errors.total) {
-        [before, after] if before.is_finite() => format!(", rollout {before:.3} -> {after:.3}"),
-        _ => String::new(),
-    };
-    format!(
-        "dynamics trace, {log}: held-out {kind} error {error_before:.3} -> {error_after:.3}{rollouts} (seed {seed})"
-    )
-}
-
-fn sensor_noise(observed: &Observed) -> BTreeMap<String, f64> {
-    let record = &observed.record;
-    let mut noise = BTreeMap::new();
-    for (i, name) in record.coordinates.iter().enumerate() {
-        noise.insert(format!("q_{name}"), observed.position_sd[i]);
-        if record.dq[i].is_some() {
-            noise.insert(format!("dq_{name}"), observed.velocity_sd[i]);
-        }
-        if record.ddq[i].is_some() {
-            noise.insert(format!("ddq_{name}"), observed.acceleration_sd[i]);
-        }
-    }
-    noise
 }

@@ -15,7 +15,8 @@ pub struct Errors {
     /// By coordinate, in its unit.
     pub per_coordinate: BTreeMap<String, f64>,
     /// Each coordinate's error as a share of that coordinate's scale, root mean
-    /// square over coordinates; a pure number.
+    /// square over coordinates that have one; a pure number, not a number (`null` in JSON) where
+    /// none has.
     pub total: f64,
 }
 
@@ -225,9 +226,9 @@ impl Scoring<'_> {
                     .collect()
             })
             .collect();
-        let scale: Vec<f64> = states.a.iter().map(|a| deviation(&pick(a))).collect();
-        let inside: Vec<Vec<f64>> = misses.iter().map(|miss| pick(miss)).collect();
-        let acceleration = errors(record, &inside, &scale);
+        let inner_of = |columns: &[Vec<f64>]| columns.iter().map(|c| pick(c)).collect::<Vec<_>>();
+        let scale = scales(&inner_of(&states.a));
+        let acceleration = errors(record, &inner_of(&misses), &scale);
         let mut forces = vec![vec![0.0; record.len()]; n];
         let mut inertial = vec![vec![0.0; record.len()]; n];
         for (sample, motion) in motions.iter().enumerate() {
@@ -239,9 +240,8 @@ impl Scoring<'_> {
                 }
             }
         }
-        let force_scale: Vec<f64> = inertial.iter().map(|f| deviation(&pick(f))).collect();
-        let inside: Vec<Vec<f64>> = forces.iter().map(|force| pick(force)).collect();
-        let force = errors(record, &inside, &force_scale);
+        let force_scale = scales(&inner_of(&inertial));
+        let force = errors(record, &inner_of(&forces), &force_scale);
         Ok((acceleration, force, forces))
     }
 
@@ -443,6 +443,23 @@ pub(crate) fn deviation(values: &[f64]) -> f64 {
     (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt()
 }
 
+/// A scale below this share of the largest is round-off of it, by a wide margin: units and
+/// joints differ by six orders of magnitude at most, sums of doubles are good to twelve.
+pub(super) const NEGLIGIBLE: f64 = 1e-9;
+
+/// The standard deviation of each column, to measure errors by; zero where a column does not
+/// vary, but for round-off: there errors have no scale.
+pub(super) fn scales(columns: &[Vec<f64>]) -> Vec<f64> {
+    let mut scales: Vec<f64> = columns.iter().map(|column| deviation(column)).collect();
+    let largest = scales.iter().copied().fold(0.0, f64::max);
+    for scale in &mut scales {
+        if *scale <= NEGLIGIBLE * largest {
+            *scale = 0.0;
+        }
+    }
+    scales
+}
+
 pub(crate) fn errors(record: &Record, misses: &[Vec<f64>], scale: &[f64]) -> Errors {
     let rms: Vec<f64> = misses
         .iter()
@@ -452,7 +469,8 @@ pub(crate) fn errors(record: &Record, misses: &[Vec<f64>], scale: &[f64]) -> Err
 }
 
 fn combine(record: &Record, rms: &[f64], scale: &[f64]) -> Errors {
-    // A coordinate that never moves has no scale and says nothing.
+    // A coordinate that never moves has no scale and says nothing; where none has one, there is
+    // no share.
     let shares: Vec<f64> = rms
         .iter()
         .zip(scale)
@@ -466,7 +484,7 @@ fn combine(record: &Record, rms: &[f64], scale: &[f64]) -> Errors {
             .cloned()
             .zip(rms.iter().copied())
             .collect(),
-        total: (shares.iter().sum::<f64>() / shares.len().max(1) as f64).sqrt(),
+        total: (shares.iter().sum::<f64>() / shares.len() as f64).sqrt(),
     }
 }
 
@@ -490,4 +508,35 @@ pub(super) fn with_noise(mut record: Record, observed: &Observed, seed: u64) -> 
         }
     }
     record
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The round-off of a filter along a locked joint is not its size.
+    #[test]
+    fn what_does_not_move_has_no_scale() {
+        let moving = vec![1.0, -1.0, 1.0, -1.0];
+        let locked = vec![3e-12, -2e-12, 1e-12, 0.0];
+        assert_eq!(scales(&[moving, locked.clone()])[1], 0.0);
+        assert!(
+            scales(std::slice::from_ref(&locked))[0] > 0.0,
+            "nothing to compare it with"
+        );
+        let record = Record {
+            coordinates: vec!["a".into(), "b".into()],
+            inputs: Vec::new(),
+            t: vec![0.0; 4],
+            q: vec![vec![0.0; 4]; 2],
+            dq: vec![None; 2],
+            ddq: vec![None; 2],
+            u: Vec::new(),
+            commanded: Vec::new(),
+            warnings: Vec::new(),
+        };
+        let shares = |scale: [f64; 2]| combine(&record, &[0.5, 0.5], &scale).total;
+        assert_eq!(shares([1.0, 0.0]), 0.5);
+        assert!(shares([0.0, 0.0]).is_nan());
+    }
 }

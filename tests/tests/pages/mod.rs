@@ -34,6 +34,7 @@ pub fn machine(model: &str, id: &str) -> Traced {
         hold: None,
         horizon: 0.5,
         seed: 1,
+        trust_columns: false,
         progress: &identify::trace::Silent,
     });
     Traced {

@@ -59,6 +59,10 @@ pub struct Arguments {
     #[arg(long)]
     json: bool,
 
+    /// Search although columns of the log look mistaken
+    #[arg(long)]
+    trust_columns: bool,
+
     /// What inputs do between samples; found from the log if not stated
     #[arg(long, value_enum, value_name = "HOLD")]
     hold: Option<HoldArgument>,
@@ -237,6 +241,7 @@ fn run_trace(
         }),
         horizon: arguments.horizon,
         seed: arguments.seed,
+        trust_columns: arguments.trust_columns,
         progress: stages,
     };
     trace(&request).map_err(|error| match error {

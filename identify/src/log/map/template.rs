@@ -25,15 +25,40 @@ const TIMES: [&str; 7] = [
     "seconds",
 ];
 
+/// Units of positions by the word for them in a column's name. A lone `m` or `s` is not among
+/// them: it is a motor or a sample as often.
+const POSITIONS: [(&str, &str); 11] = [
+    ("deg", "deg"),
+    ("degree", "deg"),
+    ("degrees", "deg"),
+    ("rad", "rad"),
+    ("mrad", "mrad"),
+    ("turn", "turn"),
+    ("turns", "turn"),
+    ("rev", "rev"),
+    ("mm", "mm"),
+    ("cm", "cm"),
+    ("um", "um"),
+];
+
+/// Units of velocities and inputs by the word for them, each with its place in [`PREFIXES`].
+const OTHERS: [(&str, &str, usize); 4] = [
+    ("rpm", "rpm", 1),
+    ("dps", "deg/s", 1),
+    ("nm", "N*m", 3),
+    ("mnm", "mN*m", 3),
+];
+
 /// The text of a map: every channel that a model wants, each with the column that it most
 /// likely is, to be checked and completed by hand.
 pub fn template(columns: &[String], coordinates: &[String], inputs: &[String]) -> String {
     let time = columns.iter().find(|name| is_time(name));
     let mut text =
         String::from("# What the columns of the log are; docs/log-format.md has all keys.\n");
-    text += "# Check every line: columns are guessed, units are those of the model.\n\n[time]\n";
+    text += "# Check every line: columns and units are guessed from their names.\n\n[time]\n";
     text += &format!("column = {}\n", quoted(time.map_or("", String::as_str)));
-    text += "unit = \"s\"  # or ms, us, ns\n\n[columns]\n";
+    let unit = time.and_then(|name| unit_of_time(name)).unwrap_or("s");
+    text += &format!("unit = \"{unit}\"  # s, ms, us or ns\n\n[columns]\n");
     let mut used: Vec<&String> = time.into_iter().collect();
     let wanted = [
         (0, coordinates, true),
@@ -60,7 +85,8 @@ pub fn template(columns: &[String], coordinates: &[String], inputs: &[String]) -
                 continue;
             }
             used.extend(guess);
-            let unit = ["rad", "rad/s", "rad/s^2", "N*m"][kind];
+            let unit = guess.and_then(|column| unit_for(column, kind));
+            let unit = unit.unwrap_or_else(|| ["rad", "rad/s", "rad/s^2", "N*m"][kind].into());
             let (channel, column) = (key(channel), quoted(guess.map_or("", String::as_str)));
             text += &format!(
                 "{channel} = {{ column = {column}, unit = \"{unit}\", sign = 1, offset = 0 }}\n"
@@ -82,7 +108,52 @@ pub fn template(columns: &[String], coordinates: &[String], inputs: &[String]) -
 }
 
 fn is_time(name: &str) -> bool {
-    TIMES.iter().any(|time| name.eq_ignore_ascii_case(time))
+    let is = |name: &str| TIMES.iter().any(|time| name.eq_ignore_ascii_case(time));
+    let bare = unit_of_time(name).and_then(|unit| {
+        let bare = name.get(..name.len() - unit.len())?;
+        bare.strip_suffix(['_', '.', ' '])
+    });
+    is(name) || bare.is_some_and(is)
+}
+
+/// The unit in which a column of stamps ends: `time_ms`.
+fn unit_of_time(name: &str) -> Option<&'static str> {
+    let last = words(name).pop()?;
+    ["s", "ms", "us", "ns"]
+        .into_iter()
+        .find(|unit| *unit == last)
+}
+
+/// The unit that a column's name says, as a map writes it, and which kind of column has it:
+/// `arm_deg`, `arm_deg_s`, `arm_deg_s2`, `arm_rpm`, `arm_Nm`, each also in front of a number.
+fn unit_of(name: &str) -> Option<(usize, String)> {
+    let words = words(name);
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    let position = |word: &str| POSITIONS.iter().find(|(known, _)| *known == word);
+    let speed = |word: &str| position(word).map_or((word == "m").then_some("m"), |(_, u)| Some(u));
+    let is_number = |word: &str| word.bytes().all(|byte| byte.is_ascii_digit());
+    match words[..] {
+        [.., base, "s", "2"] if speed(base).is_some() => Some((2, format!("{}/s^2", speed(base)?))),
+        [.., base, "s"] if speed(base).is_some() => Some((1, format!("{}/s", speed(base)?))),
+        [.., last] if position(last).is_some() => Some((0, position(last)?.1.into())),
+        [ref front @ .., last] if is_number(last) && !front.is_empty() => unit_of(&front.join("_")),
+        [.., last] => {
+            let other = OTHERS.iter().find(|(known, ..)| *known == last);
+            other.map(|&(_, unit, kind)| (kind, unit.to_string()))
+        }
+        [] => None,
+    }
+}
+
+/// The unit of a column that is taken for one of a kind.
+fn unit_for(name: &str, kind: usize) -> Option<String> {
+    match unit_of(name)? {
+        (own, unit) if own == kind => Some(unit),
+        // `speed_deg`: per second, as speeds are.
+        (0, unit) if kind == 1 => Some(format!("{unit}/s")),
+        (0, unit) if kind == 2 => Some(format!("{unit}/s^2")),
+        _ => None,
+    }
 }
 
 /// Lower-case words of a name, digits apart.
@@ -103,17 +174,18 @@ fn words(name: &str) -> Vec<String> {
     words
 }
 
-/// What a column is, by the words in its name: rates before positions.
+/// What a column is, by the words in its name, rates before positions, or else by its unit.
 fn kind_of(name: &str) -> Option<usize> {
     if is_time(name) {
         return None;
     }
     let words = words(name);
-    [2, 1, 3, 0].into_iter().find(|&kind| {
+    let said = [2, 1, 3, 0].into_iter().find(|&kind| {
         words
             .iter()
             .any(|word| WORDS[kind].contains(&word.as_str()))
-    })
+    });
+    said.or_else(|| unit_of(name).map(|(kind, _)| kind))
 }
 
 /// A column for each name: the one that shares most words with it, and its number if it

@@ -300,6 +300,25 @@ fn a_template_guesses_what_it_can() {
     ));
 }
 
+/// A unit in a column's name says what the column is, and goes into the map.
+#[test]
+fn a_template_takes_units_from_names() {
+    let columns = [
+        "time_ms",
+        "arm_deg",
+        "arm_deg_s",
+        "wrist_mrad",
+        "wrist_rpm",
+        "arm_Nm",
+        "tau_wrist",
+    ];
+    let both = names(&["arm", "wrist"]);
+    insta::assert_snapshot!(template(&names(&columns), &both, &both));
+    let columns = ["t", "cart_mm", "pos_deg_1", "speed_deg_1"];
+    let text = template(&names(&columns), &names(&["cart", "pole_1"]), &[]);
+    insta::assert_snapshot!(text);
+}
+
 #[test]
 fn a_template_is_a_map() {
     let columns = names(&["time", "pos \"1\"", "pos2", "tau1", "tau2"]);

@@ -1,6 +1,6 @@
 //! The balance of forces along a log: what acts beside the model, and what an effect would add.
 
-use crate::log::Record;
+use crate::log::{Record, rms};
 use crate::machine::{Machine, SensitivityTape, SolveError, States};
 use crate::regression::{Band, Hold};
 use crate::smooth::{SmoothError, smooth};
@@ -8,6 +8,10 @@ use nalgebra::DVector;
 
 /// More equations than this many per coordinate say no more.
 const MOST_SAMPLES: usize = 2000;
+
+/// Inputs that exert less than this share of the forces that act on a coordinate do not drive it:
+/// what is missing there is no share of them.
+const DRIVES: f64 = 1e-3;
 
 /// Generalised forces, per coordinate and kept sample.
 pub(super) type Forces = Vec<Vec<f64>>;
@@ -76,7 +80,8 @@ impl Balance {
         Ok(missing)
     }
 
-    /// `B u`: what the inputs exert, the scale of what is missing.
+    /// `B u`: what the inputs exert, the scale of what is missing; zero along a coordinate that
+    /// they do not drive, where it would be round-off.
     ///
     /// # Errors
     /// If a state's equation has no solution along the curve.
@@ -84,11 +89,21 @@ impl Balance {
         let states = machine.remember(&self.states, self.hold, values)?;
         let n = machine.coordinate_count();
         let mut exerted = vec![Vec::with_capacity(states.len()); n];
+        let mut others = exerted.clone();
         for terms in &machine.terms(&states, values) {
-            let force = &terms.force - &terms.bias_force - &terms.applied_force;
+            let other = &terms.bias_force + &terms.applied_force;
+            let force = &terms.force - &other;
             (0..n).for_each(|i| exerted[i].push(force[i]));
+            (0..n).for_each(|i| others[i].push(other[i]));
         }
-        Ok(exerted.iter().map(|force| self.band.limit(force)).collect())
+        let of_coordinate = |(force, other): (&Vec<f64>, &Vec<f64>)| {
+            let mut force = self.band.limit(force);
+            if rms(&force) <= DRIVES * rms(&self.band.limit(other)) {
+                force.fill(0.0);
+            }
+            force
+        };
+        Ok(exerted.iter().zip(&others).map(of_coordinate).collect())
     }
 
     /// What a unit of each of the tape's variables adds to the forces, `∂Q/∂s − ∂M/∂s a`.

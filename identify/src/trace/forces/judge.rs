@@ -3,15 +3,12 @@
 use super::balance::{Balance, Forces};
 use crate::log::{Record, rms};
 use crate::regression::Hold;
-use crate::smooth::{SmoothError, savgol_states};
 use crate::trace::dictionary::Dictionary;
 use crate::trace::error::TraceError;
 use crate::trace::estimate::Observed;
-use crate::trace::judge::{Judged, Models};
+use crate::trace::judge::{Judged, Models, motionless};
 use crate::trace::run::Request;
-use crate::trace::score::{
-    Errors, Look, Predicted, RolloutErrors, Score, ScoreError, deviation, inner_samples, with_noise,
-};
+use crate::trace::score::{Errors, Look, Score, ScoreError, deviation, with_noise};
 use crate::trace::select::Selection;
 use crate::trace::series::Series;
 
@@ -66,32 +63,4 @@ pub(in crate::trace) fn judge(
     floor.force = errors(&forces);
     let series = Series::new(models.in_series(), &observed, &before, &after).map_err(located)?;
     Ok(([before.score, after.score, floor], series))
-}
-
-/// The look of a model that cannot move.
-fn motionless(record: &Record, horizon: f64) -> Result<Look, SmoothError> {
-    let states = savgol_states(record)?;
-    let n = record.q.len();
-    let nowhere = Errors::of(record, &vec![f64::INFINITY; n], &vec![1.0; n]);
-    Ok(Look {
-        inner: inner_samples(record, &states),
-        score: Score {
-            acceleration: nowhere.clone(),
-            force: nowhere.clone(),
-            rollout: RolloutErrors {
-                horizon,
-                windows: 0,
-                diverged: 0,
-                errors: nowhere,
-            },
-        },
-        missing: vec![vec![f64::NAN; record.len()]; n],
-        predicted: Predicted {
-            q: vec![vec![f64::NAN; record.len()]; n],
-            starts: Vec::new(),
-            length: 0,
-            travel: vec![f64::NAN; n],
-        },
-        states,
-    })
 }

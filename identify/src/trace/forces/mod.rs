@@ -206,9 +206,53 @@ fn weighed(mut equations: Equations, options: &[ShapedCandidate]) -> Equations {
     equations
 }
 
-/// Root mean square over coordinates of forces as shares of others.
+/// Root mean square over coordinates of forces as shares of others; not a number where none of
+/// these acts.
 fn share(forces: &Forces, of: &Forces) -> f64 {
     let pairs = forces.iter().zip(of).filter(|(_, of)| rms(of) > 0.0);
     let squares: Vec<f64> = pairs.map(|(f, of)| (rms(f) / rms(of)).powi(2)).collect();
-    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
+    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::Log;
+    use crate::machine::Machine;
+    use crate::regression::Hold;
+    use dynamics_codegen::{Library, compile};
+    use std::fmt::Write;
+
+    /// An arm whose second joint nobody drives.
+    const ARM: &str = "
+        model arm; coordinate a: rad; coordinate b: rad; input a: N*m;
+        body upper { frame: rotate_z(a); mass: 2; center: (0.2, 0, 0); inertia: diag(0.02, 0.02, 0.02); }
+        body lower { frame: upper * translate(0.4, 0, 0) * rotate_z(b); mass: 1;
+                     center: (0.15, 0, 0); inertia: diag(0.01, 0.01, 0.01); }
+        gravity (0, -9.81, 0);
+        force a = input(a);";
+
+    /// What is missing in a joint that no input drives is no share of what its inputs exert.
+    #[test]
+    fn an_undriven_joint_has_no_share() {
+        let mut text = String::from("t,q_a,q_b,u_a\n");
+        for k in 0..400 {
+            let t = 0.01 * f64::from(k);
+            let (a, b, u) = ((1.3 * t).sin(), (2.1 * t).cos(), 3.0 * (1.7 * t).sin());
+            writeln!(text, "{t},{a},{b},{u}").unwrap();
+        }
+        let log = Log::from_bytes("arm.csv", text.as_bytes()).unwrap();
+        let (joints, inputs) = (["a".to_string(), "b".to_string()], ["a".to_string()]);
+        let record = log.select(&joints, &inputs).unwrap();
+        let machine = Machine::new(compile("arm", ARM, &Library::empty()).unwrap());
+        let balance = Balance::new(&record, Hold::Linear).unwrap();
+        let exerted = balance.exerted(&machine, &[]).unwrap();
+        let missing = balance.missing(&machine, &[]).unwrap();
+        assert!(rms(&exerted[0]) > 1.0 && rms(&missing[1]) > 0.1);
+        assert!(exerted[1].iter().all(|force| *force == 0.0));
+        let of_driven = rms(&missing[0]) / rms(&exerted[0]);
+        assert!((share(&missing, &exerted) / of_driven - 1.0).abs() < 1e-12);
+        let nothing = vec![vec![0.0; exerted[0].len()]; 2];
+        assert!(share(&missing, &nothing).is_nan());
+    }
 }

@@ -12,7 +12,7 @@ mod law;
 
 use super::dictionary::Dictionary;
 use super::refine::{Explanation, refine_curve};
-use super::score::{Errors, ScoreError, Scoring};
+use super::score::{Errors, NEGLIGIBLE, ScoreError, Scoring};
 use super::select::{Selection, first_noise, linearised};
 use crate::log::Record;
 use crate::machine::SolveError;
@@ -31,7 +31,8 @@ pub struct Unnamed {
     /// One-step acceleration error with the forces as Gaussian-process terms, on the log
     /// that is judged by; as [`Score::acceleration`](super::Score::acceleration).
     pub acceleration_after: Errors,
-    /// Share of the excess of the error over the noise floor that the terms remove.
+    /// Share of the excess of the error over the noise floor that the terms remove; not a number
+    /// (`null` in JSON) where the error of the model as given is at the floor.
     pub recovered: f64,
 }
 
@@ -161,13 +162,25 @@ pub(super) fn look(
         )?);
     }
     let (acceleration_after, _) = scoring.one_step_with(test, &states, &added)?;
-    let excess = (before.powi(2) - noise_floor.powi(2)).max(f64::MIN_POSITIVE);
-    let left = acceleration_after.total.powi(2) - noise_floor.powi(2);
     Ok(Unnamed {
         forces,
-        recovered: 1.0 - (left.max(0.0) / excess).sqrt(),
+        recovered: recovered(before, acceleration_after.total, noise_floor),
         acceleration_after,
     })
+}
+
+/// An error this near to the noise floor, as a share of it, is the floor: of another draw of the
+/// noise it would be as far off, and there is nothing to recover.
+const EXCESS: f64 = 1e-2;
+
+/// Share of the excess of an error over the floor that is gone afterwards; not a number where there
+/// was none.
+fn recovered(before: f64, after: f64, floor: f64) -> f64 {
+    if before <= (1.0 + EXCESS) * floor {
+        return f64::NAN;
+    }
+    let beyond = |error: f64| (error.powi(2) - floor.powi(2)).max(0.0);
+    1.0 - (beyond(after) / beyond(before)).sqrt()
 }
 
 /// The ways over which accepted effects forget, by coordinate: the log has said how far
@@ -192,11 +205,13 @@ fn remembered_ways(dictionary: &Dictionary, selection: &Selection) -> Vec<(usize
 /// Mean square of the accelerations that a force on coordinate `i` makes.
 fn moved(dynamics: &crate::regression::ErrorDynamics, force: &[f64], i: usize) -> f64 {
     let n = dynamics.coordinate_count();
+    let largest = dynamics.acceleration_scale.max();
     let squares = dynamics.slope.iter().zip(force).map(|(slope, f)| {
         let column = slope.column(2 * n + i);
         let scales = column.iter().zip(&dynamics.acceleration_scale);
-        let shares = scales.map(|(p, a)| (p * f / a.max(f64::MIN_POSITIVE)).powi(2));
-        shares.sum::<f64>()
+        // What moves by round-off alone has no size to take a share of.
+        let moving = scales.filter(|(_, a)| **a > NEGLIGIBLE * largest);
+        moving.map(|(p, a)| (p * f / a).powi(2)).sum::<f64>()
     });
     squares.sum::<f64>() / force.len() as f64
 }
@@ -259,4 +274,18 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
     let (of_a, of_b) = (mean(a), mean(b));
     let product: f64 = a.iter().zip(b).map(|(x, y)| (x - of_a) * (y - of_b)).sum();
     product / count / (deviation(a) * deviation(b)).max(f64::MIN_POSITIVE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn at_the_floor_there_is_nothing_to_recover() {
+        assert!((recovered(0.5, 0.3, 0.3) - 1.0).abs() < 1e-12);
+        assert!(recovered(0.5, 0.6, 0.3) < 0.0);
+        for before in [0.3, 0.29, 0.302] {
+            assert!(recovered(before, 0.5, 0.3).is_nan(), "{before}");
+        }
+    }
 }

@@ -53,13 +53,23 @@ pub struct Term {
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Remaining {
     /// Root mean square of the accelerations that unexplained forces make, as a share of
-    /// the machine's own, under the model as given.
+    /// the machine's own, under the model as given; in the balance of forces these, as a share of
+    /// what the inputs exert, not a number (`null` in JSON) where they drive nothing.
     pub share_before: f64,
     /// The same with all terms.
     pub share_after: f64,
     /// Nats by which the log is more likely with unexplained forces beside the terms
     /// than with sensor noise alone.
     pub evidence: f64,
+}
+
+impl Remaining {
+    /// Of a log in which nothing was searched for.
+    pub(super) const NOT_SEARCHED: Self = Self {
+        share_before: f64::NAN,
+        share_after: f64::NAN,
+        evidence: f64::NAN,
+    };
 }
 
 /// The outcome.
@@ -266,26 +276,6 @@ impl Selection {
     /// Whether the forces that this leaves are no more than half as large.
     pub(super) fn leaves_much_less(&self, than: &Self) -> bool {
         4.0 * self.estimate.unexplained < than.estimate.unexplained
-    }
-
-    /// The same with nothing accepted.
-    pub(super) fn without_terms(self, dictionary: &Dictionary) -> Self {
-        Self {
-            terms: Vec::new(),
-            values: dictionary.defaults.clone(),
-            reduced_misfit: self.nominal_misfit,
-            estimate: Estimate {
-                parameters: Vec::new(),
-                covariance: nalgebra::DMatrix::zeros(0, 0),
-                unexplained: self.remaining.share_before.powi(2),
-                ..self.estimate
-            },
-            remaining: Remaining {
-                share_after: self.remaining.share_before,
-                ..self.remaining
-            },
-            ..self
-        }
     }
 
     /// Which candidates were accepted.

@@ -32,6 +32,7 @@ pub(in crate::trace) fn traced(model: &str, log: &str) -> Outcome {
         hold: None,
         horizon: 0.5,
         seed: 1,
+        trust_columns: false,
         progress: &Silent,
     });
     outcome.unwrap()

@@ -1,0 +1,218 @@
+//! From what was learnt and how it predicts to what is said: the verdict, what is written into the
+//! model, and what only comes nearest.
+
+use super::error::TraceError;
+use super::finding::{Finding, Verdict, findings, verdict};
+use super::forces;
+use super::judge::{is_worse, judge};
+use super::learn::Learnt;
+use super::outcome::{Basis, Nearest, Outcome, Split, sensor_noise};
+use super::patch::patch;
+use super::run::Request;
+use super::score::Score;
+use super::series::{Details, Series, weighed};
+use crate::log::Record;
+
+/// An error below this many times the noise floor is the floor.
+const AT_FLOOR: f64 = 1.05;
+/// The same of open-loop predictions, of which a log holds few; where there are none, they say
+/// nothing.
+const ROLLOUT_AT_FLOOR: f64 = 1.5;
+
+/// What was learnt, with errors on a log that nothing was fitted to.
+pub(super) struct Judgement {
+    pub learnt: Learnt,
+    /// Of the model as given.
+    pub before: Score,
+    /// With what was learnt.
+    pub learnt_errors: Score,
+    /// Of a model that is exactly right.
+    pub noise_floor: Score,
+    series: Series,
+    /// Whether what was learnt predicts worse than the model as given.
+    is_worse: bool,
+}
+
+/// Judges what was learnt.
+///
+/// # Errors
+/// If the log that is judged by cannot be smoothed, or the model not be evaluated along it.
+pub(super) fn judged(
+    learnt: Learnt,
+    test: &Record,
+    request: &Request<'_>,
+) -> Result<Judgement, TraceError> {
+    let Learnt {
+        dictionary,
+        selection,
+        basis,
+    } = &learnt;
+    let hold = selection.observed.hold;
+    let (scores, series) = match basis {
+        Basis::Forces => forces::judge(dictionary, selection, test, request, hold),
+        Basis::Motion => judge(dictionary, selection, test, request, hold),
+    }?;
+    let is_worse = is_worse(*basis, &scores);
+    let [before, learnt_errors, noise_floor] = scores;
+    Ok(Judgement {
+        learnt,
+        before,
+        learnt_errors,
+        noise_floor,
+        series,
+        is_worse,
+    })
+}
+
+impl Judgement {
+    /// The verdict, where two measured columns tell of these `drives`. What predicts worse than
+    /// the model as given explains nothing, whatever its evidence.
+    pub fn verdict(&self, drives: &[Finding]) -> Verdict {
+        if self.is_worse {
+            return Verdict::Unknown;
+        }
+        let Learnt {
+            dictionary,
+            selection,
+            basis,
+        } = &self.learnt;
+        let at_floor = is_at_floor(&self.learnt_errors, &self.noise_floor);
+        match verdict(dictionary, selection, *basis == Basis::Forces || at_floor) {
+            Verdict::None | Verdict::Parameter if !drives.is_empty() => Verdict::Channel,
+            verdict => verdict,
+        }
+    }
+
+    /// The outcome. What does not explain the log is not written into the model, and the model
+    /// as written is judged; what two measured columns say of a drive is written in any case.
+    pub fn outcome(
+        self,
+        request: &Request<'_>,
+        split: Split,
+        (verdict, drives): (Verdict, Vec<Finding>),
+        warnings: Vec<String>,
+    ) -> Outcome {
+        let Learnt {
+            dictionary,
+            selection,
+            basis,
+        } = self.learnt;
+        let told = |f: &Finding| {
+            let same = |d: &Finding| (&d.effect, &d.on) == (&f.effect, &f.on);
+            drives.iter().any(same)
+        };
+        let mut by_motion = findings(&dictionary, &selection);
+        by_motion.retain(|finding| !told(finding));
+        let (mut after, mut misfit_after) = (self.learnt_errors, selection.reduced_misfit);
+        let (mut found, mut remaining, mut nearest) = (drives, selection.remaining, None);
+        if verdict == Verdict::Unknown {
+            let errors = std::mem::replace(&mut after, self.before.clone());
+            let misfit = std::mem::replace(&mut misfit_after, selection.nominal_misfit);
+            let share = std::mem::replace(&mut remaining.share_after, remaining.share_before);
+            nearest = (!by_motion.is_empty()).then_some(Nearest {
+                findings: by_motion,
+                errors,
+                misfit,
+                share,
+            });
+        } else {
+            found.extend(by_motion);
+        }
+        let provenance = provenance(basis, [&self.before, &after], &split, request.seed);
+        let robot = dictionary.machine.compiled.model.robot.as_ref();
+        let described = robot.map_or(&[][..], |robot| &robot.described);
+        Outcome {
+            verdict,
+            basis,
+            patched_model: patch(request.model_text, &found, described, &provenance),
+            findings: found,
+            nearest,
+            before: self.before,
+            after,
+            noise_floor: self.noise_floor,
+            unnamed: None,
+            misfit_before: selection.nominal_misfit,
+            misfit_after,
+            sensor_noise: sensor_noise(&selection.observed),
+            input_hold: selection.observed.hold,
+            split,
+            seed: request.seed,
+            misread: None,
+            warnings,
+            details: Details {
+                considered: weighed(&dictionary, &selection),
+                series: self.series,
+            },
+            remaining,
+        }
+    }
+}
+
+/// Whether a model is as near to a log as sensor noise allows.
+fn is_at_floor(score: &Score, floor: &Score) -> bool {
+    let [predicted, possible] = [score, floor].map(|score| score.rollout.errors.total);
+    score.acceleration.total < AT_FLOOR * floor.acceleration.total
+        && (predicted.is_nan() || predicted <= ROLLOUT_AT_FLOOR * possible)
+}
+
+/// What the patched model says about its additions: errors that changed, where there are any.
+fn provenance(basis: Basis, scores: [&Score; 2], split: &Split, seed: u64) -> String {
+    let (kind, one_step) = match basis {
+        Basis::Motion => ("acceleration error", scores.map(|s| s.acceleration.total)),
+        Basis::Forces => ("force error", scores.map(|s| s.force.total)),
+    };
+    let rollout = scores.map(|s| s.rollout.errors.total);
+    let errors = [(kind, one_step), ("rollout", rollout)];
+    let errors = errors
+        .iter()
+        .filter(|(_, [before, after])| before.is_finite() && after.is_finite() && before != after);
+    let errors = errors.map(|(kind, [before, after])| format!("{kind} {before:.3} -> {after:.3}"));
+    let errors: Vec<String> = errors.collect();
+    let held_out = match errors.is_empty() {
+        true => String::new(),
+        false => format!(": held-out {}", errors.join(", ")),
+    };
+    format!(
+        "dynamics trace, {}{held_out} (seed {seed})",
+        split.train_log
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trace::score::{Errors, RolloutErrors};
+    use std::collections::BTreeMap;
+
+    /// What has no share, or has not changed, is not said beside a line of the model.
+    #[test]
+    fn a_patch_says_no_share_that_is_none() {
+        let errors = |total| Errors {
+            per_coordinate: BTreeMap::new(),
+            total,
+        };
+        let score = |acceleration, force, rollout| Score {
+            acceleration: errors(acceleration),
+            force: errors(force),
+            rollout: RolloutErrors {
+                horizon: 0.5,
+                windows: 1,
+                diverged: 0,
+                errors: errors(rollout),
+            },
+        };
+        let split = Split {
+            train_log: "a.csv".into(),
+            train_samples: 100,
+            test_log: "a.csv".into(),
+            test_samples: 50,
+            method: String::new(),
+        };
+        let said =
+            |basis, before: &Score, after: &Score| provenance(basis, [before, after], &split, 1);
+        let (before, after) = (score(0.5, f64::NAN, 0.3), score(0.1, f64::NAN, f64::NAN));
+        insta::assert_snapshot!(said(Basis::Motion, &before, &after), @"dynamics trace, a.csv: held-out acceleration error 0.500 -> 0.100 (seed 1)");
+        insta::assert_snapshot!(said(Basis::Forces, &before, &after), @"dynamics trace, a.csv (seed 1)");
+        insta::assert_snapshot!(said(Basis::Motion, &before, &before), @"dynamics trace, a.csv (seed 1)");
+    }
+}
