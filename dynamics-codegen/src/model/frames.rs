@@ -458,7 +458,7 @@ impl Builder<'_> {
                     (|_, i| super::Reading::Velocity(i), speed)
                 }
                 _ => {
-                    let rate = Dimension::ONE.rate();
+                    let rate = Dimension::ANGLE.rate();
                     (|_, i| super::Reading::AngularVelocity(i), rate)
                 }
             };

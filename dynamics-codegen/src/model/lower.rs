@@ -478,7 +478,7 @@ impl Builder<'_> {
         let (a, b) = (a?, b?);
         let measure = self.unify(a.measure, x.span, b.measure, y.span, "compared")?;
         let (op, measure) = match function {
-            "atan2" => (Binary::Atan2, Measure::Known(Dimension::ONE)),
+            "atan2" => (Binary::Atan2, Measure::Known(Dimension::ANGLE)),
             "min" => (Binary::Min, measure),
             _ => (Binary::Max, measure),
         };
@@ -518,10 +518,10 @@ impl Builder<'_> {
         let expr = self.elementary(function, x);
         Some(Quantity {
             expr,
-            measure: if x.measure == Measure::Bare {
-                Measure::Bare
-            } else {
-                Measure::Known(Dimension::ONE)
+            measure: match (x.measure, function) {
+                (Measure::Bare, _) => Measure::Bare,
+                (_, "asin" | "acos" | "atan") => Measure::Known(Dimension::ANGLE),
+                _ => Measure::Known(Dimension::ONE),
             },
         })
     }
