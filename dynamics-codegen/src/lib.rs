@@ -1,7 +1,7 @@
 //! From a model description to a symbolic graph to Rust, C or an in-process tape.
 //!
 //! ```text
-//! text ──parse──▶ syntax tree ──build──▶ model ──derive──▶ system ──emit──▶ Rust | tape
+//! text ──parse──▶ syntax tree ──build──▶ model ──derive──▶ system ──emit──▶ Rust | C | tape
 //! ```
 //!
 //! [`compile`] is the whole pipeline.
@@ -14,6 +14,7 @@ pub mod dimension;
 pub mod emit;
 pub mod graph;
 pub mod model;
+mod plausible;
 pub mod source;
 pub mod syntax;
 pub mod tape;
