@@ -2,7 +2,7 @@
 
 use super::Coordinate;
 use super::builder::Builder;
-use super::names::{Binding, FUNCTIONS, Scope, TermState, VECTORS};
+use super::names::{Binding, FUNCTIONS, NO_FUNCTIONS, Scope, TermState, VECTORS};
 use super::quantity::{Measure, Quantity};
 use crate::diagnostic::{Diagnostic, nearest};
 use crate::dimension::Dimension;
@@ -388,6 +388,9 @@ impl Builder<'_> {
         if self.scope.all_names().any(|known| known == name.text) {
             let help = format!("a product is written with `*`: `{}*(…)`", name.text);
             return self.report(error.help(help));
+        }
+        if let Some((_, instead)) = NO_FUNCTIONS.iter().find(|(word, _)| *word == name.text) {
+            return self.report(error.help(*instead));
         }
         let known = FUNCTIONS.map(|(known, _)| known);
         self.report(match nearest(&name.text, known) {
