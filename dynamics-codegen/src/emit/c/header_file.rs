@@ -141,10 +141,8 @@ impl Unit<'_> {
             w.line(&format!("    {prefix}_real u[{}];", inputs.len()));
         }
         if !model.states.is_empty() {
-            let states = model.states.iter().map(|z| {
-                let unit = z.dimension.map_or_else(String::new, |d| d.to_string());
-                (z.name.clone(), unit)
-            });
+            let states = model.states.iter();
+            let states = states.map(|z| (z.name.clone(), z.unit.clone()));
             comment(w, 1, &format!("Internal states: {}.", list(states)));
             w.line(&format!("    {prefix}_real z[{}];", model.states.len()));
         }
