@@ -242,10 +242,11 @@ impl Plan {
         arguments
     }
 
-    /// Names for the model's symbols; `taken` is what the language needs for itself.
-    pub fn symbols(&self, taken: &[&str]) -> Symbols {
+    /// Names for the model's symbols; `taken` is what the language needs for itself,
+    /// `field` what it calls the field of a parameter.
+    pub fn symbols(&self, taken: &[&str], field: fn(&str) -> String) -> Symbols {
         let (a, lambda) = (&self.expansion.acceleration, &self.expansion.multipliers);
-        Symbols::new(&self.model, (a, lambda), taken)
+        Symbols::new(&self.model, (a, lambda), (taken, field))
     }
 }
 
