@@ -5,6 +5,7 @@ use crate::diagnostic::{Diagnostic, Report};
 use crate::emit::identifier;
 use crate::file::Limit;
 use crate::model::{Library, Model, Variables, build};
+use crate::plausible;
 use crate::source::{Sources, Span};
 use crate::syntax::{self, parse};
 use crate::urdf;
@@ -87,24 +88,25 @@ pub fn compile_keeping(
     let id = sources.add(name, text);
     let (file, mut diagnostics) = parse(&sources, id);
     let readable = diagnostics.is_empty();
-    let model =
-        file.and_then(|file| build(&file, &mut sources, library, variables, &mut diagnostics));
-    match model {
-        Some(mut model) if readable => {
+    let derived = file.and_then(|file| {
+        let mut model = build(&file, &mut sources, library, variables, &mut diagnostics)?;
+        readable.then(|| {
             let system = derive(&mut model);
-            Ok(Compiled {
-                model,
-                system,
-                warnings: Report {
-                    sources,
-                    diagnostics,
-                },
-            })
-        }
-        _ => Err(Report {
-            sources,
-            diagnostics,
+            plausible::check(&model, &system, &file, &mut diagnostics);
+            (model, system)
+        })
+    });
+    let warnings = Report {
+        sources,
+        diagnostics,
+    };
+    match derived {
+        Some((model, system)) if !warnings.has_errors() => Ok(Compiled {
+            model,
+            system,
+            warnings,
         }),
+        _ => Err(warnings),
     }
 }
 

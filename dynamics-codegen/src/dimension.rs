@@ -4,6 +4,7 @@
 //! reader, and `torque = force · lever` needs no conversion.
 
 use std::fmt;
+use std::hash::{Hash, Hasher};
 use std::ops::{Div, Mul};
 
 /// Base dimensions: length, mass, time, current, temperature.
@@ -12,24 +13,59 @@ const BASES: [&str; 5] = ["m", "kg", "s", "A", "K"];
 const PARTS: i32 = 12;
 
 /// A product of powers of base dimensions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub struct Dimension([i32; 5]);
+///
+/// An angle is a pure number: `rad` makes no difference to what may be added to what. It
+/// is remembered beside the exponents for display alone, so that the rate of what was
+/// declared in `rad` reads `rad/s`.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Dimension {
+    exponents: [i32; 5],
+    /// The exponent of `rad`; no part of the dimension.
+    angle: i32,
+}
+
+impl PartialEq for Dimension {
+    fn eq(&self, other: &Self) -> bool {
+        self.exponents == other.exponents
+    }
+}
+
+impl Eq for Dimension {}
+
+impl Hash for Dimension {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.exponents.hash(state);
+    }
+}
 
 impl Dimension {
     /// A pure number.
-    pub const ONE: Self = Self([0; 5]);
+    pub const ONE: Self = Self::of([0; 5]);
+    /// An angle: a pure number that is shown in `rad`.
+    pub const ANGLE: Self = Self {
+        exponents: [0; 5],
+        angle: PARTS,
+    };
     /// Length.
-    pub const LENGTH: Self = Self([PARTS, 0, 0, 0, 0]);
+    pub const LENGTH: Self = Self::of([PARTS, 0, 0, 0, 0]);
     /// Time.
-    pub const TIME: Self = Self([0, 0, PARTS, 0, 0]);
+    pub const TIME: Self = Self::of([0, 0, PARTS, 0, 0]);
     /// Energy, and torque.
-    pub const ENERGY: Self = Self([2 * PARTS, PARTS, -2 * PARTS, 0, 0]);
+    pub const ENERGY: Self = Self::of([2 * PARTS, PARTS, -2 * PARTS, 0, 0]);
+
+    const fn of(exponents: [i32; 5]) -> Self {
+        Self {
+            exponents,
+            angle: 0,
+        }
+    }
 
     /// The dimension of a named unit of the SI. `None` for unknown names and
     /// for units with a factor (`deg`, `mm`): numbers are in SI units.
     pub fn of_unit(name: &str) -> Option<Self> {
         let exponents = match name {
-            "rad" | "sr" => [0, 0, 0, 0, 0],
+            "rad" => return Some(Self::ANGLE),
+            "sr" => [0, 0, 0, 0, 0],
             "m" => [1, 0, 0, 0, 0],
             "kg" => [0, 1, 0, 0, 0],
             "s" => [0, 0, 1, 0, 0],
@@ -49,18 +85,21 @@ impl Dimension {
             "Wb" => [2, 1, -2, -1, 0],
             _ => return None,
         };
-        Some(Self(exponents.map(|e| e * PARTS)))
+        Some(Self::of(exponents.map(|e| e * PARTS)))
     }
 
     /// This dimension to the power of an integer.
     pub fn powi(self, n: i32) -> Self {
-        Self(self.0.map(|e| e.saturating_mul(n)))
+        Self {
+            exponents: self.exponents.map(|e| e.saturating_mul(n)),
+            angle: self.angle.saturating_mul(n),
+        }
     }
 
     /// This dimension to any power that keeps exponents in twelfths.
     pub fn powf(self, n: f64) -> Option<Self> {
         let mut result = self;
-        for exponent in &mut result.0 {
+        for exponent in result.exponents.iter_mut().chain([&mut result.angle]) {
             let scaled = f64::from(*exponent) * n;
             if (scaled - scaled.round()).abs() > 1e-9 || scaled.abs() > 1e6 {
                 return None;
@@ -81,8 +120,9 @@ impl Mul for Dimension {
     fn mul(self, other: Self) -> Self {
         let mut result = self;
         // No unit that means anything comes near the ends of the range.
-        let factors = result.0.iter_mut().zip(other.0);
+        let factors = result.exponents.iter_mut().zip(other.exponents);
         factors.for_each(|(a, b)| *a = a.saturating_add(b));
+        result.angle = result.angle.saturating_add(other.angle);
         result
     }
 }
@@ -103,15 +143,15 @@ impl fmt::Display for Dimension {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // Forces are read more easily as newtons than as base units.
         let newton = Self::of_unit("N").unwrap_or_default();
-        let mechanical = self.0[1] == PARTS && self.0[2] <= -PARTS;
+        let mechanical = self.exponents[1] == PARTS && self.exponents[2] <= -PARTS;
         if mechanical {
-            let rest = *self / newton;
-            return match rest {
-                Self::ONE => f.write_str("N"),
-                rest => rest.write_factors(f, Some("N")),
-            };
+            return (*self / newton).write_factors(f, Some("N"));
         }
-        self.write_factors(f, None)
+        // Beside other units it goes without saying: torque times angle is energy.
+        let [length, mass, _, current, temperature] = self.exponents;
+        let in_time_alone = [length, mass, current, temperature] == [0; 4];
+        let lead = (in_time_alone && self.angle == PARTS).then_some("rad");
+        self.write_factors(f, lead)
     }
 }
 
@@ -130,7 +170,11 @@ impl Dimension {
             }
         };
         // Engineers write the mass first.
-        let named = || [1, 0, 2, 3, 4].map(|i| (BASES[i], self.0[i])).into_iter();
+        let named = || {
+            [1, 0, 2, 3, 4]
+                .map(|i| (BASES[i], self.exponents[i]))
+                .into_iter()
+        };
         let mut above: Vec<String> = lead.map(str::to_string).into_iter().collect();
         above.extend(
             named()
@@ -164,6 +208,19 @@ mod tests {
         assert_eq!((unit("m") / unit("s").powi(2)).to_string(), "m/s^2");
         assert_eq!((unit("m") * unit("kg")).to_string(), "kg*m");
         assert_eq!(Dimension::ONE.to_string(), "1");
+    }
+
+    #[test]
+    fn angles_are_shown_and_make_no_difference() {
+        let unit = |name| Dimension::of_unit(name).unwrap();
+        let rate = unit("rad").rate();
+        assert_eq!(rate.to_string(), "rad/s");
+        assert_eq!(rate.rate().to_string(), "rad/s^2");
+        assert_eq!(unit("Hz").to_string(), "1/s");
+        assert_eq!(rate, unit("Hz"));
+        assert_eq!((unit("m") * rate).to_string(), "m/s");
+        assert_eq!((Dimension::ENERGY / unit("rad")).to_string(), "N*m");
+        assert_eq!((unit("rad") / unit("rad")).to_string(), "1");
     }
 
     #[test]

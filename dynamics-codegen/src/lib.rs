@@ -1,7 +1,7 @@
 //! From a model description to a symbolic graph to Rust, C or an in-process tape.
 //!
 //! ```text
-//! text ──parse──▶ syntax tree ──build──▶ model ──derive──▶ system ──emit──▶ Rust | tape
+//! text ──parse──▶ syntax tree ──build──▶ model ──derive──▶ system ──emit──▶ Rust | C | tape
 //! ```
 //!
 //! [`compile`] is the whole pipeline.
@@ -15,6 +15,7 @@ pub mod emit;
 pub mod file;
 pub mod graph;
 pub mod model;
+mod plausible;
 pub mod source;
 pub mod syntax;
 pub mod tape;

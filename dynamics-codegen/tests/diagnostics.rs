@@ -51,6 +51,10 @@ fn names() {
         ("unknown name", "potential mm*9.81*x;"),
         ("unknown name, nothing near", "potential omega*x;"),
         ("unknown function", "let a = sni(x/1);"),
+        (
+            "functions of other languages",
+            "let a = if(x, 1, 2); let b = pow(m, 2); let c = log(2);"
+        ),
         ("a product without its sign", "let a = m(x + 1);"),
         ("too many arguments", "let a = sin(1, 2);"),
         ("force on an unknown coordinate", "force y = 1;"),

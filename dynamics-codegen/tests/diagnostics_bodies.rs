@@ -46,10 +46,17 @@ const ARM: &str = r#"<robot name="arm">
     <origin xyz="0 0 -0.4"/><axis xyz="0 1 0"/></joint>
 </robot>"#;
 
+/// A single body.
+const BRICK: &str = r#"<robot name="brick">
+  <link name="brick"><inertial><mass value="1"/>
+    <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>
+</robot>"#;
+
 fn library() -> Library {
     let mut library = Library::builtin();
     library.add_file("lever.urdf", "robots/lever.urdf", ROBOT);
     library.add_file("arm.urdf", "robots/arm.urdf", ARM);
+    library.add_file("brick.urdf", "robots/brick.urdf", BRICK);
     library
 }
 
@@ -156,6 +163,7 @@ fn robot_descriptions() {
             ("no file", "urdf \"missing.urdf\";"),
             ("no text", "urdf lever;"),
             ("two of them", "urdf \"lever.urdf\"; urdf \"lever.urdf\";"),
+            ("nothing that moves", "urdf \"brick.urdf\";"),
             ("unknown option", "urdf \"lever.urdf\" { bases: floating; }"),
             ("unknown base", "urdf \"lever.urdf\" { base: flying; }"),
             ("unknown link", "urdf \"lever.urdf\" { parameters: levr; }"),
@@ -178,6 +186,16 @@ fn robot_descriptions() {
             ),
         ]
     ));
+}
+
+/// What the message about a body that does not move asks for is a machine.
+#[test]
+fn a_single_body_floats() {
+    let said = compile("brick.urdf", BRICK, &library()).unwrap_err();
+    insta::assert_snapshot!(said);
+    let text = "model free;\nurdf \"brick.urdf\" { base: floating; }";
+    let compiled = compile("free.model", text, &library()).unwrap();
+    assert_eq!(compiled.model.coordinates.len(), 7);
 }
 
 /// A robot description says more than the model asks for; what it says counts.
@@ -324,7 +342,7 @@ fn findings_about_a_robot_alone_point_into_it() {
         };
         println!("{said}");
         assert!(said.contains(place), "{said}");
-        assert!(!said.contains("urdf \""), "{said}");
+        assert!(!said.contains("robot.urdf"), "{said}");
     }
 }
 

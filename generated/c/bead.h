@@ -29,11 +29,25 @@ extern "C" {
 #endif
 
 /*
- * The real number type: double, or float if DYNAMICS_FLOAT is defined, for this
- * file and the other alike.
+ * The real number type: double, or float if DYNAMICS_FLOAT is defined, for every
+ * file that includes this one: what is computed in float has names of its own, so
+ * that files that differ do not link.
  */
 #ifdef DYNAMICS_FLOAT
 typedef float bead_real;
+#define bead_nominal bead_nominal_float
+#define bead_mass_matrix bead_mass_matrix_float
+#define bead_bias_force bead_bias_force_float
+#define bead_applied_force bead_applied_force_float
+#define bead_input_matrix bead_input_matrix_float
+#define bead_force bead_force_float
+#define bead_constraint_jacobian bead_constraint_jacobian_float
+#define bead_constraint_bias bead_constraint_bias_float
+#define bead_constraint_residual bead_constraint_residual_float
+#define bead_constraint_rate bead_constraint_rate_float
+#define bead_state_rate bead_state_rate_float
+#define bead_initial_state bead_initial_state_float
+#define bead_equation_of_motion bead_equation_of_motion_float
 #else
 typedef double bead_real;
 #endif

@@ -42,7 +42,7 @@ void cartpole_mass_matrix(
     cartpole_real out[2][2])
 {
     const cartpole_real q_theta = x->q[1];
-    const cartpole_real w1 = REAL(0.5) * p->I;
+    const cartpole_real w1 = REAL(0.5) * p->I_;
     const cartpole_real mp_l = p->mp * p->l;
     const cartpole_real cos_theta = COS(q_theta);
     const cartpole_real m_x_theta = mp_l * cos_theta;
@@ -127,7 +127,7 @@ void cartpole_equation_of_motion(
     const cartpole_real q_theta = x->q[1];
     const cartpole_real dq_theta = x->v[1];
     const cartpole_real u_x = x->u[0];
-    const cartpole_real w1 = REAL(0.5) * p->I;
+    const cartpole_real w1 = REAL(0.5) * p->I_;
     const cartpole_real mp_l = p->mp * p->l;
     const cartpole_real sin_theta = SIN(q_theta);
     const cartpole_real cos_theta = COS(q_theta);

@@ -23,11 +23,19 @@ extern "C" {
 #endif
 
 /*
- * The real number type: double, or float if DYNAMICS_FLOAT is defined, for this
- * file and the other alike.
+ * The real number type: double, or float if DYNAMICS_FLOAT is defined, for every
+ * file that includes this one: what is computed in float has names of its own, so
+ * that files that differ do not link.
  */
 #ifdef DYNAMICS_FLOAT
 typedef float cartpole_real;
+#define cartpole_nominal cartpole_nominal_float
+#define cartpole_mass_matrix cartpole_mass_matrix_float
+#define cartpole_bias_force cartpole_bias_force_float
+#define cartpole_applied_force cartpole_applied_force_float
+#define cartpole_input_matrix cartpole_input_matrix_float
+#define cartpole_force cartpole_force_float
+#define cartpole_equation_of_motion cartpole_equation_of_motion_float
 #else
 typedef double cartpole_real;
 #endif
@@ -53,7 +61,7 @@ typedef struct cartpole_parameters {
      * Inertia of the pole about its centre of mass.
      * I (kg*m^2); nominal 0.0075, at least 0.
      */
-    cartpole_real I;
+    cartpole_real I_;
     /* g (m/s^2); nominal 9.81, at least 0. */
     cartpole_real g;
 } cartpole_parameters;

@@ -27,11 +27,23 @@ extern "C" {
 #endif
 
 /*
- * The real number type: double, or float if DYNAMICS_FLOAT is defined, for this
- * file and the other alike.
+ * The real number type: double, or float if DYNAMICS_FLOAT is defined, for every
+ * file that includes this one: what is computed in float has names of its own, so
+ * that files that differ do not link.
  */
 #ifdef DYNAMICS_FLOAT
 typedef float duffing_constrained_real;
+#define duffing_constrained_nominal duffing_constrained_nominal_float
+#define duffing_constrained_mass_matrix duffing_constrained_mass_matrix_float
+#define duffing_constrained_bias_force duffing_constrained_bias_force_float
+#define duffing_constrained_applied_force duffing_constrained_applied_force_float
+#define duffing_constrained_input_matrix duffing_constrained_input_matrix_float
+#define duffing_constrained_force duffing_constrained_force_float
+#define duffing_constrained_constraint_jacobian duffing_constrained_constraint_jacobian_float
+#define duffing_constrained_constraint_bias duffing_constrained_constraint_bias_float
+#define duffing_constrained_constraint_residual duffing_constrained_constraint_residual_float
+#define duffing_constrained_constraint_rate duffing_constrained_constraint_rate_float
+#define duffing_constrained_equation_of_motion duffing_constrained_equation_of_motion_float
 #else
 typedef double duffing_constrained_real;
 #endif

@@ -23,11 +23,19 @@ extern "C" {
 #endif
 
 /*
- * The real number type: double, or float if DYNAMICS_FLOAT is defined, for this
- * file and the other alike.
+ * The real number type: double, or float if DYNAMICS_FLOAT is defined, for every
+ * file that includes this one: what is computed in float has names of its own, so
+ * that files that differ do not link.
  */
 #ifdef DYNAMICS_FLOAT
 typedef float duffing_free_real;
+#define duffing_free_nominal duffing_free_nominal_float
+#define duffing_free_mass_matrix duffing_free_mass_matrix_float
+#define duffing_free_bias_force duffing_free_bias_force_float
+#define duffing_free_applied_force duffing_free_applied_force_float
+#define duffing_free_input_matrix duffing_free_input_matrix_float
+#define duffing_free_force duffing_free_force_float
+#define duffing_free_equation_of_motion duffing_free_equation_of_motion_float
 #else
 typedef double duffing_free_real;
 #endif

@@ -27,11 +27,23 @@ extern "C" {
 #endif
 
 /*
- * The real number type: double, or float if DYNAMICS_FLOAT is defined, for this
- * file and the other alike.
+ * The real number type: double, or float if DYNAMICS_FLOAT is defined, for every
+ * file that includes this one: what is computed in float has names of its own, so
+ * that files that differ do not link.
  */
 #ifdef DYNAMICS_FLOAT
 typedef float fourbar_real;
+#define fourbar_nominal fourbar_nominal_float
+#define fourbar_mass_matrix fourbar_mass_matrix_float
+#define fourbar_bias_force fourbar_bias_force_float
+#define fourbar_applied_force fourbar_applied_force_float
+#define fourbar_input_matrix fourbar_input_matrix_float
+#define fourbar_force fourbar_force_float
+#define fourbar_constraint_jacobian fourbar_constraint_jacobian_float
+#define fourbar_constraint_bias fourbar_constraint_bias_float
+#define fourbar_constraint_residual fourbar_constraint_residual_float
+#define fourbar_constraint_rate fourbar_constraint_rate_float
+#define fourbar_equation_of_motion fourbar_equation_of_motion_float
 #else
 typedef double fourbar_real;
 #endif
@@ -41,27 +53,27 @@ typedef struct fourbar_parameters {
     /* m1 (kg); nominal 0.6, at least 0.0001. */
     fourbar_real m1;
     /* L1 (m); nominal 0.16, at least 0.0001. */
-    fourbar_real L1;
+    fourbar_real L1_;
     /* lc1 (m); nominal 0.07. */
     fourbar_real lc1;
     /* I1 (kg*m^2); nominal 0.002, at least 0. */
-    fourbar_real I1;
+    fourbar_real I1_;
     /* m2 (kg); nominal 1, at least 0.0001. */
     fourbar_real m2;
     /* L2 (m); nominal 0.42, at least 0.0001. */
-    fourbar_real L2;
+    fourbar_real L2_;
     /* lc2 (m); nominal 0.2. */
     fourbar_real lc2;
     /* I2 (kg*m^2); nominal 0.015, at least 0. */
-    fourbar_real I2;
+    fourbar_real I2_;
     /* m3 (kg); nominal 0.9, at least 0.0001. */
     fourbar_real m3;
     /* L3 (m); nominal 0.36, at least 0.0001. */
-    fourbar_real L3;
+    fourbar_real L3_;
     /* lc3 (m); nominal 0.17. */
     fourbar_real lc3;
     /* I3 (kg*m^2); nominal 0.01, at least 0. */
-    fourbar_real I3;
+    fourbar_real I3_;
     /*
      * Distance between the ground pivots.
      * d (m); nominal 0.42.

@@ -28,11 +28,24 @@ extern "C" {
 #endif
 
 /*
- * The real number type: double, or float if DYNAMICS_FLOAT is defined, for this
- * file and the other alike.
+ * The real number type: double, or float if DYNAMICS_FLOAT is defined, for every
+ * file that includes this one: what is computed in float has names of its own, so
+ * that files that differ do not link.
  */
 #ifdef DYNAMICS_FLOAT
 typedef float iiwa7_real;
+#define iiwa7_nominal iiwa7_nominal_float
+#define iiwa7_mass_matrix iiwa7_mass_matrix_float
+#define iiwa7_bias_force iiwa7_bias_force_float
+#define iiwa7_applied_force iiwa7_applied_force_float
+#define iiwa7_input_matrix iiwa7_input_matrix_float
+#define iiwa7_force iiwa7_force_float
+#define iiwa7_equation_of_motion iiwa7_equation_of_motion_float
+#define iiwa7_mass_matrix_and_bias_force iiwa7_mass_matrix_and_bias_force_float
+#define iiwa7_inverse_dynamics iiwa7_inverse_dynamics_float
+#define iiwa7_inverse_dynamics_derivatives iiwa7_inverse_dynamics_derivatives_float
+#define iiwa7_forward_dynamics iiwa7_forward_dynamics_float
+#define iiwa7_forward_dynamics_derivatives iiwa7_forward_dynamics_derivatives_float
 #else
 typedef double iiwa7_real;
 #endif

@@ -31,11 +31,27 @@ extern "C" {
 #endif
 
 /*
- * The real number type: double, or float if DYNAMICS_FLOAT is defined, for this
- * file and the other alike.
+ * The real number type: double, or float if DYNAMICS_FLOAT is defined, for every
+ * file that includes this one: what is computed in float has names of its own, so
+ * that files that differ do not link.
  */
 #ifdef DYNAMICS_FLOAT
 typedef float iiwa7_plane_real;
+#define iiwa7_plane_nominal iiwa7_plane_nominal_float
+#define iiwa7_plane_mass_matrix iiwa7_plane_mass_matrix_float
+#define iiwa7_plane_bias_force iiwa7_plane_bias_force_float
+#define iiwa7_plane_applied_force iiwa7_plane_applied_force_float
+#define iiwa7_plane_input_matrix iiwa7_plane_input_matrix_float
+#define iiwa7_plane_force iiwa7_plane_force_float
+#define iiwa7_plane_constraint_jacobian iiwa7_plane_constraint_jacobian_float
+#define iiwa7_plane_constraint_bias iiwa7_plane_constraint_bias_float
+#define iiwa7_plane_constraint_residual iiwa7_plane_constraint_residual_float
+#define iiwa7_plane_constraint_rate iiwa7_plane_constraint_rate_float
+#define iiwa7_plane_outputs iiwa7_plane_outputs_float
+#define iiwa7_plane_output_rates iiwa7_plane_output_rates_float
+#define iiwa7_plane_output_jacobian iiwa7_plane_output_jacobian_float
+#define iiwa7_plane_output_bias iiwa7_plane_output_bias_float
+#define iiwa7_plane_equation_of_motion iiwa7_plane_equation_of_motion_float
 #else
 typedef double iiwa7_plane_real;
 #endif

@@ -28,11 +28,24 @@ extern "C" {
 #endif
 
 /*
- * The real number type: double, or float if DYNAMICS_FLOAT is defined, for this
- * file and the other alike.
+ * The real number type: double, or float if DYNAMICS_FLOAT is defined, for every
+ * file that includes this one: what is computed in float has names of its own, so
+ * that files that differ do not link.
  */
 #ifdef DYNAMICS_FLOAT
 typedef float panda_real;
+#define panda_nominal panda_nominal_float
+#define panda_mass_matrix panda_mass_matrix_float
+#define panda_bias_force panda_bias_force_float
+#define panda_applied_force panda_applied_force_float
+#define panda_input_matrix panda_input_matrix_float
+#define panda_force panda_force_float
+#define panda_equation_of_motion panda_equation_of_motion_float
+#define panda_mass_matrix_and_bias_force panda_mass_matrix_and_bias_force_float
+#define panda_inverse_dynamics panda_inverse_dynamics_float
+#define panda_inverse_dynamics_derivatives panda_inverse_dynamics_derivatives_float
+#define panda_forward_dynamics panda_forward_dynamics_float
+#define panda_forward_dynamics_derivatives panda_forward_dynamics_derivatives_float
 #else
 typedef double panda_real;
 #endif

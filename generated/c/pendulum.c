@@ -39,7 +39,7 @@ void pendulum_mass_matrix(
     pendulum_real out[1][1])
 {
     (void)x;
-    const pendulum_real w1 = REAL(0.5) * p->I;
+    const pendulum_real w1 = REAL(0.5) * p->I_;
     const pendulum_real m_j1_j1 = w1 + (p->l * (p->m * p->l) + w1);
     out[0][0] = m_j1_j1;
 }
@@ -95,7 +95,7 @@ void pendulum_equation_of_motion(
 {
     const pendulum_real q_j1 = x->q[0];
     const pendulum_real u_j1 = x->u[0];
-    const pendulum_real w1 = REAL(0.5) * p->I;
+    const pendulum_real w1 = REAL(0.5) * p->I_;
     const pendulum_real m_l = p->m * p->l;
     const pendulum_real sin_j1 = SIN(q_j1);
     const pendulum_real m_j1_j1 = w1 + (p->l * m_l + w1);

@@ -23,11 +23,19 @@ extern "C" {
 #endif
 
 /*
- * The real number type: double, or float if DYNAMICS_FLOAT is defined, for this
- * file and the other alike.
+ * The real number type: double, or float if DYNAMICS_FLOAT is defined, for every
+ * file that includes this one: what is computed in float has names of its own, so
+ * that files that differ do not link.
  */
 #ifdef DYNAMICS_FLOAT
 typedef float pendulum_real;
+#define pendulum_nominal pendulum_nominal_float
+#define pendulum_mass_matrix pendulum_mass_matrix_float
+#define pendulum_bias_force pendulum_bias_force_float
+#define pendulum_applied_force pendulum_applied_force_float
+#define pendulum_input_matrix pendulum_input_matrix_float
+#define pendulum_force pendulum_force_float
+#define pendulum_equation_of_motion pendulum_equation_of_motion_float
 #else
 typedef double pendulum_real;
 #endif
@@ -45,7 +53,7 @@ typedef struct pendulum_parameters {
      * Inertia about the centre of mass.
      * I (kg*m^2); nominal 0.01, at least 0.
      */
-    pendulum_real I;
+    pendulum_real I_;
     /* g (m/s^2); nominal 9.81, at least 0. */
     pendulum_real g;
 } pendulum_parameters;

@@ -46,8 +46,8 @@ void pendulum2_mass_matrix(
     pendulum2_real out[2][2])
 {
     const pendulum2_real q_j2 = x->q[1];
-    const pendulum2_real w1 = REAL(0.5) * p->I1;
-    const pendulum2_real w2 = REAL(0.5) * p->I2;
+    const pendulum2_real w1 = REAL(0.5) * p->I1_;
+    const pendulum2_real w2 = REAL(0.5) * p->I2_;
     const pendulum2_real m2_lc2 = p->m2 * p->lc2;
     const pendulum2_real lc2_m2_lc2 = p->lc2 * m2_lc2;
     const pendulum2_real w3 = w2 + lc2_m2_lc2;
@@ -176,9 +176,9 @@ void pendulum2_equation_of_motion(
     const pendulum2_real cos_j1 = COS(q_j1);
     const pendulum2_real sin_j2 = SIN(q_j2);
     const pendulum2_real cos_j2 = COS(q_j2);
-    const pendulum2_real w1 = REAL(0.5) * p->I1;
+    const pendulum2_real w1 = REAL(0.5) * p->I1_;
     const pendulum2_real m1_lc1 = p->m1 * p->lc1;
-    const pendulum2_real w2 = REAL(0.5) * p->I2;
+    const pendulum2_real w2 = REAL(0.5) * p->I2_;
     const pendulum2_real m2_lc2 = p->m2 * p->lc2;
     const pendulum2_real lc2_m2_lc2 = p->lc2 * m2_lc2;
     const pendulum2_real w3 = w2 + lc2_m2_lc2;

@@ -23,11 +23,19 @@ extern "C" {
 #endif
 
 /*
- * The real number type: double, or float if DYNAMICS_FLOAT is defined, for this
- * file and the other alike.
+ * The real number type: double, or float if DYNAMICS_FLOAT is defined, for every
+ * file that includes this one: what is computed in float has names of its own, so
+ * that files that differ do not link.
  */
 #ifdef DYNAMICS_FLOAT
 typedef float pendulum2_real;
+#define pendulum2_nominal pendulum2_nominal_float
+#define pendulum2_mass_matrix pendulum2_mass_matrix_float
+#define pendulum2_bias_force pendulum2_bias_force_float
+#define pendulum2_applied_force pendulum2_applied_force_float
+#define pendulum2_input_matrix pendulum2_input_matrix_float
+#define pendulum2_force pendulum2_force_float
+#define pendulum2_equation_of_motion pendulum2_equation_of_motion_float
 #else
 typedef double pendulum2_real;
 #endif
@@ -41,7 +49,7 @@ typedef struct pendulum2_parameters {
     /* lc1 (m); nominal 0.22. */
     pendulum2_real lc1;
     /* I1 (kg*m^2); nominal 0.024, at least 0. */
-    pendulum2_real I1;
+    pendulum2_real I1_;
     /* m2 (kg); nominal 0.8, at least 0.0001. */
     pendulum2_real m2;
     /* l2 (m); nominal 0.4, at least 0.0001. */
@@ -49,7 +57,7 @@ typedef struct pendulum2_parameters {
     /* lc2 (m); nominal 0.19. */
     pendulum2_real lc2;
     /* I2 (kg*m^2); nominal 0.012, at least 0. */
-    pendulum2_real I2;
+    pendulum2_real I2_;
     /* g (m/s^2); nominal 9.81, at least 0. */
     pendulum2_real g;
 } pendulum2_parameters;

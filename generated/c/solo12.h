@@ -23,11 +23,19 @@ extern "C" {
 #endif
 
 /*
- * The real number type: double, or float if DYNAMICS_FLOAT is defined, for this
- * file and the other alike.
+ * The real number type: double, or float if DYNAMICS_FLOAT is defined, for every
+ * file that includes this one: what is computed in float has names of its own, so
+ * that files that differ do not link.
  */
 #ifdef DYNAMICS_FLOAT
 typedef float solo12_real;
+#define solo12_nominal solo12_nominal_float
+#define solo12_mass_matrix solo12_mass_matrix_float
+#define solo12_bias_force solo12_bias_force_float
+#define solo12_applied_force solo12_applied_force_float
+#define solo12_input_matrix solo12_input_matrix_float
+#define solo12_force solo12_force_float
+#define solo12_equation_of_motion solo12_equation_of_motion_float
 #else
 typedef double solo12_real;
 #endif

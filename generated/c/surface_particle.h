@@ -27,11 +27,23 @@ extern "C" {
 #endif
 
 /*
- * The real number type: double, or float if DYNAMICS_FLOAT is defined, for this
- * file and the other alike.
+ * The real number type: double, or float if DYNAMICS_FLOAT is defined, for every
+ * file that includes this one: what is computed in float has names of its own, so
+ * that files that differ do not link.
  */
 #ifdef DYNAMICS_FLOAT
 typedef float surface_particle_real;
+#define surface_particle_nominal surface_particle_nominal_float
+#define surface_particle_mass_matrix surface_particle_mass_matrix_float
+#define surface_particle_bias_force surface_particle_bias_force_float
+#define surface_particle_applied_force surface_particle_applied_force_float
+#define surface_particle_input_matrix surface_particle_input_matrix_float
+#define surface_particle_force surface_particle_force_float
+#define surface_particle_constraint_jacobian surface_particle_constraint_jacobian_float
+#define surface_particle_constraint_bias surface_particle_constraint_bias_float
+#define surface_particle_constraint_residual surface_particle_constraint_residual_float
+#define surface_particle_constraint_rate surface_particle_constraint_rate_float
+#define surface_particle_equation_of_motion surface_particle_equation_of_motion_float
 #else
 typedef double surface_particle_real;
 #endif

@@ -46,10 +46,10 @@ void unicycle2d_mass_matrix(
     const unicycle2d_real q_theta = x->q[2];
     const unicycle2d_real sin_theta = SIN(q_theta);
     const unicycle2d_real cos_theta = COS(q_theta);
-    const unicycle2d_real w1 = REAL(0.5) * p->I_G;
-    const unicycle2d_real m_r = p->m * p->R;
+    const unicycle2d_real w1 = REAL(0.5) * p->I_G_;
+    const unicycle2d_real m_r = p->m * p->R_;
     const unicycle2d_real m_y_theta = cos_theta * m_r;
-    const unicycle2d_real m_theta_theta = w1 + (p->R * m_r + w1);
+    const unicycle2d_real m_theta_theta = w1 + (p->R_ * m_r + w1);
     const unicycle2d_real m_x_theta = -(sin_theta * m_r);
     out[0][0] = p->m;
     out[0][1] = REAL(0.0);
@@ -71,7 +71,7 @@ void unicycle2d_bias_force(
     const unicycle2d_real dq_theta = x->v[2];
     const unicycle2d_real sin_theta = SIN(q_theta);
     const unicycle2d_real cos_theta = COS(q_theta);
-    const unicycle2d_real m_r_d_theta_sq = p->m * p->R * (dq_theta * dq_theta);
+    const unicycle2d_real m_r_d_theta_sq = p->m * p->R_ * (dq_theta * dq_theta);
     const unicycle2d_real bias_x = cos_theta * m_r_d_theta_sq;
     const unicycle2d_real bias_y = sin_theta * m_r_d_theta_sq;
     out[0] = bias_x;
@@ -119,7 +119,7 @@ void unicycle2d_force(
     const unicycle2d_real u_turn = x->u[1];
     const unicycle2d_real sin_theta = SIN(q_theta);
     const unicycle2d_real cos_theta = COS(q_theta);
-    const unicycle2d_real m_r_d_theta_sq = p->m * p->R * (dq_theta * dq_theta);
+    const unicycle2d_real m_r_d_theta_sq = p->m * p->R_ * (dq_theta * dq_theta);
     const unicycle2d_real cos_theta_m_r_d_theta_sq = cos_theta * m_r_d_theta_sq;
     const unicycle2d_real force_x = u_drive * cos_theta + cos_theta_m_r_d_theta_sq;
     const unicycle2d_real sin_theta_m_r_d_theta_sq = sin_theta * m_r_d_theta_sq;
@@ -210,10 +210,10 @@ void unicycle2d_equation_of_motion(
     const unicycle2d_real cos_theta = COS(q_theta);
     const unicycle2d_real d_x_sin_theta = dq_x * a_no_side_slip_x;
     const unicycle2d_real c_no_side_slip = d_x_sin_theta - dq_y * cos_theta;
-    const unicycle2d_real w1 = REAL(0.5) * p->I_G;
-    const unicycle2d_real m_r = p->m * p->R;
+    const unicycle2d_real w1 = REAL(0.5) * p->I_G_;
+    const unicycle2d_real m_r = p->m * p->R_;
     const unicycle2d_real m_y_theta = cos_theta * m_r;
-    const unicycle2d_real m_theta_theta = w1 + (p->R * m_r + w1);
+    const unicycle2d_real m_theta_theta = w1 + (p->R_ * m_r + w1);
     const unicycle2d_real m_x_theta = -(a_no_side_slip_x * m_r);
     const unicycle2d_real m_r_d_theta_sq = m_r * (dq_theta * dq_theta);
     const unicycle2d_real cos_theta_m_r_d_theta_sq = cos_theta * m_r_d_theta_sq;

@@ -27,11 +27,23 @@ extern "C" {
 #endif
 
 /*
- * The real number type: double, or float if DYNAMICS_FLOAT is defined, for this
- * file and the other alike.
+ * The real number type: double, or float if DYNAMICS_FLOAT is defined, for every
+ * file that includes this one: what is computed in float has names of its own, so
+ * that files that differ do not link.
  */
 #ifdef DYNAMICS_FLOAT
 typedef float unicycle2d_real;
+#define unicycle2d_nominal unicycle2d_nominal_float
+#define unicycle2d_mass_matrix unicycle2d_mass_matrix_float
+#define unicycle2d_bias_force unicycle2d_bias_force_float
+#define unicycle2d_applied_force unicycle2d_applied_force_float
+#define unicycle2d_input_matrix unicycle2d_input_matrix_float
+#define unicycle2d_force unicycle2d_force_float
+#define unicycle2d_constraint_jacobian unicycle2d_constraint_jacobian_float
+#define unicycle2d_constraint_bias unicycle2d_constraint_bias_float
+#define unicycle2d_constraint_residual unicycle2d_constraint_residual_float
+#define unicycle2d_constraint_rate unicycle2d_constraint_rate_float
+#define unicycle2d_equation_of_motion unicycle2d_equation_of_motion_float
 #else
 typedef double unicycle2d_real;
 #endif
@@ -44,12 +56,12 @@ typedef struct unicycle2d_parameters {
      * Distance from the wheel to the centre of mass.
      * R (m); nominal 0.06.
      */
-    unicycle2d_real R;
+    unicycle2d_real R_;
     /*
      * Inertia about the centre of mass.
      * I_G (kg*m^2); nominal 0.09, at least 1e-6.
      */
-    unicycle2d_real I_G;
+    unicycle2d_real I_G_;
 } unicycle2d_parameters;
 
 /* The nominal values. */

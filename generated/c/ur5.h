@@ -23,11 +23,19 @@ extern "C" {
 #endif
 
 /*
- * The real number type: double, or float if DYNAMICS_FLOAT is defined, for this
- * file and the other alike.
+ * The real number type: double, or float if DYNAMICS_FLOAT is defined, for every
+ * file that includes this one: what is computed in float has names of its own, so
+ * that files that differ do not link.
  */
 #ifdef DYNAMICS_FLOAT
 typedef float ur5_real;
+#define ur5_nominal ur5_nominal_float
+#define ur5_mass_matrix ur5_mass_matrix_float
+#define ur5_bias_force ur5_bias_force_float
+#define ur5_applied_force ur5_applied_force_float
+#define ur5_input_matrix ur5_input_matrix_float
+#define ur5_force ur5_force_float
+#define ur5_equation_of_motion ur5_equation_of_motion_float
 #else
 typedef double ur5_real;
 #endif

@@ -35,11 +35,31 @@ extern "C" {
 #endif
 
 /*
- * The real number type: double, or float if DYNAMICS_FLOAT is defined, for this
- * file and the other alike.
+ * The real number type: double, or float if DYNAMICS_FLOAT is defined, for every
+ * file that includes this one: what is computed in float has names of its own, so
+ * that files that differ do not link.
  */
 #ifdef DYNAMICS_FLOAT
 typedef float wheelbot_real;
+#define wheelbot_nominal wheelbot_nominal_float
+#define wheelbot_mass_matrix wheelbot_mass_matrix_float
+#define wheelbot_bias_force wheelbot_bias_force_float
+#define wheelbot_applied_force wheelbot_applied_force_float
+#define wheelbot_input_matrix wheelbot_input_matrix_float
+#define wheelbot_force wheelbot_force_float
+#define wheelbot_constraint_jacobian wheelbot_constraint_jacobian_float
+#define wheelbot_constraint_bias wheelbot_constraint_bias_float
+#define wheelbot_constraint_residual wheelbot_constraint_residual_float
+#define wheelbot_constraint_rate wheelbot_constraint_rate_float
+#define wheelbot_equation_of_motion wheelbot_equation_of_motion_float
+#define wheelbot_constrained_dynamics wheelbot_constrained_dynamics_float
+#define wheelbot_constrained_dynamics_derivatives wheelbot_constrained_dynamics_derivatives_float
+#define wheelbot_mass_matrix_by_position wheelbot_mass_matrix_by_position_float
+#define wheelbot_bias_force_by_position wheelbot_bias_force_by_position_float
+#define wheelbot_bias_force_by_velocity wheelbot_bias_force_by_velocity_float
+#define wheelbot_constraint_jacobian_by_position wheelbot_constraint_jacobian_by_position_float
+#define wheelbot_constraint_bias_by_position wheelbot_constraint_bias_by_position_float
+#define wheelbot_constraint_bias_by_velocity wheelbot_constraint_bias_by_velocity_float
 #else
 typedef double wheelbot_real;
 #endif
@@ -65,37 +85,37 @@ typedef struct wheelbot_parameters {
      * Inertia of the rolling wheel across its axle.
      * I_w_r (kg*m^2); nominal 0.000259, at least 0.
      */
-    wheelbot_real I_w_r;
+    wheelbot_real I_w_r_;
     /*
      * Inertia of the rolling wheel about its axle.
      * I_w_a (kg*m^2); nominal 0.000503, at least 0.
      */
-    wheelbot_real I_w_a;
+    wheelbot_real I_w_a_;
     /*
      * Inertia of the body about its centre of mass: roll,
      * I_bx (kg*m^2); nominal 0.001746, at least 0.
      */
-    wheelbot_real I_bx;
+    wheelbot_real I_bx_;
     /*
      * pitch,
      * I_by (kg*m^2); nominal 0.00181, at least 0.
      */
-    wheelbot_real I_by;
+    wheelbot_real I_by_;
     /*
      * and yaw.
      * I_bz (kg*m^2); nominal 0.001585, at least 0.
      */
-    wheelbot_real I_bz;
+    wheelbot_real I_bz_;
     /*
      * Inertia of the reaction wheel about its axle.
      * I_r_a (kg*m^2); nominal 0.000503, at least 0.
      */
-    wheelbot_real I_r_a;
+    wheelbot_real I_r_a_;
     /*
      * Inertia of the reaction wheel across its axle.
      * I_r_r (kg*m^2); nominal 0.000259, at least 0.
      */
-    wheelbot_real I_r_r;
+    wheelbot_real I_r_r_;
     /*
      * Radius of the rolling wheel.
      * r_w (m); nominal 0.053, at least 0.001.

@@ -73,19 +73,26 @@ fn plain() -> std::fs::Permissions {
     }
 }
 
-fn strays(folder: &Path, files: &[(String, String)], ending: &str) -> Vec<PathBuf> {
+/// The files with this ending, sorted; none if there is no such folder.
+pub fn in_folder(folder: &Path, ending: &str) -> Vec<PathBuf> {
     let Ok(entries) = std::fs::read_dir(folder) else {
         return Vec::new();
     };
     let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
-    let ours = |path: &PathBuf| path.extension().is_some_and(|e| e == ending);
+    let mut found: Vec<PathBuf> = paths
+        .filter(|path| path.extension().is_some_and(|e| e == ending))
+        .collect();
+    found.sort();
+    found
+}
+
+fn strays(folder: &Path, files: &[(String, String)], ending: &str) -> Vec<PathBuf> {
     let known = |path: &PathBuf| {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         files.iter().any(|(known, _)| *known == name)
     };
-    let mut strays: Vec<PathBuf> = paths.filter(|p| ours(p) && !known(p)).collect();
-    strays.sort();
-    strays
+    let found = in_folder(folder, ending).into_iter();
+    found.filter(|path| !known(path)).collect()
 }
 
 fn first_difference(found: &str, expected: &str) -> String {

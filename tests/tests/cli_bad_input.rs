@@ -197,7 +197,7 @@ fn states_that_a_model_cannot_be_in() {
         ("edge.model", b"model m;\ncoordinate x;\nkinetic dot(x)^2;\nforce x = sqrt(x);\n"),
         (
             "torn.model",
-            b"model m;\ncoordinate x;\nkinetic dot(x)^2;\nconstraint a: x == t^2;\nconstraint b: x == t^3;\n",
+            b"model m;\ncoordinate x;\nkinetic dot(x)^2;\nconstraint a: x == t^2;\nconstraint b: x^3 == t^4;\n",
         ),
     ]);
     let said = read_aloud(

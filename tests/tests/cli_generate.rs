@@ -123,6 +123,11 @@ fn functions_come_on_request() {
     }
     let mistakes = [
         ("inverse_dynamic", "did you mean `inverse_dynamics`?"),
+        (
+            "foo",
+            "the functions are full; inverse_dynamics_derivatives, ",
+        ),
+        ("foo", "mass_matrix, bias_force, "),
         ("constrained_dynamics", "the model has no constraint"),
         ("force,force_by_time,force_by_time", "asked for twice"),
     ];
@@ -130,5 +135,31 @@ fn functions_come_on_request() {
         let arguments = request("models/cartpole.model", "c", functions);
         let stderr = refuse(&arguments.each_ref().map(String::as_str), "");
         assert!(stderr.contains(message), "{stderr}");
+    }
+}
+
+/// What is generated does not say where on whose machine the model lay.
+#[test]
+fn headers_do_not_hold_absolute_paths() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let within = root().canonicalize().unwrap();
+    let within = within.join("models/pendulum.model");
+    let elsewhere = folder.path().join("elsewhere.model");
+    fs::copy(&within, &elsewhere).unwrap();
+    for (model, shown) in [
+        (within, "models/pendulum.model"),
+        (elsewhere, "elsewhere.model"),
+    ] {
+        let model = model.to_str().unwrap();
+        succeed(&["generate", model, "--to", "c", "--out", out], "");
+        for name in ["pendulum.h", "pendulum.c"] {
+            let text = fs::read_to_string(folder.path().join(name)).unwrap();
+            assert!(
+                text.contains(&format!(" * Model:      {shown}\n")),
+                "{text}"
+            );
+            assert!(!text.contains(out) && !text.contains(model), "{text}");
+        }
     }
 }

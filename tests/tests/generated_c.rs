@@ -2,7 +2,7 @@
 //! tape.
 
 use dynamics_codegen::derive::Term;
-use dynamics_codegen::emit::{self, Emission, Functions, Quantity, identifier, module_name};
+use dynamics_codegen::emit::{self, Emission, Functions, Quantity, c_member, module_name};
 use dynamics_codegen::{Compiled, Model, Tape};
 use integration_tests::compiler::{self, Precision};
 use integration_tests::{models, random};
@@ -121,7 +121,7 @@ fn places(model: &Model) -> Vec<String> {
         model
             .parameters
             .iter()
-            .map(|p| format!("p.{}", identifier(&p.name))),
+            .map(|p| format!("p.{}", c_member(&p.name))),
     );
     places
 }
@@ -247,7 +247,7 @@ fn nominal_parameters() {
         }
         let mut main = format!("#include \"{name}.h\"\n#include <stdio.h>\nint main(void) {{\n");
         for p in &compiled.model.parameters {
-            let field = identifier(&p.name);
+            let field = c_member(&p.name);
             let _ = writeln!(
                 main,
                 "  printf(\"%.17g\\n\", (double){name}_nominal.{field});"

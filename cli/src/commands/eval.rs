@@ -158,9 +158,9 @@ impl<'a> Evaluator<'a> {
                 .filter(|&i| states[i].parameters == states[first].parameters)
                 .collect();
             let members: Vec<&State> = group.iter().map(|&i| &states[i]).collect();
-            let evaluated = self
-                .evaluate_group(&members)
-                .map_err(|error| unsolved(error, |sample| batch[group[sample]].text()))?;
+            let evaluated = self.evaluate_group(&members).map_err(|error| {
+                unsolved(error, self.model, |sample| batch[group[sample]].text())
+            })?;
             for (index, answer) in group.into_iter().zip(evaluated) {
                 answers[index] = Some(answer);
             }
@@ -316,32 +316,35 @@ fn terms(motion: &Motion) -> Answer {
 }
 
 /// A state at which the equation has no unique solution.
-fn unsolved<'t>(error: SolveError, text: impl Fn(usize) -> Text<'t>) -> Mistake {
-    let (sample, message, help) = match error {
-        SolveError::Singular { sample } => (
-            sample,
+fn unsolved<'t>(error: SolveError, model: &Model, text: impl Fn(usize) -> Text<'t>) -> Mistake {
+    let (message, help) = match error {
+        SolveError::Singular { .. } => (
             "the mass matrix is singular here, and the constraints do not make up for it".into(),
             "give every coordinate some inertia",
         ),
-        SolveError::Inconsistent { sample, miss } => (
-            sample,
+        SolveError::Indefinite { coordinate, .. } => (
+            format!(
+                "the mass matrix is not positive definite here: a motion of `{}` has negative kinetic energy",
+                model.coordinates[coordinate].name
+            ),
+            "correct the masses and inertias, or the signs in `kinetic`",
+        ),
+        SolveError::Inconsistent { miss, .. } => (
             format!(
                 "the constraints contradict each other here (by {miss:.3e} on acceleration level)"
             ),
             "drop or correct one of the constraints",
         ),
-        SolveError::Unsettled { sample } => (
-            sample,
+        SolveError::Unsettled { .. } => (
             "the forces do not settle here: they depend on multipliers that find no balance".into(),
             "lower friction coefficients: with this much, the contact has no or several motions",
         ),
-        SolveError::NotFinite { sample } => (
-            sample,
+        SolveError::NotFinite { .. } => (
             "the equation of motion is not finite here".into(),
             "look for a division by zero, or a root or logarithm of something negative",
         ),
     };
-    let text = text(sample);
+    let text = text(error.sample());
     text.mistake(0..text.text.trim_end().len(), "", message)
         .help(help)
 }

@@ -60,14 +60,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     for (parameter, &value) in parameters.zip(&loaded.parameters) {
         parameter.nominal = value;
     }
-    // A header reads the same on every machine.
-    let name = arguments
-        .model
-        .model
-        .display()
-        .to_string()
-        .replace('\\', "/");
-    let wrong = |error: FunctionError| Mistake::new(error.to_string());
+    let name = shown_path(&arguments.model.model);
     let functions = arguments.functions.parse().map_err(wrong)?;
     let emission = Emission::new(&loaded.compiled, &name, &functions).map_err(wrong)?;
     let files = match arguments.to {
@@ -79,6 +72,28 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut out = output::stdout();
     out.write_all(lines.as_bytes())?;
     Ok(out.flush()?)
+}
+
+fn wrong(error: FunctionError) -> Mistake {
+    let mistake = Mistake::new(error.to_string());
+    match error.help() {
+        Some(help) => mistake.help(help),
+        None => mistake,
+    }
+}
+
+/// The model's path as the first lines of a file name it, the same on every machine: as
+/// given, or, of one that starts from the root, what leads there from the current folder,
+/// or else the file's name.
+fn shown_path(path: &Path) -> String {
+    let shown = if path.is_absolute() {
+        let here = std::env::current_dir().unwrap_or_default();
+        let name = path.file_name().map_or(path, Path::new);
+        path.strip_prefix(here).unwrap_or(name)
+    } else {
+        path
+    };
+    shown.display().to_string().replace('\\', "/")
 }
 
 /// Writes all files or none: first beside their places, then into them. Files that are

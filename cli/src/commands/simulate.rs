@@ -270,6 +270,10 @@ fn stopped(error: SolveError, t: f64) -> Mistake {
             "at t = {t} s the mass matrix is singular, and the constraints do not make up for it"
         ))
         .help("give every coordinate some inertia"),
+        SolveError::Indefinite { .. } => Mistake::new(format!(
+            "at t = {t} s the mass matrix is not positive definite: some motion has negative kinetic energy"
+        ))
+        .help("correct the masses and inertias, or the signs in `kinetic`"),
         SolveError::Inconsistent { miss, .. } => Mistake::new(format!(
             "at t = {t} s the constraints contradict each other (by {miss:.3e} on acceleration level)"
         ))

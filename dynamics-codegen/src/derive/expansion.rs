@@ -204,15 +204,23 @@ impl Expansion {
 
     /// The tree of bodies, if there is one whose coordinates are all free of constraints
     /// (a quaternion's are not: derivatives by them are those of the expressions).
-    fn mechanism(&self) -> Option<Mechanism> {
+    fn free_tree(&self) -> Option<Mechanism> {
         let mechanism = self.model.mechanism.clone();
         mechanism.filter(|m| !m.is_floating())
     }
 
-    /// Whether the tree is all the inertia there is.
-    fn is_pure_tree(&self) -> bool {
+    /// The tree, if its inverse dynamics can be differentiated by recursion: no joint of
+    /// it follows an expression.
+    fn simple_tree(&self) -> Option<Mechanism> {
+        self.free_tree().filter(Mechanism::is_simple)
+    }
+
+    /// The tree, if it is all the inertia there is and moves with every coordinate: the
+    /// forward dynamics are then its own.
+    fn whole_tree(&self) -> Option<Mechanism> {
         let graph = &self.model.graph;
-        graph.is_zero(self.model.kinetic) && graph.is_zero(self.model.potential)
+        let alone = graph.is_zero(self.model.kinetic) && graph.is_zero(self.model.potential);
+        self.free_tree().filter(|m| alone && m.moves_all())
     }
 
     fn variables(&self, symbols: &[SymbolId]) -> Vec<ExprId> {
@@ -265,7 +273,7 @@ impl Expansion {
         let order = others.chain(tree.iter().copied()).collect();
         let graph = &mut self.model.graph;
         let factor = Factor::new(graph, &self.system.mass_matrix, order);
-        let solution = match self.mechanism().filter(|_| self.is_pure_tree()) {
+        let solution = match self.whole_tree() {
             Some(mechanism) => {
                 let applied = self.applied();
                 let graph = &mut self.model.graph;
@@ -337,7 +345,7 @@ impl Expansion {
         values: impl Fn(&mut Self, bool) -> Vec<ExprId>,
     ) -> Vec<Vec<ExprId>> {
         let by_state = matches!(group, Group::Position | Group::Velocity);
-        let Some(mechanism) = self.mechanism().filter(|_| by_state) else {
+        let Some(mechanism) = self.simple_tree().filter(|_| by_state) else {
             let values = values(self, false);
             return self.slopes_of(&values, group);
         };
@@ -361,10 +369,8 @@ impl Expansion {
     /// `∂a/∂s` without constraints; of a tree by recursion.
     fn forward_slopes(&mut self, group: Group) -> Vec<Vec<ExprId>> {
         let recursive = matches!(group, Group::Position | Group::Velocity | Group::Input);
-        let mechanism = self
-            .mechanism()
-            .filter(|_| recursive && self.is_pure_tree());
-        let Some(mechanism) = mechanism else {
+        let tree = self.whole_tree().filter(Mechanism::is_simple);
+        let Some(mechanism) = tree.filter(|_| recursive) else {
             return self.motion_slopes(false, group).0;
         };
         let applied = self.applied();

@@ -59,7 +59,10 @@ impl Axes {
         let states = |order: i32| -> Vec<Entry> {
             let entries = model.states.iter().map(|z| Entry {
                 name: z.name.clone(),
-                unit: text(z.dimension.map(|d| over_time(d, order))),
+                unit: match order {
+                    0 => z.unit.clone(),
+                    _ => text(z.dimension.map(|d| over_time(d, order))),
+                },
             });
             entries.collect()
         };

@@ -1,5 +1,6 @@
 //! Which functions are emitted besides the terms of the equation of motion.
 
+use super::plan::MOST_OPERATIONS;
 use crate::derive::{Group, Item, ItemError, Term};
 use crate::diagnostic::nearest;
 use std::fmt;
@@ -39,7 +40,8 @@ pub struct Functions {
 /// What is wrong with a list of functions.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FunctionError {
-    /// A name that is not in the table of [`Functions`].
+    /// A name that is not in the table of [`Functions`]; [`help`](FunctionError::help)
+    /// lists those that are.
     #[error("there is no function `{name}`{}", suggestion(.nearest))]
     Unknown {
         /// The name.
@@ -52,6 +54,14 @@ pub enum FunctionError {
     Twice {
         /// Its name.
         name: String,
+    },
+    /// More than a compiler of the emitted text can be asked for.
+    #[error(
+        "the functions are too large: up to `{function}` they take more than {MOST_OPERATIONS} operations"
+    )]
+    TooLarge {
+        /// The function that is too much.
+        function: String,
     },
     /// The model cannot have it.
     #[error(transparent)]
@@ -111,6 +121,31 @@ impl Wish {
             lenient: false,
         })
     }
+}
+
+impl FunctionError {
+    /// How to mend it, if there is more to say than what is wrong.
+    pub fn help(&self) -> Option<String> {
+        match self {
+            Self::Unknown { .. } => Some(format!("the functions are {}", known_names())),
+            Self::TooLarge { .. } => Some(
+                "ask for fewer functions, for example `--functions inverse_dynamics,forward_dynamics`, or split the model".to_string(),
+            ),
+            Self::Twice { .. } | Self::Impossible(_) => None,
+        }
+    }
+}
+
+/// The names that a list may hold, by kind.
+fn known_names() -> String {
+    let bundles: Vec<&str> = bundles().into_iter().map(|(name, _)| name).collect();
+    let groups = Group::ALL.map(|group| format!("_by_{}", group.name()));
+    format!(
+        "{FULL}; {}; {}, each also with {} behind it and with others joined to it by `+`",
+        bundles.join(", "),
+        Term::ALL.map(Term::name).join(", "),
+        groups.join(", ")
+    )
 }
 
 impl Functions {

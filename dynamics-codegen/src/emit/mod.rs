@@ -33,7 +33,7 @@ pub use counts::{OperationCount, operation_counts};
 pub use digest::digest;
 pub use emission::Emission;
 pub use functions::{FunctionError, Functions};
-pub use naming::identifier;
+pub use naming::{c_member, identifier};
 pub use plan::{Entry, Quantity, quantities};
 pub use review::review;
 pub use rust::{DuplicateModel, File, module_name, rust, rust_crate, rust_crate_of, rust_file};

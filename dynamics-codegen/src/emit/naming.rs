@@ -16,7 +16,7 @@
 //! Temporaries need not say exactly which name they come from: [`Locals`] turns a
 //! wish into a free identifier in snake case.
 
-use super::words::{greek, hides_a_function, is_reserved};
+use super::words::{greek, hides_a_function, is_c_macro, is_reserved};
 use std::collections::BTreeSet;
 
 /// The identifier of a name; see the table above.
@@ -44,10 +44,45 @@ pub fn identifier(name: &str) -> String {
         if plain {
             out.push(c);
         } else {
-            out.push_str(&format!("__{:x}_", u32::from(c)));
+            out.push_str(&escaped(c));
         }
     }
     out
+}
+
+/// The member of a C struct that holds the parameter of this name: its [`identifier`],
+/// with `_` behind it if it holds a capital letter or is, up to the `_` behind it, a word
+/// that C's headers define as a macro. A `_` in front, where compilers have names of their
+/// own, is written as its code point.
+///
+/// So no macro of a standard header hits it, whichever are included: these hold a capital
+/// letter, stand in a closed list or begin with `_`, and of the former none ends in `_`.
+/// Two names that differ stay different: what gets a `_` behind it holds a capital letter,
+/// or leads to a word of the list without the `_` behind it, before and after.
+///
+/// ```
+/// use dynamics_codegen::emit::c_member;
+///
+/// assert_eq!(c_member("length"), "length");
+/// assert_eq!(c_member("I"), "I_");
+/// assert_eq!(c_member("stdin"), "stdin_");
+/// assert_eq!(c_member("_x"), "__5f_x");
+/// ```
+pub fn c_member(name: &str) -> String {
+    let mut member = identifier(name);
+    if member.starts_with('_') && !member.starts_with("__") {
+        member.replace_range(..1, &escaped('_'));
+    }
+    let capital = member.contains(|c: char| c.is_ascii_uppercase());
+    if capital || is_c_macro(member.trim_end_matches('_')) {
+        member.push('_');
+    }
+    member
+}
+
+/// A character by its code point.
+fn escaped(c: char) -> String {
+    format!("__{:x}_", u32::from(c))
 }
 
 /// Whether rustc finds an identifier fit for a variable, field or module.
@@ -124,11 +159,8 @@ impl Locals {
         if unfit {
             return self.number();
         }
-        let base = if is_reserved(&base) || hides_a_function(&base) {
-            format!("{base}_value")
-        } else {
-            base
-        };
+        let taken = is_reserved(&base) || is_c_macro(&base) || hides_a_function(&base);
+        let base = if taken { format!("{base}_value") } else { base };
         let mut candidate = base.clone();
         let mut count = 1;
         while !self.taken.insert(candidate.clone()) {
@@ -177,6 +209,17 @@ mod tests {
         Some(out)
     }
 
+    /// The inverse of [`c_member`].
+    fn name_of_member(member: &str) -> Option<String> {
+        let capital = member.contains(|c: char| c.is_ascii_uppercase());
+        let changed = capital || is_c_macro(member.trim_end_matches('_'));
+        name_of(if changed {
+            member.strip_suffix('_')?
+        } else {
+            member
+        })
+    }
+
     fn is_identifier(text: &str) -> bool {
         syn::parse_str::<syn::Ident>(text).is_ok() && text.is_ascii()
     }
@@ -186,6 +229,13 @@ mod tests {
         assert!(is_identifier(&word), "{name:?} -> {word:?}");
         assert!(!is_reserved(&word), "{name:?} -> {word:?}");
         assert_eq!(name_of(&word).as_deref(), Some(name), "{word:?}");
+        let member = c_member(name);
+        assert!(
+            is_identifier(&member) && !is_reserved(&member),
+            "{member:?}"
+        );
+        assert!(!is_c_macro(&member), "{name:?} -> {member:?}");
+        assert_eq!(name_of_member(&member).as_deref(), Some(name), "{member:?}");
         assert!(is_identifier(&type_name(name, &[])), "{name:?}");
         assert!(is_identifier(&Locals::default().claim(name)), "{name:?}");
     }
@@ -224,6 +274,17 @@ mod tests {
             "_5f_",
             "int",
             "\0",
+            "I",
+            "I_",
+            "I__",
+            "_I",
+            "_SIZE_T",
+            "EOF",
+            "stdin",
+            "stdin_",
+            "stdin__",
+            "errno",
+            "complex",
         ];
         for name in names {
             check(name);
@@ -242,6 +303,11 @@ mod tests {
 
         #[test]
         fn any_name_of_few_letters_comes_back(name in "[_a5θ/]{0,12}") {
+            check(&name);
+        }
+
+        #[test]
+        fn any_macro_with_its_like_comes_back(name in "_?(I|unix|true|EOF)[_I]{0,4}") {
             check(&name);
         }
     }

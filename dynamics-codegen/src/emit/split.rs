@@ -198,7 +198,7 @@ fn roles_of(term: &Term, symbols: &Symbols, roles: &mut BTreeSet<Role>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::emit::{Emission, Functions};
+    use crate::emit::{Emission, Functions, identifier};
     use crate::{Library, compile};
 
     /// Every temporary is defined before it is read, through the places that carry it.
@@ -207,7 +207,7 @@ mod tests {
         let text = include_str!("../../../models/fourbar.model");
         let compiled = compile("fourbar.model", text, &Library::builtin()).unwrap();
         let emission = Emission::new(&compiled, "fourbar.model", &Functions::full()).unwrap();
-        let symbols = emission.plan.symbols(&[]);
+        let symbols = emission.plan.symbols(&[], identifier);
         for function in &emission.plan.functions {
             let body = function.body(&emission.plan.model, &symbols);
             for longest in [5, 17, 60, 250, 100_000] {

@@ -1,6 +1,6 @@
 //! What a model's symbols are called in emitted code.
 
-use super::naming::{Locals, identifier, snake};
+use super::naming::{Locals, snake};
 use crate::graph::SymbolId;
 use crate::model::Model;
 use std::collections::{BTreeMap, BTreeSet};
@@ -83,11 +83,11 @@ const ARGUMENTS: [&str; 7] = ["p", "x", "a", "lambda", "out", "w", "circular"];
 
 impl Symbols {
     /// Names them, and the symbols that stand for `a` and `λ`; `taken` lists what the
-    /// language at hand needs for itself.
+    /// language at hand needs for itself, `field` says what it calls a parameter's field.
     pub fn new(
         model: &Model,
         (acceleration, multipliers): (&[SymbolId], &[SymbolId]),
-        taken: &[&str],
+        (taken, field): (&[&str], fn(&str) -> String),
     ) -> Self {
         let taken: Vec<String> = ARGUMENTS
             .iter()
@@ -152,12 +152,7 @@ impl Symbols {
             add(id, Role::Multiplier(k), code, telling);
         }
         for (i, p) in model.parameters.iter().enumerate() {
-            add(
-                p.symbol,
-                Role::Parameter(i),
-                identifier(&p.name),
-                snake(&p.name),
-            );
+            add(p.symbol, Role::Parameter(i), field(&p.name), snake(&p.name));
         }
         Self { symbols, taken }
     }

@@ -17,16 +17,26 @@ const C: &str = "\
     static_assert static_cast switch template this thread_local throw typedef typeid \
     typename unsigned using void volatile wchar_t xor xor_eq";
 
-/// Macros of C's headers and compilers.
-const MACROS: &str = "\
-    DOMAIN EDOM EILSEQ ERANGE FP_INFINITE FP_NAN FP_NORMAL FP_SUBNORMAL FP_ZERO HUGE_VAL HUGE_VALF \
-    INFINITY MATH_ERREXCEPT MATH_ERRNO MAXFLOAT M_1_PI M_2_PI M_E M_LN10 M_LN2 \
-    M_LOG10E M_LOG2E M_PI M_PI_2 M_PI_4 M_SQRT1_2 M_SQRT2 NAN NULL OVERFLOW PLOSS SING \
-    TLOSS UNDERFLOW errno i386 linux math_errhandling unix";
+/// Macros without arguments and without a capital letter that C's standard headers and
+/// compilers define, C99 to C23; keywords of the list above are left out. Macros that take
+/// arguments (`isnan`, `assert`, `floor` of `<tgmath.h>`) are not here: they are macros in
+/// front of a bracket alone, where no member or variable ever stands.
+const C_MACROS: &str = "\
+    complex errno false far i386 imaginary linux math_errhandling near noreturn sa_handler sa_sigaction si_addr si_addr_lsb si_arch \
+    si_band si_call_addr si_fd si_int si_lower si_overrun si_pid si_pkey si_ptr si_status \
+    si_stime si_syscall si_timerid si_uid si_upper si_utime si_value \
+    sigev_notify_attributes sigev_notify_function stderr stdin stdout true \
+    unix";
+
+/// The headers of C99 to C23, without their ending.
+const C_HEADERS: &str = "\
+    assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal \
+    stdalign stdarg stdatomic stdbit stdbool stdckdint stddef stdint stdio stdlib \
+    stdnoreturn string tgmath threads time uchar wchar wctype";
 
 /// Functions of C's headers, and of generated C, that a variable would hide.
 const FUNCTIONS: &str = "\
-    i complex imaginary sign_of step_of near far sin cos tan asin acos atan atan2 sinh \
+    i sign_of step_of sin cos tan asin acos atan atan2 sinh \
     cosh tanh exp log sqrt pow fabs floor ceil gamma lgamma tgamma erf j0 j1 jn y0 y1 yn \
     signgam abs div index time real";
 
@@ -38,7 +48,18 @@ const GREEK: &str = "\
 
 /// Whether no identifier may be this word, in any language that is emitted.
 pub(super) fn is_reserved(word: &str) -> bool {
-    word == "_" || [RUST, C, MACROS].iter().any(|list| is_in(list, word))
+    word == "_" || [RUST, C].iter().any(|list| is_in(list, word))
+}
+
+/// Whether a compiler of C may replace this word by something else, whichever standard
+/// headers are included: every other macro holds a capital letter or begins with `_`.
+pub(super) fn is_c_macro(word: &str) -> bool {
+    is_in(C_MACROS, word)
+}
+
+/// Whether `<word.h>` is a header of C's own.
+pub(super) fn is_c_header(word: &str) -> bool {
+    is_in(C_HEADERS, word)
 }
 
 /// Whether a variable of this name would hide a function.

@@ -4,12 +4,13 @@ use super::Model;
 use super::builder::Builder;
 use super::frames::FrameState;
 use super::quantity::{Measure, Quantity};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::dimension::Dimension;
 use crate::graph::ExprId;
 use crate::source::Span;
 use crate::syntax::{self, BodyStatement, Expr, ExprKind, PortKind};
 use crate::tree::{Body, Inertia, Joint, Placement};
+use crate::urdf::{Impossible, MEND};
 
 /// A named body.
 #[derive(Debug, Clone)]
@@ -77,6 +78,9 @@ impl Builder<'_> {
         };
         let (frame, mass, tensor) = (frame?, mass?, tensor?);
         self.refuse_negative(mass, body.mass.as_ref(), "a mass")?;
+        if let Some(value) = &body.inertia {
+            self.refuse_impossible(&tensor, value.span, &body.name.text)?;
+        }
         let inertia = Inertia {
             mass,
             center,
@@ -180,6 +184,49 @@ impl Builder<'_> {
             )),
             _ => Some(()),
         }
+    }
+
+    /// A tensor that no body has, at the nominal parameters. Where two moments are zero by
+    /// definition the third is that of a planar motion, which nothing else feels; what an
+    /// effect adds is no body.
+    fn refuse_impossible(&mut self, tensor: &[[ExprId; 3]; 3], at: Span, body: &str) -> Option<()> {
+        let graph = &self.model.graph;
+        let entries = tensor.concat();
+        let planar = entries
+            .iter()
+            .filter(|&&entry| !graph.is_zero(entry))
+            .count()
+            <= 1;
+        if planar || self.effect.is_some() {
+            return Some(());
+        }
+        let mut symbols = vec![0.0; graph.symbol_count()];
+        for parameter in &self.model.parameters {
+            symbols[parameter.symbol.index()] = parameter.nominal;
+        }
+        let values = graph.evaluate(&entries, &symbols);
+        let tensor = [0, 1, 2].map(|i| [0, 1, 2].map(|j| values[3 * i + j]));
+        let Some(found) = Impossible::of(&tensor) else {
+            return Some(());
+        };
+        let what = format!("body `{body}`: {}", found.what);
+        let varies = entries
+            .iter()
+            .any(|&entry| graph.as_constant(entry).is_none());
+        let (finding, help) = match found.rounding() {
+            Some(rounding) => (Diagnostic::warning(at, what), rounding),
+            None if varies => (
+                Diagnostic::warning(at, what),
+                format!("so it is with the nominal parameters; {MEND}"),
+            ),
+            None => (
+                Diagnostic::error(at, what),
+                format!("{MEND}; a planar motion feels one moment: `diag(0, 0, iz)`"),
+            ),
+        };
+        let refused = finding.severity == Severity::Error;
+        self.report::<()>(finding.label(found.why).help(help));
+        (!refused).then_some(())
     }
 
     /// `gravity (0, 0, -g);` statements add up. The first one in a model replaces

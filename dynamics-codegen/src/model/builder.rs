@@ -71,6 +71,8 @@ pub(super) struct Builder<'a> {
     pub too_large: bool,
     /// Whether the model says itself what gravity is.
     pub states_gravity: bool,
+    /// The file name of the robot description, as a model beside it would name it.
+    pub(super) description: String,
     /// Whether the robot description underneath could not be read: what it holds is
     /// not there, and not to be complained about.
     pub unreadable_base: bool,
@@ -130,6 +132,7 @@ impl<'a> Builder<'a> {
             has_kinetic: false,
             too_large: false,
             states_gravity: false,
+            description: String::new(),
             unreadable_base: false,
             restated: super::restated::Restated::default(),
         }

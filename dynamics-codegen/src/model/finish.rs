@@ -31,7 +31,10 @@ impl Builder<'_> {
     fn check_motion(&mut self, heading: Span) {
         if self.model.coordinates.is_empty() && self.model.robot.is_some() {
             let message = "the robot description has no joint that moves";
-            self.report::<()>(Diagnostic::error(heading, message));
+            self.report::<()>(Diagnostic::error(heading, message).help(format!(
+                "a body that moves freely is a model of two lines, in a file beside the description: `model free;` and `urdf {:?} {{ base: floating; }}`",
+                self.description
+            )));
         } else if self.model.coordinates.is_empty() {
             self.report::<()>(
                 Diagnostic::error(heading, "the model has no coordinate")

@@ -281,7 +281,9 @@ impl Builder<'_> {
         let mut forbidden = inputs.chain(self.model.coordinates.iter().map(|c| c.velocity));
         if forbidden.any(|symbol| graph.depends_on(&[value.expr], symbol)) {
             let message = "a frame depends on positions, parameters and time only";
-            return self.report(Diagnostic::error(by.span, message));
+            return self.report(Diagnostic::error(by.span, message).help(
+                "what follows a velocity or an input has a place of its own: make it a `coordinate` and tie it by a constraint, `constraint follow: dot(z) == …;`",
+            ));
         }
         Some(value)
     }
@@ -458,7 +460,7 @@ impl Builder<'_> {
                     (|_, i| super::Reading::Velocity(i), speed)
                 }
                 _ => {
-                    let rate = Dimension::ONE.rate();
+                    let rate = Dimension::ANGLE.rate();
                     (|_, i| super::Reading::AngularVelocity(i), rate)
                 }
             };

@@ -2,7 +2,7 @@
 
 use super::Coordinate;
 use super::builder::Builder;
-use super::names::{Binding, FUNCTIONS, Scope, TermState, VECTORS};
+use super::names::{Binding, FUNCTIONS, NO_FUNCTIONS, Scope, TermState, VECTORS};
 use super::quantity::{Measure, Quantity};
 use crate::diagnostic::{Diagnostic, nearest};
 use crate::dimension::Dimension;
@@ -389,6 +389,9 @@ impl Builder<'_> {
             let help = format!("a product is written with `*`: `{}*(…)`", name.text);
             return self.report(error.help(help));
         }
+        if let Some((_, instead)) = NO_FUNCTIONS.iter().find(|(word, _)| *word == name.text) {
+            return self.report(error.help(*instead));
+        }
         let known = FUNCTIONS.map(|(known, _)| known);
         self.report(match nearest(&name.text, known) {
             Some(near) => error.help(format!("did you mean `{near}`?")),
@@ -478,7 +481,7 @@ impl Builder<'_> {
         let (a, b) = (a?, b?);
         let measure = self.unify(a.measure, x.span, b.measure, y.span, "compared")?;
         let (op, measure) = match function {
-            "atan2" => (Binary::Atan2, Measure::Known(Dimension::ONE)),
+            "atan2" => (Binary::Atan2, Measure::Known(Dimension::ANGLE)),
             "min" => (Binary::Min, measure),
             _ => (Binary::Max, measure),
         };
@@ -518,10 +521,10 @@ impl Builder<'_> {
         let expr = self.elementary(function, x);
         Some(Quantity {
             expr,
-            measure: if x.measure == Measure::Bare {
-                Measure::Bare
-            } else {
-                Measure::Known(Dimension::ONE)
+            measure: match (x.measure, function) {
+                (Measure::Bare, _) => Measure::Bare,
+                (_, "asin" | "acos" | "atan") => Measure::Known(Dimension::ANGLE),
+                _ => Measure::Known(Dimension::ONE),
             },
         })
     }

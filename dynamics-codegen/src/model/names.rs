@@ -101,6 +101,16 @@ pub(super) const FUNCTIONS: [(&str, usize); 28] = [
     ("norm", 1),
 ];
 
+/// Functions of other languages, with what stands for them.
+pub(super) const NO_FUNCTIONS: [(&str, &str); 3] = [
+    (
+        "if",
+        "cases are written with `step(x)`, 1 where x is positive and 0 elsewhere, or with `min`, `max`, `abs` and `sign`; a constraint may come and go: `constraint c when x: …`",
+    ),
+    ("log", "the natural logarithm is `ln(x)`"),
+    ("pow", "a power is written `x^y`"),
+];
+
 /// Functions that read numbers or bodies by name.
 const LOOKUPS: [&str; 7] = [
     "input",

@@ -30,7 +30,7 @@ impl Builder<'_> {
         };
         let value = value.unwrap_or(0.0);
         let (lower, upper) = self.range(bounds);
-        let prior = prior.and_then(|p| self.prior(p));
+        let prior = prior.and_then(|p| self.prior(p, &name.text));
         let dimension = unit.and_then(|unit| self.dimension(unit));
         let binding = Binding::Parameter(self.model.parameters.len());
         if !self.bind(name, binding) {
@@ -88,9 +88,14 @@ impl Builder<'_> {
     }
 
     /// `prior normal(mean, sd)`: both as numbers.
-    fn prior(&mut self, prior: &Prior) -> Option<(f64, f64)> {
+    fn prior(&mut self, prior: &Prior, name: &str) -> Option<(f64, f64)> {
         let (mean, sd) = (self.number(&prior.mean)?, self.number(&prior.sd)?);
         if sd > 0.0 {
+            let at = prior.mean.span.to(prior.sd.span);
+            let message = format!("the prior of `{name}` is not read yet");
+            self.report::<()>(Diagnostic::warning(at, message).help(
+                "a search knows bounds alone: state them with `in lower..upper`, or leave the prior for later",
+            ));
             return Some((mean, sd));
         }
         self.report(Diagnostic::error(

@@ -90,6 +90,11 @@ impl Builder<'_> {
                 );
             }
         };
+        let shown_name = std::path::Path::new(&shown).file_name();
+        self.description = shown_name
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
         let id = sources.add(shown, text);
         let mut findings = Vec::new();
         let snap = options.snap.then_some(SNAP);

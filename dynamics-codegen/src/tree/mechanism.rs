@@ -233,11 +233,15 @@ impl Mechanism {
     }
 
     /// Whether every joint follows one coordinate in a fixed ratio (or is a
-    /// floating body's): what the straight-line solutions and the recursive
-    /// derivatives are written for.
+    /// floating body's): what the recursive derivatives are written for.
     pub fn is_simple(&self) -> bool {
-        let used = self.elimination_order().len() + self.quaternions();
-        used == self.coordinates && self.links.iter().all(|link| !link.driven)
+        self.links.iter().all(|link| !link.driven)
+    }
+
+    /// Whether every coordinate moves a link: what the straight-line solutions are
+    /// written for, as a coordinate that moves none has no inertia of the tree.
+    pub fn moves_all(&self) -> bool {
+        self.elimination_order().len() + self.quaternions() == self.coordinates
     }
 
     /// Whether a quaternion is among the coordinates.

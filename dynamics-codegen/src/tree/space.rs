@@ -69,10 +69,10 @@ impl Space {
         total
     }
 
-    /// `Jᵀ X` of a matrix with a row per freedom, numbered link by link.
+    /// `Jᵀ X` of a matrix with a row per freedom, numbered link by link, and a column per
+    /// variable: square also where nothing moves and there is no row to take the width from.
     pub fn rows(&self, g: &mut Graph, matrix: &[Vec<ExprId>]) -> Vec<Vec<ExprId>> {
-        let width = matrix.first().map_or(0, Vec::len);
-        let mut result = vec![vec![g.zero(); width]; self.size];
+        let mut result = vec![vec![g.zero(); self.size]; self.size];
         for (row, map) in matrix.iter().zip(self.maps.iter().flatten()) {
             for &(index, coefficient) in map {
                 for (target, &entry) in result[index].iter_mut().zip(row) {

@@ -1,36 +1,15 @@
 //! Whether a body with these masses and inertias can exist, and can be moved.
 
+use super::impossible::{Impossible, MEND};
 use super::merge::merge_fixed;
 use super::records::{LinkRecord, child};
 use super::robot::{JointKind, Robot};
-use super::spatial::{Inertia, Matrix3, apply, dot, principal_values};
+use super::spatial::{Inertia, Matrix3, apply, dot};
 use super::text::shown;
 use super::tree::Place;
 use super::xml::Places;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
-
-/// Below this share of the largest moment, a violation is the computer's
-/// round-off and not worth a word.
-const ROUND_OFF: f64 = 1e-9;
-
-/// What no part of a robot comes near, in kg·m²: smaller excesses are the dust
-/// of somebody's change of coordinates.
-const DUST: f64 = 1e-15;
-
-/// Up to this share it is the rounding of a published figure: a warning.
-const ROUNDED_FIGURES: f64 = 1e-2;
-
-/// How far `I` is from the inertia of any body, as a share of its largest
-/// principal moment: `(I₃ − I₁ − I₂)/I₃` with `I₁ ≤ I₂ ≤ I₃`. Principal moments
-/// are sums of squared distances to the planes of the other two axes, hence
-/// `I₁ + I₂ ≥ I₃`, which implies `I₁ ≥ 0` (Traversaro et al. 2016,
-/// *Identification of fully physical consistent inertial parameters*).
-fn violation([smallest, middle, largest]: [f64; 3]) -> f64 {
-    let excess = largest - middle - smallest;
-    let scale = largest.abs().max(smallest.abs());
-    if excess <= DUST { 0.0 } else { excess / scale }
-}
 
 /// The tree, as far as this check needs it.
 pub(super) struct Tree {
@@ -73,59 +52,34 @@ pub(super) fn check_links(
                 .label("no body is like that; the figures are used as they stand"),
             );
         }
-        let moments = principal_values(&inertia.tensor);
-        let share = violation(moments);
-        if share <= ROUND_OFF {
+        let Some(impossible) = Impossible::of(&inertia.tensor) else {
             continue;
-        }
+        };
+        let possible = |whole: &&Inertia| {
+            Impossible::of(&whole.tensor).is_none_or(|found| found.rounding().is_some())
+        };
         let whole = tree
             .map(|tree| &tree.wholes[index])
             .filter(|whole| *whole != inertia)
-            .filter(|whole| violation(principal_values(&whole.tensor)) <= ROUNDED_FIGURES);
-        findings.push(impossible(at, &name, moments, share, whole.is_some()));
+            .filter(possible);
+        findings.push(finding(at, &name, &impossible, whole.is_some()));
     }
 }
 
 /// The finding about an inertia that no body has.
-fn impossible(at: Span, name: &str, moments: [f64; 3], share: f64, welded: bool) -> Diagnostic {
-    let zero = ROUND_OFF * moments[2].abs().max(moments[0].abs());
-    let cleaned = moments.map(|x| if x.abs() < zero { 0.0 } else { x });
-    let [a, b, c] = cleaned.map(digits);
-    let (what, why) = if cleaned[0] < 0.0 {
-        (
-            format!("link `{name}`: a principal moment of inertia is negative: {a}"),
-            "moments of inertia are sums of squares",
-        )
-    } else {
-        (
-            format!("link `{name}`: no body has this inertia: {a} + {b} < {c}"),
-            "no principal moment may exceed the sum of the other two",
-        )
-    };
-    if share <= ROUNDED_FIGURES {
-        let percent = digits(100.0 * share);
+fn finding(at: Span, name: &str, impossible: &Impossible, welded: bool) -> Diagnostic {
+    let what = format!("link `{name}`: {}", impossible.what);
+    if let Some(rounding) = impossible.rounding() {
         return Diagnostic::warning(at, what)
-            .label(why)
-            .help(format!("{percent} % of the largest is missing, which may be rounding: the figures are used as they stand"));
+            .label(impossible.why)
+            .help(rounding);
     }
     if welded {
-        return Diagnostic::warning(at, what).label(why).help(
+        return Diagnostic::warning(at, what).label(impossible.why).help(
             "fixed joints weld this link to others, and the whole is a possible body: the figures are used as they stand",
         );
     }
-    Diagnostic::error(at, what)
-        .label(why)
-        .help("check the units (kg·m²), the signs, and that the tensor is about the centre of mass")
-}
-
-/// Four significant digits.
-fn digits(x: f64) -> String {
-    let magnitude = x.abs();
-    if magnitude == 0.0 || (1e-3..1e4).contains(&magnitude) {
-        let rounded: f64 = format!("{x:.3e}").parse().unwrap_or(x);
-        return format!("{rounded}");
-    }
-    format!("{x:.3e}")
+    Diagnostic::error(at, what).label(impossible.why).help(MEND)
 }
 
 /// One warning about all links without `<inertial>` but the root.

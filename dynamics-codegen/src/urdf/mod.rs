@@ -27,6 +27,7 @@
 mod assemble;
 mod check;
 mod consistency;
+mod impossible;
 mod joint;
 mod merge;
 mod mimic;
@@ -43,6 +44,7 @@ mod value;
 mod values;
 mod xml;
 
+pub(crate) use impossible::{Impossible, MEND};
 pub use merge::merge_fixed;
 pub use robot::{Body, Frame, Joint, JointKind, Limits, Losses, Mimic, Robot, plane_basis};
 pub use snap::Snapped;

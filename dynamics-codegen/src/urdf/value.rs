@@ -28,11 +28,27 @@ pub(super) fn check(
         Form::Name if value.trim().is_empty() => Some(
             Diagnostic::error(at, format!("{name} is empty")).label(format!("expected {meaning}")),
         ),
-        Form::Name => None,
+        Form::Name => check_name(at, value, name),
         Form::Word(words) => check_word(at, value, words, name),
         Form::Number(range) => check_number(at, value, range, name, meaning),
         Form::Vector(count) => check_vector(places, attribute, count, name, meaning),
     }
+}
+
+/// Names become those of coordinates, columns of logs and lines of reports.
+fn check_name(at: Span, value: &str, name: &str) -> Option<Diagnostic> {
+    let control = value.chars().find(|c| c.is_control())?;
+    let code = u32::from(control);
+    let what = match control {
+        '\n' | '\r' => "a line break".to_string(),
+        '\t' => "a tabulator".to_string(),
+        _ => format!("the control character U+{code:04X}"),
+    };
+    Some(
+        Diagnostic::error(at, format!("{name} holds {what}"))
+            .label("a name is one line of visible characters")
+            .help(format!("leave out `&#{code};` wherever the name stands")),
+    )
 }
 
 fn check_word(at: Span, value: &str, words: &[&str], name: &str) -> Option<Diagnostic> {

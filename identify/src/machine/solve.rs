@@ -15,6 +15,17 @@ pub enum SolveError {
         /// Which state.
         sample: usize,
     },
+    /// `M` has a negative eigenvalue, and the constraints leave room for that motion.
+    #[error(
+        "sample {sample}: the mass matrix is not positive definite: some motion of coordinate \
+         {coordinate} (counted from 0) has negative kinetic energy; correct the masses and inertias"
+    )]
+    Indefinite {
+        /// Which state.
+        sample: usize,
+        /// A coordinate that moves in that motion.
+        coordinate: usize,
+    },
     /// `b ∉ R(A)`.
     #[error(
         "sample {sample}: the constraints contradict each other (off by {miss:.3e} on acceleration \
@@ -44,6 +55,16 @@ pub enum SolveError {
 }
 
 impl SolveError {
+    /// Which state.
+    pub fn sample(self) -> usize {
+        let (Self::Singular { sample }
+        | Self::Indefinite { sample, .. }
+        | Self::Inconsistent { sample, .. }
+        | Self::Unsettled { sample }
+        | Self::NotFinite { sample }) = self;
+        sample
+    }
+
     /// The same, counted from further back.
     #[must_use]
     pub(crate) fn offset(self, by: usize) -> Self {
@@ -55,6 +76,7 @@ impl SolveError {
     pub(crate) fn renumbered(mut self, number: impl Fn(usize) -> usize) -> Self {
         match &mut self {
             Self::Singular { sample }
+            | Self::Indefinite { sample, .. }
             | Self::Inconsistent { sample, .. }
             | Self::Unsettled { sample }
             | Self::NotFinite { sample } => {
@@ -108,8 +130,8 @@ impl Factorisation {
         {
             return Err(SolveError::NotFinite { sample });
         }
-        let (inertia, penalty) =
-            factorise_inertia(mass_matrix, constraint).ok_or(SolveError::Singular { sample })?;
+        let (inertia, penalty) = factorise_inertia(mass_matrix, constraint)
+            .ok_or_else(|| without_motion(mass_matrix, sample))?;
         let mut compliance = constraint.transpose();
         if slope.ncols() > 0 {
             compliance += slope;
@@ -184,6 +206,20 @@ fn factorise_inertia(
     regular(&cholesky).then_some((cholesky, penalty))
 }
 
+/// A negative eigenvalue of `M` counts from this share of the largest absolute one.
+const NEGATIVE_SHARE: f64 = 1e-9;
+
+/// Why a mass matrix cannot be factorised: it is indefinite, or else singular.
+fn without_motion(mass_matrix: &DMatrix<f64>, sample: usize) -> SolveError {
+    let eigen = mass_matrix.clone().symmetric_eigen();
+    let least = eigen.eigenvalues.imin();
+    if eigen.eigenvalues[least] >= -NEGATIVE_SHARE * eigen.eigenvalues.amax() {
+        return SolveError::Singular { sample };
+    }
+    let coordinate = eigen.eigenvectors.column(least).iamax();
+    SolveError::Indefinite { sample, coordinate }
+}
+
 /// Of `A M⁻¹ (Aᵀ + Q′)`, which is not symmetric; `None` where friction makes it singular
 /// that is not so without (`plain`).
 fn contact_inverse(matrix: &DMatrix<f64>, plain: &DMatrix<f64>) -> Option<DMatrix<f64>> {
@@ -253,5 +289,24 @@ mod tests {
             Factorisation::of(&mass, &dmatrix![1.0, 0.0], &none, 4).unwrap_err(),
             SolveError::Singular { sample: 4 }
         );
+    }
+
+    #[test]
+    fn a_negative_mass_is_not_called_singular() {
+        let (none, free) = (DMatrix::zeros(2, 0), DMatrix::zeros(0, 2));
+        let error = |mass: DMatrix<f64>| Factorisation::of(&mass, &free, &none, 3).unwrap_err();
+        let negative = SolveError::Indefinite {
+            sample: 3,
+            coordinate: 1,
+        };
+        assert_eq!(error(dmatrix![2.0, 0.0; 0.0, -1.0]), negative);
+        let crossed = error(dmatrix![1.0, 2.0; 2.0, 1.0]);
+        assert!(matches!(crossed, SolveError::Indefinite { .. }));
+        // A product of velocities alone: neither coordinate has inertia of its own.
+        let saddle = error(dmatrix![0.0, 1.0; 1.0, 0.0]);
+        assert!(matches!(saddle, SolveError::Indefinite { .. }));
+        let singular = SolveError::Singular { sample: 3 };
+        assert_eq!(error(dmatrix![1.0, 1.0; 1.0, 1.0]), singular);
+        assert_eq!(error(dmatrix![0.0, 0.0; 0.0, 0.0]), singular);
     }
 }

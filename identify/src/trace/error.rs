@@ -106,15 +106,11 @@ pub enum TraceError {
 impl TraceError {
     /// With the time of the sample.
     pub(super) fn at(source: SolveError, times: &[f64]) -> Self {
-        let (SolveError::Singular { sample }
-        | SolveError::Inconsistent { sample, .. }
-        | SolveError::Unsettled { sample }
-        | SolveError::NotFinite { sample }) = source;
         let hint =
             health::strange_rate(times).map_or_else(String::new, |warning| format!("; {warning}"));
         Self::Solve {
             hint,
-            time: times.get(sample).copied().unwrap_or(f64::NAN),
+            time: times.get(source.sample()).copied().unwrap_or(f64::NAN),
             source,
         }
     }

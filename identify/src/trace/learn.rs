@@ -113,5 +113,8 @@ fn is_immobile(dictionary: &Dictionary, observed: &Observed) -> bool {
     let focus = dictionary.focus(&[]);
     let values = focus.values(&dictionary.defaults);
     let motion = focus.machine.motion(&observed.curve, &values);
-    matches!(motion, Err(SolveError::Singular { .. }))
+    matches!(
+        motion,
+        Err(SolveError::Singular { .. } | SolveError::Indefinite { .. })
+    )
 }

@@ -2,7 +2,7 @@
 
 use super::{Lines, Unit, comment};
 use crate::emit::axes::{coordinate_unit, inputs};
-use crate::emit::naming::identifier;
+use crate::emit::naming::c_member;
 use crate::emit::plan::{Entry, Function, Quantity};
 use crate::emit::text::{decimal, one_line};
 use crate::model::Parameter;
@@ -65,16 +65,26 @@ impl Unit<'_> {
         comment(
             w,
             0,
-            "The real number type: double, or float if DYNAMICS_FLOAT is defined, for this\nfile and the other alike.",
+            "The real number type: double, or float if DYNAMICS_FLOAT is defined, for every\nfile that includes this one: what is computed in float has names of its own, so\nthat files that differ do not link.",
         );
         w.line("#ifdef DYNAMICS_FLOAT");
         w.line(&format!("typedef float {prefix}_real;"));
+        for name in self.linked_names() {
+            w.line(&format!("#define {name} {name}_float"));
+        }
         w.line("#else");
         w.line(&format!("typedef double {prefix}_real;"));
         w.line("#endif");
         w.blank();
         self.parameters_type(w);
         self.point_type(w);
+    }
+
+    /// Everything that the linker sees.
+    fn linked_names(&self) -> impl Iterator<Item = String> {
+        let functions = self.plan.functions.iter().map(|f| f.name.as_str());
+        let names = std::iter::once("nominal").chain(functions);
+        names.map(|name| format!("{}_{name}", self.prefix))
     }
 
     fn parameters_type(&self, w: &mut Lines) {
@@ -87,7 +97,7 @@ impl Unit<'_> {
         }
         for p in parameters {
             comment(w, 1, &describe_parameter(p));
-            w.line(&format!("    {prefix}_real {};", identifier(&p.name)));
+            w.line(&format!("    {prefix}_real {};", c_member(&p.name)));
         }
         w.line(&format!("}} {prefix}_parameters;"));
         w.blank();
@@ -141,10 +151,8 @@ impl Unit<'_> {
             w.line(&format!("    {prefix}_real u[{}];", inputs.len()));
         }
         if !model.states.is_empty() {
-            let states = model.states.iter().map(|z| {
-                let unit = z.dimension.map_or_else(String::new, |d| d.to_string());
-                (z.name.clone(), unit)
-            });
+            let states = model.states.iter();
+            let states = states.map(|z| (z.name.clone(), z.unit.clone()));
             comment(w, 1, &format!("Internal states: {}.", list(states)));
             w.line(&format!("    {prefix}_real z[{}];", model.states.len()));
         }

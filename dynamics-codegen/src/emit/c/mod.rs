@@ -2,7 +2,8 @@
 //!
 //! No dependency but `<math.h>`; `double`, or `float` with `DYNAMICS_FLOAT`; no
 //! allocation, no recursion, no loop, no array of variable length, no state. Every
-//! name that the linker sees begins with the model's.
+//! name that the linker sees begins with the model's, and no name is one that a standard
+//! header defines as a macro, in whichever order files include them.
 
 mod header_file;
 mod language;
@@ -10,10 +11,12 @@ mod source_file;
 
 use super::emission::Emission;
 use super::header;
+use super::naming::c_member;
 use super::plan::{Function, Plan};
 use super::rust::{File, module_name};
 use super::symbols::Symbols;
 use super::text::c_comment_lines;
+use super::words::is_c_header;
 use crate::compile::Compiled;
 
 /// The two files of a model, header first. `source_name` is the model's path as their
@@ -63,14 +66,21 @@ struct Unit<'a> {
 
 impl<'a> Unit<'a> {
     fn new(emission: &'a Emission<'a>) -> Self {
-        let file = module_name(emission.compiled);
-        // Names that begin with `_` belong to the compiler.
-        let prefix = if file.starts_with('_') {
-            format!("dynamics{file}")
+        let name = module_name(emission.compiled);
+        // `#include <math.h>` must not find a model of that name.
+        let file = if is_c_header(&name) {
+            format!("{name}__")
         } else {
-            file.clone()
+            name.clone()
         };
-        let symbols = emission.plan.symbols(&[&format!("{prefix}_real")]);
+        // Names that begin with `_` belong to the compiler.
+        let prefix = if name.starts_with('_') {
+            format!("dynamics{name}")
+        } else {
+            name
+        };
+        let real = format!("{prefix}_real");
+        let symbols = emission.plan.symbols(&[&real], c_member);
         Self {
             emission,
             plan: &emission.plan,

@@ -24,7 +24,7 @@ pub use library::{DuplicateModel, File, module_name, rust_crate, rust_crate_of, 
 use super::axes::inputs;
 use super::emission::Emission;
 use super::header;
-use super::naming::type_name;
+use super::naming::{identifier, type_name};
 use super::plan::{Function, Plan};
 use super::symbols::Symbols;
 use super::text::one_line;
@@ -102,7 +102,7 @@ impl<'a> Unit<'a> {
         Self {
             compiled,
             plan,
-            symbols: plan.symbols(&[]),
+            symbols: plan.symbols(&[], identifier),
             type_name: type_name(&compiled.model.name, &taken),
         }
     }

@@ -97,6 +97,24 @@ fn doctype() {
 }
 
 #[test]
+fn names_with_control_characters() {
+    let with = |character: &str| {
+        jointed("continuous", AXIS)
+            .replace(
+                "name=\"shoulder\"",
+                &format!("name=\"shoul{character}der\""),
+            )
+            .replace("\"arm\"", &format!("\"a{character}rm\""))
+    };
+    check("name_line_break", &with("&#10;"));
+    check("name_escape", &with("&#x9f;"));
+    // What an editor breaks is a blank, in XML; and other characters have no harm in them.
+    for harmless in ["\n", ",", "é", "&quot;"] {
+        read_text(&with(harmless), Options::default()).0.unwrap();
+    }
+}
+
+#[test]
 fn xacro() {
     check(
         "xacro_value",

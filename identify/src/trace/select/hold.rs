@@ -66,7 +66,9 @@ impl Search<'_> {
         };
         let bounds = &self.dictionary.machine.compiled.model.parameters;
         for &term in &self.accepted {
-            if let Some(((PortKind::Input, _), Dimension::TIME)) = self.number_of_channel(term) {
+            if let Some(((PortKind::Input, _), unit)) = self.number_of_channel(term)
+                && unit == Dimension::TIME
+            {
                 let parameter = self.dictionary.candidates[term].parameters[0];
                 let time = &mut explanation.values[parameter];
                 *time = (*time + later).clamp(bounds[parameter].lower, bounds[parameter].upper);
