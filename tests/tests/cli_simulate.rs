@@ -280,17 +280,23 @@ fn a_log_with_odd_names_can_be_read() {
         "a,b",
         "c;d;e;f;g",
         "line\nbreak",
-        "bell\u{7}",
+        "\"quoted\"",
         "tab\tt\tt\tt\tt",
     ];
-    let mut model = String::from("model odd;\nparameter m: kg = 1;\n");
-    for name in names {
-        model.push_str(&format!(
-            "coordinate \"{name}\": m;\ninput \"{name}\": N;\n\
-             kinetic m/2*dot(\"{name}\")^2;\nforce \"{name}\" = input(\"{name}\");\n"
+    let mut robot = String::from("<robot name=\"odd\"><link name=\"link_0\"/>");
+    for (index, name) in names.iter().enumerate() {
+        let name = ["\n", "\t", "\""].iter().fold(name.to_string(), |name, c| {
+            name.replace(c, &format!("&#{};", c.as_bytes()[0]))
+        });
+        robot.push_str(&format!(
+            "<link name=\"link_{next}\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" \
+             ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link>\
+             <joint name=\"{name}\" type=\"continuous\"><parent link=\"link_{index}\"/>\
+             <child link=\"link_{next}\"/><axis xyz=\"0 0 1\"/></joint>",
+            next = index + 1
         ));
     }
-    let model = write(&folder, "odd.model", &model);
+    let model = write(&folder, "odd.urdf", &(robot + "</robot>"));
     let out = folder.path().join("log.csv");
     let init = r#"{"q": [0, 1, 2, 3, 4]}"#;
     succeed(
