@@ -272,22 +272,15 @@ fn a_log_can_be_read_by_its_owner_and_replaces_the_old_one() {
     }
 }
 
-/// Names that hold what stands between cells and rows: the log is read back as it was written.
+/// Names that hold what stands between cells: the log is read back as it was written. (What
+/// stands between rows is refused in a robot's names.)
 #[test]
 fn a_log_with_odd_names_can_be_read() {
     let folder = tempfile::tempdir().unwrap();
-    let names = [
-        "a,b",
-        "c;d;e;f;g",
-        "line\nbreak",
-        "\"quoted\"",
-        "tab\tt\tt\tt\tt",
-    ];
+    let names = ["a,b", "c;d;e;f;g", "\"quoted\""];
     let mut robot = String::from("<robot name=\"odd\"><link name=\"link_0\"/>");
     for (index, name) in names.iter().enumerate() {
-        let name = ["\n", "\t", "\""].iter().fold(name.to_string(), |name, c| {
-            name.replace(c, &format!("&#{};", c.as_bytes()[0]))
-        });
+        let name = name.replace('"', "&quot;");
         robot.push_str(&format!(
             "<link name=\"link_{next}\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" \
              ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link>\
@@ -298,7 +291,7 @@ fn a_log_with_odd_names_can_be_read() {
     }
     let model = write(&folder, "odd.urdf", &(robot + "</robot>"));
     let out = folder.path().join("log.csv");
-    let init = r#"{"q": [0, 1, 2, 3, 4]}"#;
+    let init = r#"{"q": [0, 1, 2]}"#;
     succeed(
         &[
             "simulate",
