@@ -126,6 +126,7 @@ fn unnamed() -> Traced {
         recovered: 0.9,
     });
     traced.outcome.verdict = Verdict::Unknown;
+    traced.outcome.findings.clear();
     traced.outcome.patched_model.clone_from(&traced.text);
     traced
 }

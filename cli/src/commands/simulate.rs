@@ -429,7 +429,14 @@ impl Log {
                 .into());
         }
         let names = std::iter::once("t").chain(names.iter().map(String::as_str));
-        let mut line = csv::Writer::from_writer(Vec::new());
+        // A reader counts what else may stand between cells: in a name it stands in quotes.
+        let is_odd = names.clone().any(|name| name.contains([';', '\t']));
+        let mut line = csv::WriterBuilder::new()
+            .quote_style(match is_odd {
+                true => csv::QuoteStyle::NonNumeric,
+                false => csv::QuoteStyle::Necessary,
+            })
+            .from_writer(Vec::new());
         line.write_record(names)?;
         Ok(self.file.write_all(&line.into_inner()?)?)
     }
