@@ -169,6 +169,8 @@ fn cells_without_a_measurement_are_filled_if_asked() {
     );
     close(&log.channels["q_b"], |k| k.min(56.0));
     close(&log.channels["u_a"], |k| 8.0 * (k / 4.0).floor());
+    // The columns with empty cells are used up.
+    assert_eq!(log.columns(), ["t", "q_a", "q_b", "u_a"]);
     let said: Vec<String> = log.warnings.iter().map(ToString::to_string).collect();
     insta::assert_snapshot!(said.join("\n"), @r"
     45 cells of `load` hold no measurement and were filled by straight lines
