@@ -348,6 +348,35 @@ fn what_is_too_large_is_refused() {
     let _ = compile("slider.model", &dimension, &Library::builtin());
 }
 
+/// What would take time with the square or the cube of the file's length.
+#[test]
+fn what_repeats_is_bounded() {
+    let repeated = |statement: &dyn Fn(usize) -> String| {
+        let start = format!("{SLIDER}constant tau: s = 1;\nconstant l: m = 1;\n");
+        (1..=2000).fold(start, |text, i| text + &statement(i) + "\n")
+    };
+    for (text, expected) in [
+        (
+            repeated(&|_| "measured x = 1.01*x;".to_string()),
+            "error: the model says more than 256 times what is measured",
+        ),
+        (
+            repeated(&|i| format!("input x = delay(x, {i}*tau);")),
+            "error: the model delays its inputs in more than 256 ways",
+        ),
+        (
+            repeated(&|i| format!("frame f{i} = rotate_z({i}*x/l);")),
+            "error: the bodies do not form a machine: the tree has 2000 joints and frames that move; at most 1000 are supported",
+        ),
+    ] {
+        assert_eq!(title(&fault(&text)), expected);
+    }
+    let report = fault(&repeated(&|i| format!("let b{i} = a{i};")));
+    let suggests = |d: &&dynamics_codegen::Diagnostic| d.help[0].starts_with("did you mean");
+    assert_eq!(report.diagnostics.len(), 2000);
+    assert_eq!(report.diagnostics.iter().filter(suggests).count(), 100);
+}
+
 /// Words, signs and odd characters of the language and from outside it.
 const TOKENS: [&str; 72] = [
     "model",
