@@ -4,6 +4,7 @@
 use crate::mistake::{Mistake, Place};
 use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
 use serde_json::value::RawValue;
+use std::collections::HashSet;
 use std::fmt;
 use std::ops::Range;
 
@@ -170,10 +171,11 @@ impl<'a> Value<'a> {
         }
         let Members(pairs) = serde_json::from_str(self.raw).map_err(|e| self.odd(&e))?;
         let mut members: Vec<Member<'a>> = Vec::with_capacity(pairs.len());
+        let mut names = HashSet::with_capacity(pairs.len());
         for (key, value) in pairs {
             let name: String = serde_json::from_str(key.get()).map_err(|e| self.odd(&e))?;
             let key = self.within.locate(key);
-            if members.iter().any(|member| member.name == name) {
+            if !names.insert(name.clone()) {
                 let mistake = key.mistake("again here", format!("`{name}` is given twice"));
                 return Err(mistake.help("keep one of them"));
             }
@@ -265,6 +267,24 @@ mod tests {
         assert_eq!(elements[0].number("q").unwrap(), 1.0);
         let shown = elements[1].number("`q`").unwrap_err().to_string();
         assert!(shown.contains("f.json:1:11"), "{shown}");
+    }
+
+    /// An object may be as long as a line.
+    #[test]
+    fn many_members_are_read_in_order() {
+        let members = (0..200_000).map(|i| format!("\"m{i}\": {i}"));
+        let object = format!("{{{}}}", members.collect::<Vec<String>>().join(","));
+        let members = text(&object).value().unwrap().members("an object").unwrap();
+        assert_eq!(members.len(), 200_000);
+        assert_eq!(members[199_999].name, "m199999");
+        let twice = object.replace("\"m199999\"", "\"m0\"");
+        let mistake = text(&twice).value().unwrap().members("an object");
+        assert!(
+            mistake
+                .unwrap_err()
+                .to_string()
+                .contains("`m0` is given twice")
+        );
     }
 
     #[test]

@@ -3,7 +3,6 @@
 //! Test threads have 2 MiB of stack: whatever passes here does not overflow it.
 
 use dynamics_codegen::{Library, Report, compile, compile_bytes};
-use proptest::prelude::*;
 use std::fmt::Write;
 
 /// A model that is right, for mistakes to be added to.
@@ -352,196 +351,31 @@ fn what_is_too_large_is_refused() {
     let _ = compile("slider.model", &dimension, &Library::builtin());
 }
 
-/// Words, signs and odd characters of the language and from outside it.
-const TOKENS: [&str; 72] = [
-    "model",
-    "effect",
-    "coordinate",
-    "input",
-    "parameter",
-    "constant",
-    "let",
-    "kinetic",
-    "potential",
-    "dissipation",
-    "force",
-    "constraint",
-    "output",
-    "prior",
-    "normal",
-    "in",
-    "dot",
-    "sin",
-    "sqrt",
-    "atan2",
-    "max",
-    "torque",
-    "unit",
-    "rate",
-    "viscous",
-    "spring",
-    "x",
-    "y",
-    "m",
-    "t",
-    "pi",
-    "joint",
-    "kg",
-    "N",
-    "s",
-    "rad",
-    "mm",
-    "0",
-    "1",
-    "2.5",
-    "1e308",
-    "0x",
-    "1e",
-    "(",
-    ")",
-    "[",
-    "]",
-    "{",
-    "}",
-    ";",
-    ":",
-    ",",
-    ".",
-    "..",
-    "=",
-    "==",
-    "+",
-    "-",
-    "*",
-    "/",
-    "^",
-    "//",
-    "/*",
-    "*/",
-    "///",
-    "\n",
-    "\"",
-    "é",
-    "²",
-    "\0",
-    "\r",
-    "\u{feff}",
-];
-
-fn soup() -> impl Strategy<Value = String> {
-    let token = prop::sample::select(TOKENS.to_vec());
-    prop::collection::vec(token, 0..60).prop_map(|tokens| tokens.join(" "))
-}
-
-/// The models and templates that come with the project.
-fn shipped() -> Vec<String> {
-    let mut texts = Vec::new();
-    for folder in ["../models", "../models/effects"] {
-        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
-        for entry in std::fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path
-                .extension()
-                .is_some_and(|extension| extension == "model")
-            {
-                texts.push(std::fs::read_to_string(path).unwrap());
-            }
-        }
-    }
-    texts.sort();
-    assert!(texts.len() >= 16, "models are missing");
-    texts
-}
-
-/// What is done to a text: delete, double or swap pieces between characters.
-#[derive(Debug, Clone)]
-enum Change {
-    Delete(usize, usize),
-    Double(usize, usize),
-    Swap(usize, usize, usize),
-}
-
-fn change() -> impl Strategy<Value = Change> {
-    let (at, length) = (any::<usize>(), 1_usize..40);
-    prop_oneof![
-        (at, length.clone()).prop_map(|(at, n)| Change::Delete(at, n)),
-        (at, length.clone()).prop_map(|(at, n)| Change::Double(at, n)),
-        (at, at, length).prop_map(|(at, to, n)| Change::Swap(at, to, n)),
-    ]
-}
-
-fn mutated(text: &str, changes: &[Change]) -> String {
-    let mut characters: Vec<char> = text.chars().collect();
-    for change in changes {
-        let count = characters.len();
-        if count == 0 {
-            break;
-        }
-        let piece = |at: usize, n: usize| at % count..(at % count + n).min(count);
-        match *change {
-            Change::Delete(at, n) => {
-                characters.drain(piece(at, n));
-            }
-            Change::Double(at, n) => {
-                let copy = characters[piece(at, n)].to_vec();
-                characters.splice(at % count..at % count, copy);
-            }
-            Change::Swap(at, to, n) => {
-                let moved: Vec<char> = characters.drain(piece(at, n)).collect();
-                let to = to % (characters.len() + 1);
-                characters.splice(to..to, moved);
-            }
-        }
-    }
-    characters.into_iter().collect()
-}
-
-/// Compiles; whatever is found is shown, in both ways.
-fn survives(text: &str) {
-    let report = match compile("fuzz.model", text, &Library::builtin()) {
-        Ok(compiled) => compiled.warnings,
-        Err(report) => {
-            assert!(report.has_errors(), "refused without an error:\n{text}");
-            report
-        }
+/// What would take time with the square or the cube of the file's length.
+#[test]
+fn what_repeats_is_bounded() {
+    let repeated = |statement: &dyn Fn(usize) -> String| {
+        let start = format!("{SLIDER}constant tau: s = 1;\nconstant l: m = 1;\n");
+        (1..=2000).fold(start, |text, i| text + &statement(i) + "\n")
     };
-    assert_eq!(report.render().is_empty(), report.diagnostics.is_empty());
-    report.render_styled();
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
-
-    #[test]
-    fn token_soup_is_refused_in_good_order(text in soup()) {
-        survives(&text);
-        survives(&format!("{SLIDER}{text}"));
-        survives(&format!("model m; coordinate x: m; let a = {text}; kinetic dot(x)^2;"));
+    for (text, expected) in [
+        (
+            repeated(&|_| "measured x = 1.01*x;".to_string()),
+            "error: the model says more than 256 times what is measured",
+        ),
+        (
+            repeated(&|i| format!("input x = delay(x, {i}*tau);")),
+            "error: the model delays its inputs in more than 256 ways",
+        ),
+        (
+            repeated(&|i| format!("frame f{i} = rotate_z({i}*x/l);")),
+            "error: the bodies do not form a machine: the tree has 2000 joints and frames that move; at most 1000 are supported",
+        ),
+    ] {
+        assert_eq!(title(&fault(&text)), expected);
     }
-
-    #[test]
-    fn mutated_models_do_not_bring_the_compiler_down(
-        which in any::<prop::sample::Index>(),
-        changes in prop::collection::vec(change(), 1..6),
-    ) {
-        survives(&mutated(which.get::<String>(&shipped()), &changes));
-    }
-
-    #[test]
-    fn mutated_templates_do_not_bring_the_compiler_down(
-        changes in prop::collection::vec(change(), 1..4),
-        which in any::<prop::sample::Index>(),
-    ) {
-        let mut library = Library::builtin();
-        library.add("fuzz", "fuzz.model", mutated(which.get::<String>(&shipped()), &changes));
-        let text = format!("{SLIDER}effect fuzz(x);");
-        if let Err(report) = compile("slider.model", &text, &library) {
-            assert!(report.has_errors());
-        }
-    }
-
-    #[test]
-    fn any_bytes_are_answered(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
-        let _ = compile_bytes("fuzz.model", &bytes, &Library::builtin());
-    }
+    let report = fault(&repeated(&|i| format!("let b{i} = a{i};")));
+    let suggests = |d: &&dynamics_codegen::Diagnostic| d.help[0].starts_with("did you mean");
+    assert_eq!(report.diagnostics.len(), 2000);
+    assert_eq!(report.diagnostics.iter().filter(suggests).count(), 100);
 }

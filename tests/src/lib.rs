@@ -1,7 +1,9 @@
 //! What tests that cross crates share: the models, and files under control.
 
 pub mod compiler;
+pub mod emitted;
 pub mod files;
+pub mod fuzz;
 pub mod models;
 pub mod object_code;
 pub mod random;

@@ -2,12 +2,12 @@
 
 use dynamics_codegen::{Compiled, Library, compile, emit};
 use integration_tests::compiler::{self, Precision};
-use integration_tests::models;
+use integration_tests::{emitted, models};
 use proptest::prelude::*;
 
 /// The items that any module consists of, by kind and name.
 fn items(text: &str) -> Vec<String> {
-    let file: syn::File = syn::parse_str(text).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let file = emitted::check_rust(text);
     assert!(file.attrs.is_empty());
     let name = |item: &syn::Item| match item {
         syn::Item::Use(_) => "use".to_string(),
@@ -65,8 +65,6 @@ fn check(names: &[String; 6], doc: &str, path: &str) {
         list.retain(|item| !item.starts_with("struct ") || ours.contains(&item.as_str()));
     }
     assert_eq!(found, expected, "{text}");
-    let invisible = |c: char| c.is_control() && c != '\n' || ('\u{202a}'..='\u{202e}').contains(&c);
-    assert!(!text.contains(invisible), "{text}");
 
     let file = emit::rust_file(&renamed, path).name;
     let stem = file.strip_suffix(".rs").expect("a Rust file");
@@ -76,23 +74,10 @@ fn check(names: &[String; 6], doc: &str, path: &str) {
     );
 
     for file in emit::c(&renamed, path) {
-        check_comments(&file.text);
+        emitted::check_c(&file.text);
     }
 
-    let sheet = emit::review(&renamed, path);
-    assert!(!sheet.contains(invisible), "{sheet}");
-}
-
-/// Outside of its comments a C file is plain ASCII, and every comment ends.
-fn check_comments(text: &str) {
-    let mut rest = text;
-    while let Some((code, comment)) = rest.split_once("/*") {
-        assert!(code.is_ascii() && !code.contains("*/"), "{code}");
-        let (inside, behind) = comment.split_once("*/").expect("the comment ends");
-        assert!(!inside.contains("/*"), "{inside}");
-        rest = behind;
-    }
-    assert!(rest.is_ascii() && !rest.contains("*/"), "{rest}");
+    emitted::check_visible(&emit::review(&renamed, path));
 }
 
 const HOSTILE: [&str; 28] = [

@@ -3,7 +3,7 @@
 use super::Model;
 use super::effects::Templates;
 use super::names::Scope;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, nearest};
 use crate::graph::{ExprId, Graph};
 use crate::source::{Sources, Span};
 use crate::syntax::{File, Heading, Statement, StatementKind};
@@ -11,6 +11,9 @@ use crate::tree::{Body, Inertia, Joint, Placement, Tree};
 
 /// A model may have this many coordinates, inputs and constraints.
 pub(super) const MAX_SIZE: usize = 256;
+/// Behind this many findings it is no longer said which name was meant: nobody reads so many,
+/// and to look among all names each time takes as long as findings times names.
+const MAX_SUGGESTIONS: usize = 100;
 
 /// Builds the model that `file` describes. Findings are added to `diagnostics`;
 /// `None` if there is an error among them.
@@ -67,6 +70,8 @@ pub(super) struct Builder<'a> {
     pub(super) driven: Vec<(usize, ExprId)>,
     /// Sets of the ports that are being bound.
     pub(super) pending_sets: std::collections::BTreeMap<String, Vec<usize>>,
+    /// How many statements say what is measured.
+    pub(super) measurements: usize,
     pub has_kinetic: bool,
     pub too_large: bool,
     /// Whether the model says itself what gravity is.
@@ -129,6 +134,7 @@ impl<'a> Builder<'a> {
             loads: Vec::new(),
             driven: Vec::new(),
             pending_sets: std::collections::BTreeMap::new(),
+            measurements: 0,
             has_kinetic: false,
             too_large: false,
             states_gravity: false,
@@ -142,6 +148,16 @@ impl<'a> Builder<'a> {
     pub fn report<T>(&mut self, diagnostic: Diagnostic) -> Option<T> {
         self.diagnostics.push(diagnostic);
         None
+    }
+
+    /// The name among `known` that may have been meant by `name`.
+    pub fn near<'n>(
+        &self,
+        name: &str,
+        known: impl IntoIterator<Item = &'n str>,
+    ) -> Option<&'n str> {
+        let worth_it = self.diagnostics.len() < MAX_SUGGESTIONS;
+        worth_it.then(|| nearest(name, known)).flatten()
     }
 
     /// What has been found so far.

@@ -5,7 +5,7 @@
 //! past and gives both their values.
 
 use super::Model;
-use super::builder::Builder;
+use super::builder::{Builder, MAX_SIZE};
 use super::quantity::Quantity;
 use crate::diagnostic::Diagnostic;
 use crate::dimension::Dimension;
@@ -83,7 +83,7 @@ impl Builder<'_> {
         }
         let mut result = self.input_symbol(index)?;
         if !self.model.graph.is_zero(quantity.expr) {
-            let symbol = self.delay_symbol(index, quantity.expr);
+            let symbol = self.delay_symbol(index, quantity.expr, by.span)?;
             result.expr = self.model.graph.var(symbol);
         }
         Some(result)
@@ -118,10 +118,14 @@ impl Builder<'_> {
     }
 
     /// The variable `u(t − by)`, made if it is new.
-    fn delay_symbol(&mut self, input: usize, by: ExprId) -> SymbolId {
+    fn delay_symbol(&mut self, input: usize, by: ExprId, span: Span) -> Option<SymbolId> {
         let mut delays = self.model.delays.iter();
         if let Some(known) = delays.find(|d| d.input == input && d.by == by) {
-            return known.symbol;
+            return Some(known.symbol);
+        }
+        if self.model.delays.len() == MAX_SIZE {
+            let message = format!("the model delays its inputs in more than {MAX_SIZE} ways");
+            return self.report(Diagnostic::error(span, message));
         }
         let of = &self.model.inputs[input].name;
         let count = self
@@ -143,7 +147,7 @@ impl Builder<'_> {
             symbol,
             rate,
         });
-        symbol
+        Some(symbol)
     }
 
     /// What stands for the input and its delayed selves in a statement `input u = value`:
@@ -163,7 +167,7 @@ impl Builder<'_> {
             if !here || !self.model.graph.depends_on(&[value], delayed) {
                 continue;
             }
-            let map = self.shift(input, index, so_far);
+            let map = self.shift(input, index, so_far, span)?;
             let remembered = self.model.states_in(so_far);
             if !remembered.is_empty() {
                 // What remembers, remembers the delayed command: the two commute.
@@ -192,7 +196,13 @@ impl Builder<'_> {
     }
 
     /// Every variable of the input in `so_far`, as it was `delays[index].by` earlier.
-    fn shift(&mut self, input: usize, index: usize, so_far: ExprId) -> HashMap<SymbolId, ExprId> {
+    fn shift(
+        &mut self,
+        input: usize,
+        index: usize,
+        so_far: ExprId,
+        span: Span,
+    ) -> Option<HashMap<SymbolId, ExprId>> {
         let delay = &self.model.delays[index];
         let (by, delayed) = (delay.by, self.model.graph.var(delay.symbol));
         let mut map = HashMap::from([(self.model.inputs[input].symbol, delayed)]);
@@ -203,11 +213,11 @@ impl Builder<'_> {
             let earlier = self.model.delays[other].clone();
             if earlier.input == input && self.model.graph.depends_on(&all, earlier.symbol) {
                 let total = self.model.graph.add(earlier.by, by);
-                let symbol = self.delay_symbol(input, total);
+                let symbol = self.delay_symbol(input, total, span)?;
                 map.insert(earlier.symbol, self.model.graph.var(symbol));
             }
         }
-        map
+        Some(map)
     }
 
     /// Every force sees what arrives in place of what was commanded.
@@ -232,7 +242,9 @@ impl Builder<'_> {
                     self.report::<()>(error);
                     continue;
                 }
-                let map = self.shift(input, index, arrives);
+                let Some(map) = self.shift(input, index, arrives, heading) else {
+                    continue;
+                };
                 let earlier = self.model.graph.substitute(&[arrives], &map)[0];
                 replacements.insert(delayed, earlier);
             }

@@ -274,7 +274,7 @@ fn set_values(builder: &mut Builder<'_>, first: usize, values: Vec<(Name, f64)>)
                 .map(|p| p.name[builder.prefix.len()..].to_string())
                 .collect();
             let message = format!("the effect has no parameter `{}`", name.text);
-            let help = match nearest(&name.text, known.iter().map(String::as_str)) {
+            let help = match builder.near(&name.text, known.iter().map(String::as_str)) {
                 Some(near) => format!("did you mean `{near}`?"),
                 None if known.is_empty() => "it has no parameters".to_string(),
                 None => format!("its parameters are: {}", known.join(", ")),

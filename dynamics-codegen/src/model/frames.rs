@@ -104,7 +104,7 @@ impl Builder<'_> {
         let error = Diagnostic::error(span, format!("there is no frame named `{name}`"));
         let known = self.scope.frames.names.keys().map(String::as_str);
         let known: Vec<&str> = known.chain([WORLD]).collect();
-        self.report(match nearest(name, known.iter().copied()) {
+        self.report(match self.near(name, known.iter().copied()) {
             Some(near) => error.help(format!("did you mean `{near}`?")),
             None if known.len() > 20 => error,
             None => error.help(format!("the frames are: {}", known.join(", "))),

@@ -113,7 +113,7 @@ impl Builder<'_> {
         }
         let error =
             Diagnostic::error(span, format!("`{name}` is not defined")).label("not defined");
-        let near = nearest(name, self.scope.all_names()).map(str::to_string);
+        let near = self.near(name, self.scope.all_names()).map(str::to_string);
         self.report(match near {
             Some(near) => error.help(format!("did you mean `{near}`?")),
             None => error.help(format!(
@@ -385,7 +385,7 @@ impl Builder<'_> {
             let help = format!("take a component: `{}(…).x`", name.text);
             return self.report(Diagnostic::error(name.span, message).help(help));
         }
-        if self.scope.all_names().any(|known| known == name.text) {
+        if self.scope.has_name(&name.text) {
             let help = format!("a product is written with `*`: `{}*(…)`", name.text);
             return self.report(error.help(help));
         }

@@ -1,7 +1,8 @@
 //! What a log shows in place of a position: `measured x = x + offset;`.
 
 use super::Model;
-use super::builder::Builder;
+use super::builder::{Builder, MAX_SIZE};
+use crate::diagnostic::Diagnostic;
 use crate::graph::ExprId;
 use crate::syntax::{Expr, Name};
 use std::collections::HashMap;
@@ -20,6 +21,12 @@ impl Model {
 impl Builder<'_> {
     /// `measured x = value`: what was read so far, and its rate, become the argument.
     pub(super) fn lower_measured(&mut self, name: &Name, value: &Expr) -> Option<()> {
+        // Each statement derives what all before it have made of the position.
+        self.measurements += 1;
+        if self.measurements > MAX_SIZE {
+            let message = format!("the model says more than {MAX_SIZE} times what is measured");
+            return self.report(Diagnostic::error(name.span, message));
+        }
         let index = self.find_coordinate(name)?;
         let quantity = self.lower(value)?;
         if let Some(dimension) = self.model.coordinates[index].dimension {

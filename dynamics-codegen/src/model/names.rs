@@ -170,6 +170,14 @@ impl Scope {
         }
     }
 
+    /// Whether a word may stand in an expression.
+    pub fn has_name(&self, name: &str) -> bool {
+        self.names.contains_key(name)
+            || self.inputs.contains_key(name)
+            || self.ports.contains_key(name)
+            || RESERVED.contains(&name)
+    }
+
     /// Every word that may stand in an expression.
     pub fn all_names(&self) -> impl Iterator<Item = &str> {
         let own = self

@@ -2,7 +2,7 @@
 
 use super::builder::Builder;
 use super::names::{Binding, Declared};
-use crate::diagnostic::{Diagnostic, nearest};
+use crate::diagnostic::Diagnostic;
 use crate::syntax::{Name, PortKind};
 
 impl Builder<'_> {
@@ -53,8 +53,9 @@ impl Builder<'_> {
             format!("there is no {what} named `{}`", name.text),
         );
         self.report(
-            match nearest(&name.text, known.iter().map(String::as_str)) {
+            match self.near(&name.text, known.iter().map(String::as_str)) {
                 Some(near) => error.help(format!("did you mean `{near}`?")),
+                None if known.len() > 20 => error,
                 None if known.is_empty() => error.help(format!("the model declares no {what}")),
                 None => error.help(format!("the model has: {}", known.join(", "))),
             },

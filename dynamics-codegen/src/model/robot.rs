@@ -12,7 +12,7 @@ use super::builder::Builder;
 use super::names::Binding;
 use super::robot_options::{Chosen, Options};
 use super::{Constraint, ConstraintKind, Coordinate, Input, Library, Parameter};
-use crate::diagnostic::{Diagnostic, Severity, nearest};
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::dimension::Dimension;
 use crate::emit::identifier;
 use crate::graph::{ExprId, Unary};
@@ -177,7 +177,7 @@ impl Assembly<'_, '_> {
             clean = false;
             let message = format!("the robot has no {what} named `{}`", name.text);
             let error = Diagnostic::error(name.span, message);
-            let near = nearest(&name.text, known.iter().copied());
+            let near = self.builder.near(&name.text, known.iter().copied());
             self.builder.report::<()>(match near {
                 Some(near) => error.help(format!("did you mean `{near}`?")),
                 None if known.len() > 20 => error,

@@ -8,12 +8,23 @@ use crate::graph::{ExprId, Graph};
 /// of no use to anyone.
 const MOST_COORDINATES: usize = 500;
 
+/// The matrix over all joints is full on the way, also where an expression moves them.
+const MOST_JOINTS: usize = 1000;
+
 /// Everything that would make a later step meaningless.
 pub(super) fn tree(g: &Graph, tree: &Tree) -> Result<(), TreeError> {
     if tree.coordinates > MOST_COORDINATES {
         return Err(TreeError::TooLarge {
             coordinates: tree.coordinates,
             most: MOST_COORDINATES,
+        });
+    }
+    let moves = |body: &&Body| !matches!(body.joint, Joint::Fixed);
+    let joints = tree.bodies.iter().filter(moves).count();
+    if joints > MOST_JOINTS {
+        return Err(TreeError::TooManyJoints {
+            joints,
+            most: MOST_JOINTS,
         });
     }
     for (position, body) in tree.bodies.iter().enumerate() {

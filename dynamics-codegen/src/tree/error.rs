@@ -66,6 +66,14 @@ pub enum TreeError {
         /// How many there may be.
         most: usize,
     },
+    /// More frames that move than the recursions can go through in a breath.
+    #[error("the tree has {joints} joints and frames that move; at most {most} are supported")]
+    TooManyJoints {
+        /// How many there are.
+        joints: usize,
+        /// How many there may be.
+        most: usize,
+    },
     /// A constant that is not finite.
     #[error("body `{body}` has a {what} that is not a finite number")]
     NotFinite {

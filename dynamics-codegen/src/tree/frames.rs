@@ -24,7 +24,8 @@ pub(super) struct LinkFrame {
     pub origin: [f64; 3],
     /// Constant rotation from the parent's link frame, as turns about z and x.
     pub turns: [(f64, f64); 2],
-    /// Cosine and sine of what is added to the joint's angle.
+    /// Cosine and sine of what is added to the joint's angle; where the joint has none,
+    /// of a third constant turn, about z.
     pub offset: (f64, f64),
 }
 
@@ -88,11 +89,10 @@ fn orient(
             // constant rotation stays in front of it.
             Some(c) => {
                 let [gamma, alpha, psi] = turn::euler_zxz(&c);
-                debug_assert!(
-                    psi == (1.0, 0.0),
-                    "a floating joint hangs on prismatic ones"
-                );
-                still(IDENTITY, [gamma, alpha])
+                LinkFrame {
+                    offset: psi,
+                    ..still(IDENTITY, [gamma, alpha])
+                }
             }
             None => still(IDENTITY, NO_TURNS),
         },

@@ -35,6 +35,9 @@ fn link(
     if parent.is_some() {
         stages.extend(turn::constant_turn(g, 2, frame.turns[0]));
         stages.extend(turn::constant_turn(g, 0, frame.turns[1]));
+        if let Motion::Spherical { .. } = joint.motion {
+            stages.extend(turn::constant_turn(g, 2, frame.offset));
+        }
     }
     let constant_stages = stages.len();
     let mut freedoms = joint.freedoms.clone();

@@ -1,9 +1,10 @@
 //! Laws that hold for any tree, and what its description may not contain.
 
-use crate::support::{self, deviation, load, rotation, shared};
+use crate::support::{self, deviation, load, multiply, rotation, shared};
 use dynamics_codegen::graph::{ExprId, Graph, SymbolId};
 use dynamics_codegen::tree::{
-    Body, Coordinate, Frame, Inertia, Joint, Mechanism, Options, Placement, Tree, TreeError,
+    Body, Coordinate, Floating, Frame, Inertia, Joint, Layout, Mechanism, Options, Placement, Tree,
+    TreeError,
 };
 use proptest::prelude::*;
 
@@ -291,6 +292,65 @@ fn constrained_accelerations_obey_the_rows() {
     let values = sample.evaluate(&outputs, [&q, &[0.4; 7], &[0.0; 7]]);
     assert!(values[..9].iter().all(|x| x.abs() < 1e-10), "{values:?}");
     assert!(values[9..].iter().all(|x| x.abs() > 1e-3), "{values:?}");
+}
+
+/// At rest a floating body is where its placement says, also behind a joint: the whole
+/// constant rotation stands in front of its quaternion.
+#[test]
+fn a_body_floats_from_its_placement() {
+    let mut sample = gripper(true);
+    let g = &mut sample.graph;
+    let [q, v, _, _] = support::symbols(g, 10);
+    let coordinate = |g: &Graph, index: usize| Coordinate {
+        q: g.var(q[index]),
+        v: g.var(v[index]),
+        index,
+        ratio: 1.0,
+    };
+    sample.tree.bodies.truncate(2);
+    sample.tree.coordinates = 9;
+    for (index, body) in sample.tree.bodies.iter_mut().enumerate() {
+        if let Joint::Revolute { coordinate: c, .. } = &mut body.joint {
+            *c = coordinate(g, index);
+        }
+    }
+    sample.tree.bodies.push(Body {
+        name: "afloat".to_string(),
+        parent: Some(1),
+        placement: Placement {
+            rotation: rotation([0.4, -0.6, 1.2]),
+            translation: [0.1, 0.2, -0.3].map(|x| g.constant(x)),
+        },
+        joint: Joint::Floating(Floating {
+            position: [2, 3, 4].map(|index| coordinate(g, index)),
+            quaternion: [5, 6, 7, 8].map(|index| coordinate(g, index)),
+        }),
+        inertia: sample.tree.bodies[0].inertia,
+    });
+    sample.q = q[..9].to_vec();
+    let expected = sample
+        .tree
+        .bodies
+        .iter()
+        .fold(rotation([0.0; 3]), |turned, body| {
+            multiply(&turned, &body.placement.rotation)
+        });
+    let at_rest = [[0.0; 8].as_slice(), &[1.0]].concat();
+    for layout in [Layout::Distal, Layout::Proximal, Layout::AsGiven] {
+        let g = &mut sample.graph;
+        let options = Options {
+            layout,
+            ..Options::default()
+        };
+        let mechanism = Mechanism::new(g, &sample.tree, options).expect("a tree");
+        let frame = Frame::of_body(g, 2);
+        let pose = mechanism.pose(g, &frame);
+        let found = sample.evaluate(&pose.rotation.concat(), [&at_rest, &[], &[]]);
+        assert!(
+            deviation(&found, &expected.concat()) < 1e-12,
+            "{layout:?}: {found:?}"
+        );
+    }
 }
 
 #[test]

@@ -4,7 +4,6 @@ mod bounds;
 mod files;
 mod messages;
 mod models;
-mod mutation;
 mod reading;
 mod structure;
 mod welding;

@@ -59,7 +59,9 @@ impl Map {
         }
         table.columns.retain(|column| {
             let taken = mapped.iter().any(|own| own.name == column.name);
-            !taken && column.name != self.time.0
+            // A log has no empty cells: what had some lives on in the channels it fills.
+            let whole = column.values.iter().all(|value| value.is_finite());
+            !taken && whole && column.name != self.time.0
         });
         mapped.append(&mut table.columns);
         table.columns = mapped;

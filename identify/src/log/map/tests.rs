@@ -169,6 +169,8 @@ fn cells_without_a_measurement_are_filled_if_asked() {
     );
     close(&log.channels["q_b"], |k| k.min(56.0));
     close(&log.channels["u_a"], |k| 8.0 * (k / 4.0).floor());
+    // The columns with empty cells are used up.
+    assert_eq!(log.columns(), ["t", "q_a", "q_b", "u_a"]);
     let said: Vec<String> = log.warnings.iter().map(ToString::to_string).collect();
     insta::assert_snapshot!(said.join("\n"), @r"
     45 cells of `load` hold no measurement and were filled by straight lines
@@ -366,11 +368,6 @@ mod any_text {
 
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(300) })]
-
-        #[test]
-        fn never_panics(text in "([a-z_]{0,4}|\\[|\\]|\\{|\\}|=|\"|,|\\.|-?[0-9e.]{1,4}|\n|columns|q_a|column|ratio|unit| ){0,40}") {
-            let _ = Map::parse("x.toml", &text);
-        }
 
         #[test]
         fn templates_are_maps(columns in prop::collection::vec(".{0,8}", 0..6), name in "[^\0]{1,8}") {
