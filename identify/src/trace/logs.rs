@@ -9,7 +9,7 @@ use dynamics_codegen::syntax::PortKind;
 
 /// Fewest samples for learning, and for judging.
 const FEWEST: usize = MINIMUM_SAMPLES;
-/// Most samples of a log: what the search takes a minute or two for with one joint. It goes
+/// Most samples of a log: what the search takes two to four minutes for with one joint. It goes
 /// through all of them many times.
 const MOST: usize = 100_000;
 /// Between learning and judging, s.
