@@ -167,7 +167,6 @@ impl<'a> Sheet<'a> {
                 shown_unit(&p.unit),
                 decimal(p.nominal),
                 bounds(p),
-                prior(p),
                 one_line(&p.doc),
             ]
         });
@@ -337,12 +336,6 @@ fn bounds(p: &Parameter) -> String {
             format!("in {}..{}", side(lower, p.lower), side(upper, p.upper))
         }
     }
-}
-
-fn prior(p: &Parameter) -> String {
-    p.prior.map_or_else(String::new, |(mean, sd)| {
-        format!("prior {} ± {}", decimal(mean), decimal(sd))
-    })
 }
 
 /// Rows with their cells in columns; a column in which nothing stands is left out.
