@@ -134,7 +134,9 @@ impl Div for Dimension {
     }
 }
 
-/// A unit in the model's language as a person reads it: `N·m` for `N*m`.
+/// A unit in the model's language as a person reads it: `N·m` for `N*m`. So it stands in
+/// summaries, reports and what is generated; messages about a model's text, and whatever may be
+/// written into one, keep the language's own form.
 pub fn shown_unit(unit: &str) -> String {
     unit.replace('*', "·")
 }

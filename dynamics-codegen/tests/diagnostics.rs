@@ -108,10 +108,6 @@ fn numbers() {
         ("bounds the wrong way round", "parameter d = 1 in 2..1;"),
         ("bounds missing", "parameter d = 1 in ;"),
         ("unknown prior", "parameter d = 1 prior uniform(0, 1);"),
-        (
-            "prior without spread",
-            "parameter d = 1 prior normal(1, 0);"
-        ),
         ("too large", "let a = 1e400;"),
         ("too large together", "let a = 1e300*1e300;"),
         ("division by zero", "let a = m/(x - x);"),
@@ -335,6 +331,22 @@ fn what_is_too_large_is_refused() {
         title(&fault(&long)),
         "error: the file is larger than a model may be (4194304 bytes)"
     );
+    for (statement, said) in [
+        (
+            format!("let {} = 1;", "x".repeat(513)),
+            "a name or a number",
+        ),
+        (
+            format!("let a = {};", "2".repeat(513)),
+            "a name or a number",
+        ),
+        (format!("let \"{}\" = 1;", "x ".repeat(257)), "a name"),
+    ] {
+        assert_eq!(
+            title(&fault(&format!("{SLIDER}{statement}\n"))),
+            format!("error: {said} has at most 512 bytes")
+        );
+    }
     let wide: String = (0..3000).fold("model m;\n".to_string(), |mut text, i| {
         writeln!(text, "coordinate q{i}: m;").unwrap();
         text

@@ -59,7 +59,7 @@ typedef struct cartpole_parameters {
     cartpole_real l;
     /*
      * Inertia of the pole about its centre of mass.
-     * I (kg*m^2); nominal 0.0075, at least 0.
+     * I (kg·m^2); nominal 0.0075, at least 0.
      */
     cartpole_real I_;
     /* g (m/s^2); nominal 9.81, at least 0. */
@@ -83,7 +83,7 @@ typedef struct cartpole_point {
 
 /*
  * Generalised inertia M(q), symmetric.
- * Rows: x (N), theta (N*m).
+ * Rows: x (N), theta (N·m).
  * Columns: x (m/s^2), theta (rad/s^2).
  * The unit of an entry is its row's over its column's.
  */
@@ -94,7 +94,7 @@ void cartpole_mass_matrix(
 
 /*
  * Bias force Q_C: fictitious and conservative forces, on the right-hand side.
- * Entries: x (N), theta (N*m).
+ * Entries: x (N), theta (N·m).
  */
 void cartpole_bias_force(
     const cartpole_parameters *p,
@@ -103,7 +103,7 @@ void cartpole_bias_force(
 
 /*
  * Stated and dissipative forces Q_D at zero input.
- * Entries: x (N), theta (N*m).
+ * Entries: x (N), theta (N·m).
  */
 void cartpole_applied_force(
     const cartpole_parameters *p,
@@ -112,7 +112,7 @@ void cartpole_applied_force(
 
 /*
  * Input matrix B = ∂Q/∂u.
- * Rows: x (N), theta (N*m).
+ * Rows: x (N), theta (N·m).
  * Columns: x (N).
  * The unit of an entry is its row's over its column's.
  */
@@ -123,7 +123,7 @@ void cartpole_input_matrix(
 
 /*
  * Total generalised force Q = Q_C + Q_D + Q_u.
- * Entries: x (N), theta (N*m).
+ * Entries: x (N), theta (N·m).
  */
 void cartpole_force(
     const cartpole_parameters *p,
@@ -134,14 +134,14 @@ void cartpole_force(
 typedef struct cartpole_equation {
     /*
      * Generalised inertia M(q), symmetric.
-     * Rows: x (N), theta (N*m).
+     * Rows: x (N), theta (N·m).
      * Columns: x (m/s^2), theta (rad/s^2).
      * The unit of an entry is its row's over its column's.
      */
     cartpole_real mass_matrix[2][2];
     /*
      * Total generalised force Q = Q_C + Q_D + Q_u.
-     * Entries: x (N), theta (N*m).
+     * Entries: x (N), theta (N·m).
      */
     cartpole_real force[2];
 } cartpole_equation;

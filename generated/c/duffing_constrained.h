@@ -58,9 +58,9 @@ typedef struct duffing_constrained_parameters {
     duffing_constrained_real k1;
     /* k2 (N/m); nominal 11, at least 0. */
     duffing_constrained_real k2;
-    /* c1 (N*s/m); nominal 0.12, at least 0. */
+    /* c1 (N·s/m); nominal 0.12, at least 0. */
     duffing_constrained_real c1;
-    /* c2 (N*s/m); nominal 0.1, at least 0. */
+    /* c2 (N·s/m); nominal 0.1, at least 0. */
     duffing_constrained_real c2;
     /* k1nl (N/m^3); nominal 1.5. */
     duffing_constrained_real k1nl;

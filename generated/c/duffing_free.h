@@ -50,9 +50,9 @@ typedef struct duffing_free_parameters {
     duffing_free_real k1;
     /* k2 (N/m); nominal 12, at least 0. */
     duffing_free_real k2;
-    /* c1 (N*s/m); nominal 0.1, at least 0. */
+    /* c1 (N·s/m); nominal 0.1, at least 0. */
     duffing_free_real c1;
-    /* c2 (N*s/m); nominal 0.15, at least 0. */
+    /* c2 (N·s/m); nominal 0.15, at least 0. */
     duffing_free_real c2;
     /* k1nl (N/m^3); nominal 1. */
     duffing_free_real k1nl;

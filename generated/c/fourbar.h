@@ -56,7 +56,7 @@ typedef struct fourbar_parameters {
     fourbar_real L1_;
     /* lc1 (m); nominal 0.07. */
     fourbar_real lc1;
-    /* I1 (kg*m^2); nominal 0.002, at least 0. */
+    /* I1 (kg·m^2); nominal 0.002, at least 0. */
     fourbar_real I1_;
     /* m2 (kg); nominal 1, at least 0.0001. */
     fourbar_real m2;
@@ -64,7 +64,7 @@ typedef struct fourbar_parameters {
     fourbar_real L2_;
     /* lc2 (m); nominal 0.2. */
     fourbar_real lc2;
-    /* I2 (kg*m^2); nominal 0.015, at least 0. */
+    /* I2 (kg·m^2); nominal 0.015, at least 0. */
     fourbar_real I2_;
     /* m3 (kg); nominal 0.9, at least 0.0001. */
     fourbar_real m3;
@@ -72,7 +72,7 @@ typedef struct fourbar_parameters {
     fourbar_real L3_;
     /* lc3 (m); nominal 0.17. */
     fourbar_real lc3;
-    /* I3 (kg*m^2); nominal 0.01, at least 0. */
+    /* I3 (kg·m^2); nominal 0.01, at least 0. */
     fourbar_real I3_;
     /*
      * Distance between the ground pivots.
@@ -94,13 +94,13 @@ typedef struct fourbar_point {
     fourbar_real q[3];
     /* Velocities: j1 (rad/s), j2 (rad/s), j3 (rad/s). */
     fourbar_real v[3];
-    /* Inputs: j1 (N*m). */
+    /* Inputs: j1 (N·m). */
     fourbar_real u[1];
 } fourbar_point;
 
 /*
  * Generalised inertia M(q), symmetric.
- * Rows: j1 (N*m), j2 (N*m), j3 (N*m).
+ * Rows: j1 (N·m), j2 (N·m), j3 (N·m).
  * Columns: j1 (rad/s^2), j2 (rad/s^2), j3 (rad/s^2).
  * The unit of an entry is its row's over its column's.
  */
@@ -111,7 +111,7 @@ void fourbar_mass_matrix(
 
 /*
  * Bias force Q_C: fictitious and conservative forces, on the right-hand side.
- * Entries: j1 (N*m), j2 (N*m), j3 (N*m).
+ * Entries: j1 (N·m), j2 (N·m), j3 (N·m).
  */
 void fourbar_bias_force(
     const fourbar_parameters *p,
@@ -120,7 +120,7 @@ void fourbar_bias_force(
 
 /*
  * Stated and dissipative forces Q_D at zero input.
- * Entries: j1 (N*m), j2 (N*m), j3 (N*m).
+ * Entries: j1 (N·m), j2 (N·m), j3 (N·m).
  */
 void fourbar_applied_force(
     const fourbar_parameters *p,
@@ -129,8 +129,8 @@ void fourbar_applied_force(
 
 /*
  * Input matrix B = ∂Q/∂u.
- * Rows: j1 (N*m), j2 (N*m), j3 (N*m).
- * Columns: j1 (N*m).
+ * Rows: j1 (N·m), j2 (N·m), j3 (N·m).
+ * Columns: j1 (N·m).
  * The unit of an entry is its row's over its column's.
  */
 void fourbar_input_matrix(
@@ -140,7 +140,7 @@ void fourbar_input_matrix(
 
 /*
  * Total generalised force Q = Q_C + Q_D + Q_u.
- * Entries: j1 (N*m), j2 (N*m), j3 (N*m).
+ * Entries: j1 (N·m), j2 (N·m), j3 (N·m).
  */
 void fourbar_force(
     const fourbar_parameters *p,
@@ -189,14 +189,14 @@ void fourbar_constraint_rate(
 typedef struct fourbar_equation {
     /*
      * Generalised inertia M(q), symmetric.
-     * Rows: j1 (N*m), j2 (N*m), j3 (N*m).
+     * Rows: j1 (N·m), j2 (N·m), j3 (N·m).
      * Columns: j1 (rad/s^2), j2 (rad/s^2), j3 (rad/s^2).
      * The unit of an entry is its row's over its column's.
      */
     fourbar_real mass_matrix[3][3];
     /*
      * Total generalised force Q = Q_C + Q_D + Q_u.
-     * Entries: j1 (N*m), j2 (N*m), j3 (N*m).
+     * Entries: j1 (N·m), j2 (N·m), j3 (N·m).
      */
     fourbar_real force[3];
     /*

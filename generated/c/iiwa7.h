@@ -66,13 +66,13 @@ typedef struct iiwa7_point {
     iiwa7_real q[7];
     /* Velocities: j1 (rad/s), j2 (rad/s), j3 (rad/s), j4 (rad/s), j5 (rad/s), j6 (rad/s), j7 (rad/s). */
     iiwa7_real v[7];
-    /* Inputs: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m). */
+    /* Inputs: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m). */
     iiwa7_real u[7];
 } iiwa7_point;
 
 /*
  * Generalised inertia M(q), symmetric.
- * Rows: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+ * Rows: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m).
  * Columns: j1 (rad/s^2), j2 (rad/s^2), j3 (rad/s^2), j4 (rad/s^2), j5 (rad/s^2), j6 (rad/s^2), j7 (rad/s^2).
  * The unit of an entry is its row's over its column's.
  */
@@ -83,7 +83,7 @@ void iiwa7_mass_matrix(
 
 /*
  * Bias force Q_C: fictitious and conservative forces, on the right-hand side.
- * Entries: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+ * Entries: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m).
  */
 void iiwa7_bias_force(
     const iiwa7_parameters *p,
@@ -92,7 +92,7 @@ void iiwa7_bias_force(
 
 /*
  * Stated and dissipative forces Q_D at zero input.
- * Entries: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+ * Entries: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m).
  */
 void iiwa7_applied_force(
     const iiwa7_parameters *p,
@@ -101,8 +101,8 @@ void iiwa7_applied_force(
 
 /*
  * Input matrix B = ∂Q/∂u.
- * Rows: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
- * Columns: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+ * Rows: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m).
+ * Columns: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m).
  * The unit of an entry is its row's over its column's.
  */
 void iiwa7_input_matrix(
@@ -112,7 +112,7 @@ void iiwa7_input_matrix(
 
 /*
  * Total generalised force Q = Q_C + Q_D + Q_u.
- * Entries: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+ * Entries: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m).
  */
 void iiwa7_force(
     const iiwa7_parameters *p,
@@ -123,14 +123,14 @@ void iiwa7_force(
 typedef struct iiwa7_equation {
     /*
      * Generalised inertia M(q), symmetric.
-     * Rows: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+     * Rows: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m).
      * Columns: j1 (rad/s^2), j2 (rad/s^2), j3 (rad/s^2), j4 (rad/s^2), j5 (rad/s^2), j6 (rad/s^2), j7 (rad/s^2).
      * The unit of an entry is its row's over its column's.
      */
     iiwa7_real mass_matrix[7][7];
     /*
      * Total generalised force Q = Q_C + Q_D + Q_u.
-     * Entries: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+     * Entries: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m).
      */
     iiwa7_real force[7];
 } iiwa7_equation;
@@ -145,14 +145,14 @@ void iiwa7_equation_of_motion(
 typedef struct iiwa7_mass_matrix_and_bias_force_result {
     /*
      * Generalised inertia M(q), symmetric.
-     * Rows: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+     * Rows: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m).
      * Columns: j1 (rad/s^2), j2 (rad/s^2), j3 (rad/s^2), j4 (rad/s^2), j5 (rad/s^2), j6 (rad/s^2), j7 (rad/s^2).
      * The unit of an entry is its row's over its column's.
      */
     iiwa7_real mass_matrix[7][7];
     /*
      * Bias force Q_C: fictitious and conservative forces, on the right-hand side.
-     * Entries: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+     * Entries: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m).
      */
     iiwa7_real bias_force[7];
 } iiwa7_mass_matrix_and_bias_force_result;
@@ -165,7 +165,7 @@ void iiwa7_mass_matrix_and_bias_force(
 
 /*
  * Inverse dynamics τ = M a − Q_C − Q_D: what inputs and constraints must supply for the stated acceleration a.
- * Entries: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+ * Entries: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m).
  */
 void iiwa7_inverse_dynamics(
     const iiwa7_parameters *p,
@@ -177,14 +177,14 @@ void iiwa7_inverse_dynamics(
 typedef struct iiwa7_inverse_dynamics_derivatives_result {
     /*
      * Derivative by the positions q of: Inverse dynamics τ = M a − Q_C − Q_D: what inputs and constraints must supply for the stated acceleration a.
-     * Rows: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+     * Rows: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m).
      * Columns: j1 (rad), j2 (rad), j3 (rad), j4 (rad), j5 (rad), j6 (rad), j7 (rad).
      * The unit of an entry is its row's over its column's.
      */
     iiwa7_real inverse_dynamics_by_position[7][7];
     /*
      * Derivative by the velocities v of: Inverse dynamics τ = M a − Q_C − Q_D: what inputs and constraints must supply for the stated acceleration a.
-     * Rows: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+     * Rows: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m).
      * Columns: j1 (rad/s), j2 (rad/s), j3 (rad/s), j4 (rad/s), j5 (rad/s), j6 (rad/s), j7 (rad/s).
      * The unit of an entry is its row's over its column's.
      */
@@ -231,7 +231,7 @@ typedef struct iiwa7_forward_dynamics_derivatives_result {
     /*
      * Derivative by the inputs u of: Forward dynamics a = M⁻¹ Q, as if there were no constraint; M must be positive definite.
      * Rows: j1 (rad/s^2), j2 (rad/s^2), j3 (rad/s^2), j4 (rad/s^2), j5 (rad/s^2), j6 (rad/s^2), j7 (rad/s^2).
-     * Columns: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+     * Columns: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m).
      * The unit of an entry is its row's over its column's.
      */
     iiwa7_real forward_dynamics_by_input[7][7];

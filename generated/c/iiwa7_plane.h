@@ -96,13 +96,13 @@ typedef struct iiwa7_plane_point {
     iiwa7_plane_real q[7];
     /* Velocities: j1 (rad/s), j2 (rad/s), j3 (rad/s), j4 (rad/s), j5 (rad/s), j6 (rad/s), j7 (rad/s). */
     iiwa7_plane_real v[7];
-    /* Inputs: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m). */
+    /* Inputs: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m). */
     iiwa7_plane_real u[7];
 } iiwa7_plane_point;
 
 /*
  * Generalised inertia M(q), symmetric.
- * Rows: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+ * Rows: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m).
  * Columns: j1 (rad/s^2), j2 (rad/s^2), j3 (rad/s^2), j4 (rad/s^2), j5 (rad/s^2), j6 (rad/s^2), j7 (rad/s^2).
  * The unit of an entry is its row's over its column's.
  */
@@ -113,7 +113,7 @@ void iiwa7_plane_mass_matrix(
 
 /*
  * Bias force Q_C: fictitious and conservative forces, on the right-hand side.
- * Entries: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+ * Entries: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m).
  */
 void iiwa7_plane_bias_force(
     const iiwa7_plane_parameters *p,
@@ -122,7 +122,7 @@ void iiwa7_plane_bias_force(
 
 /*
  * Stated and dissipative forces Q_D at zero input.
- * Entries: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+ * Entries: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m).
  */
 void iiwa7_plane_applied_force(
     const iiwa7_plane_parameters *p,
@@ -131,8 +131,8 @@ void iiwa7_plane_applied_force(
 
 /*
  * Input matrix B = ∂Q/∂u.
- * Rows: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
- * Columns: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+ * Rows: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m).
+ * Columns: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m).
  * The unit of an entry is its row's over its column's.
  */
 void iiwa7_plane_input_matrix(
@@ -142,7 +142,7 @@ void iiwa7_plane_input_matrix(
 
 /*
  * Total generalised force Q = Q_C + Q_D + Q_u.
- * Entries: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+ * Entries: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m).
  */
 void iiwa7_plane_force(
     const iiwa7_plane_parameters *p,
@@ -229,14 +229,14 @@ void iiwa7_plane_output_bias(
 typedef struct iiwa7_plane_equation {
     /*
      * Generalised inertia M(q), symmetric.
-     * Rows: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+     * Rows: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m).
      * Columns: j1 (rad/s^2), j2 (rad/s^2), j3 (rad/s^2), j4 (rad/s^2), j5 (rad/s^2), j6 (rad/s^2), j7 (rad/s^2).
      * The unit of an entry is its row's over its column's.
      */
     iiwa7_plane_real mass_matrix[7][7];
     /*
      * Total generalised force Q = Q_C + Q_D + Q_u.
-     * Entries: j1 (N*m), j2 (N*m), j3 (N*m), j4 (N*m), j5 (N*m), j6 (N*m), j7 (N*m).
+     * Entries: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m).
      */
     iiwa7_plane_real force[7];
     /*

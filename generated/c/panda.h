@@ -66,13 +66,13 @@ typedef struct panda_point {
     panda_real q[8];
     /* Velocities: panda_joint1 (rad/s), panda_joint2 (rad/s), panda_joint3 (rad/s), panda_joint4 (rad/s), panda_joint5 (rad/s), panda_joint6 (rad/s), panda_joint7 (rad/s), panda_finger_joint1 (m/s). */
     panda_real v[8];
-    /* Inputs: panda_joint1 (N*m), panda_joint2 (N*m), panda_joint3 (N*m), panda_joint4 (N*m), panda_joint5 (N*m), panda_joint6 (N*m), panda_joint7 (N*m), panda_finger_joint1 (N). */
+    /* Inputs: panda_joint1 (N·m), panda_joint2 (N·m), panda_joint3 (N·m), panda_joint4 (N·m), panda_joint5 (N·m), panda_joint6 (N·m), panda_joint7 (N·m), panda_finger_joint1 (N). */
     panda_real u[8];
 } panda_point;
 
 /*
  * Generalised inertia M(q), symmetric.
- * Rows: panda_joint1 (N*m), panda_joint2 (N*m), panda_joint3 (N*m), panda_joint4 (N*m), panda_joint5 (N*m), panda_joint6 (N*m), panda_joint7 (N*m), panda_finger_joint1 (N).
+ * Rows: panda_joint1 (N·m), panda_joint2 (N·m), panda_joint3 (N·m), panda_joint4 (N·m), panda_joint5 (N·m), panda_joint6 (N·m), panda_joint7 (N·m), panda_finger_joint1 (N).
  * Columns: panda_joint1 (rad/s^2), panda_joint2 (rad/s^2), panda_joint3 (rad/s^2), panda_joint4 (rad/s^2), panda_joint5 (rad/s^2), panda_joint6 (rad/s^2), panda_joint7 (rad/s^2), panda_finger_joint1 (m/s^2).
  * The unit of an entry is its row's over its column's.
  */
@@ -83,7 +83,7 @@ void panda_mass_matrix(
 
 /*
  * Bias force Q_C: fictitious and conservative forces, on the right-hand side.
- * Entries: panda_joint1 (N*m), panda_joint2 (N*m), panda_joint3 (N*m), panda_joint4 (N*m), panda_joint5 (N*m), panda_joint6 (N*m), panda_joint7 (N*m), panda_finger_joint1 (N).
+ * Entries: panda_joint1 (N·m), panda_joint2 (N·m), panda_joint3 (N·m), panda_joint4 (N·m), panda_joint5 (N·m), panda_joint6 (N·m), panda_joint7 (N·m), panda_finger_joint1 (N).
  */
 void panda_bias_force(
     const panda_parameters *p,
@@ -92,7 +92,7 @@ void panda_bias_force(
 
 /*
  * Stated and dissipative forces Q_D at zero input.
- * Entries: panda_joint1 (N*m), panda_joint2 (N*m), panda_joint3 (N*m), panda_joint4 (N*m), panda_joint5 (N*m), panda_joint6 (N*m), panda_joint7 (N*m), panda_finger_joint1 (N).
+ * Entries: panda_joint1 (N·m), panda_joint2 (N·m), panda_joint3 (N·m), panda_joint4 (N·m), panda_joint5 (N·m), panda_joint6 (N·m), panda_joint7 (N·m), panda_finger_joint1 (N).
  */
 void panda_applied_force(
     const panda_parameters *p,
@@ -101,8 +101,8 @@ void panda_applied_force(
 
 /*
  * Input matrix B = ∂Q/∂u.
- * Rows: panda_joint1 (N*m), panda_joint2 (N*m), panda_joint3 (N*m), panda_joint4 (N*m), panda_joint5 (N*m), panda_joint6 (N*m), panda_joint7 (N*m), panda_finger_joint1 (N).
- * Columns: panda_joint1 (N*m), panda_joint2 (N*m), panda_joint3 (N*m), panda_joint4 (N*m), panda_joint5 (N*m), panda_joint6 (N*m), panda_joint7 (N*m), panda_finger_joint1 (N).
+ * Rows: panda_joint1 (N·m), panda_joint2 (N·m), panda_joint3 (N·m), panda_joint4 (N·m), panda_joint5 (N·m), panda_joint6 (N·m), panda_joint7 (N·m), panda_finger_joint1 (N).
+ * Columns: panda_joint1 (N·m), panda_joint2 (N·m), panda_joint3 (N·m), panda_joint4 (N·m), panda_joint5 (N·m), panda_joint6 (N·m), panda_joint7 (N·m), panda_finger_joint1 (N).
  * The unit of an entry is its row's over its column's.
  */
 void panda_input_matrix(
@@ -112,7 +112,7 @@ void panda_input_matrix(
 
 /*
  * Total generalised force Q = Q_C + Q_D + Q_u.
- * Entries: panda_joint1 (N*m), panda_joint2 (N*m), panda_joint3 (N*m), panda_joint4 (N*m), panda_joint5 (N*m), panda_joint6 (N*m), panda_joint7 (N*m), panda_finger_joint1 (N).
+ * Entries: panda_joint1 (N·m), panda_joint2 (N·m), panda_joint3 (N·m), panda_joint4 (N·m), panda_joint5 (N·m), panda_joint6 (N·m), panda_joint7 (N·m), panda_finger_joint1 (N).
  */
 void panda_force(
     const panda_parameters *p,
@@ -123,14 +123,14 @@ void panda_force(
 typedef struct panda_equation {
     /*
      * Generalised inertia M(q), symmetric.
-     * Rows: panda_joint1 (N*m), panda_joint2 (N*m), panda_joint3 (N*m), panda_joint4 (N*m), panda_joint5 (N*m), panda_joint6 (N*m), panda_joint7 (N*m), panda_finger_joint1 (N).
+     * Rows: panda_joint1 (N·m), panda_joint2 (N·m), panda_joint3 (N·m), panda_joint4 (N·m), panda_joint5 (N·m), panda_joint6 (N·m), panda_joint7 (N·m), panda_finger_joint1 (N).
      * Columns: panda_joint1 (rad/s^2), panda_joint2 (rad/s^2), panda_joint3 (rad/s^2), panda_joint4 (rad/s^2), panda_joint5 (rad/s^2), panda_joint6 (rad/s^2), panda_joint7 (rad/s^2), panda_finger_joint1 (m/s^2).
      * The unit of an entry is its row's over its column's.
      */
     panda_real mass_matrix[8][8];
     /*
      * Total generalised force Q = Q_C + Q_D + Q_u.
-     * Entries: panda_joint1 (N*m), panda_joint2 (N*m), panda_joint3 (N*m), panda_joint4 (N*m), panda_joint5 (N*m), panda_joint6 (N*m), panda_joint7 (N*m), panda_finger_joint1 (N).
+     * Entries: panda_joint1 (N·m), panda_joint2 (N·m), panda_joint3 (N·m), panda_joint4 (N·m), panda_joint5 (N·m), panda_joint6 (N·m), panda_joint7 (N·m), panda_finger_joint1 (N).
      */
     panda_real force[8];
 } panda_equation;
@@ -145,14 +145,14 @@ void panda_equation_of_motion(
 typedef struct panda_mass_matrix_and_bias_force_result {
     /*
      * Generalised inertia M(q), symmetric.
-     * Rows: panda_joint1 (N*m), panda_joint2 (N*m), panda_joint3 (N*m), panda_joint4 (N*m), panda_joint5 (N*m), panda_joint6 (N*m), panda_joint7 (N*m), panda_finger_joint1 (N).
+     * Rows: panda_joint1 (N·m), panda_joint2 (N·m), panda_joint3 (N·m), panda_joint4 (N·m), panda_joint5 (N·m), panda_joint6 (N·m), panda_joint7 (N·m), panda_finger_joint1 (N).
      * Columns: panda_joint1 (rad/s^2), panda_joint2 (rad/s^2), panda_joint3 (rad/s^2), panda_joint4 (rad/s^2), panda_joint5 (rad/s^2), panda_joint6 (rad/s^2), panda_joint7 (rad/s^2), panda_finger_joint1 (m/s^2).
      * The unit of an entry is its row's over its column's.
      */
     panda_real mass_matrix[8][8];
     /*
      * Bias force Q_C: fictitious and conservative forces, on the right-hand side.
-     * Entries: panda_joint1 (N*m), panda_joint2 (N*m), panda_joint3 (N*m), panda_joint4 (N*m), panda_joint5 (N*m), panda_joint6 (N*m), panda_joint7 (N*m), panda_finger_joint1 (N).
+     * Entries: panda_joint1 (N·m), panda_joint2 (N·m), panda_joint3 (N·m), panda_joint4 (N·m), panda_joint5 (N·m), panda_joint6 (N·m), panda_joint7 (N·m), panda_finger_joint1 (N).
      */
     panda_real bias_force[8];
 } panda_mass_matrix_and_bias_force_result;
@@ -165,7 +165,7 @@ void panda_mass_matrix_and_bias_force(
 
 /*
  * Inverse dynamics τ = M a − Q_C − Q_D: what inputs and constraints must supply for the stated acceleration a.
- * Entries: panda_joint1 (N*m), panda_joint2 (N*m), panda_joint3 (N*m), panda_joint4 (N*m), panda_joint5 (N*m), panda_joint6 (N*m), panda_joint7 (N*m), panda_finger_joint1 (N).
+ * Entries: panda_joint1 (N·m), panda_joint2 (N·m), panda_joint3 (N·m), panda_joint4 (N·m), panda_joint5 (N·m), panda_joint6 (N·m), panda_joint7 (N·m), panda_finger_joint1 (N).
  */
 void panda_inverse_dynamics(
     const panda_parameters *p,
@@ -177,14 +177,14 @@ void panda_inverse_dynamics(
 typedef struct panda_inverse_dynamics_derivatives_result {
     /*
      * Derivative by the positions q of: Inverse dynamics τ = M a − Q_C − Q_D: what inputs and constraints must supply for the stated acceleration a.
-     * Rows: panda_joint1 (N*m), panda_joint2 (N*m), panda_joint3 (N*m), panda_joint4 (N*m), panda_joint5 (N*m), panda_joint6 (N*m), panda_joint7 (N*m), panda_finger_joint1 (N).
+     * Rows: panda_joint1 (N·m), panda_joint2 (N·m), panda_joint3 (N·m), panda_joint4 (N·m), panda_joint5 (N·m), panda_joint6 (N·m), panda_joint7 (N·m), panda_finger_joint1 (N).
      * Columns: panda_joint1 (rad), panda_joint2 (rad), panda_joint3 (rad), panda_joint4 (rad), panda_joint5 (rad), panda_joint6 (rad), panda_joint7 (rad), panda_finger_joint1 (m).
      * The unit of an entry is its row's over its column's.
      */
     panda_real inverse_dynamics_by_position[8][8];
     /*
      * Derivative by the velocities v of: Inverse dynamics τ = M a − Q_C − Q_D: what inputs and constraints must supply for the stated acceleration a.
-     * Rows: panda_joint1 (N*m), panda_joint2 (N*m), panda_joint3 (N*m), panda_joint4 (N*m), panda_joint5 (N*m), panda_joint6 (N*m), panda_joint7 (N*m), panda_finger_joint1 (N).
+     * Rows: panda_joint1 (N·m), panda_joint2 (N·m), panda_joint3 (N·m), panda_joint4 (N·m), panda_joint5 (N·m), panda_joint6 (N·m), panda_joint7 (N·m), panda_finger_joint1 (N).
      * Columns: panda_joint1 (rad/s), panda_joint2 (rad/s), panda_joint3 (rad/s), panda_joint4 (rad/s), panda_joint5 (rad/s), panda_joint6 (rad/s), panda_joint7 (rad/s), panda_finger_joint1 (m/s).
      * The unit of an entry is its row's over its column's.
      */
@@ -231,7 +231,7 @@ typedef struct panda_forward_dynamics_derivatives_result {
     /*
      * Derivative by the inputs u of: Forward dynamics a = M⁻¹ Q, as if there were no constraint; M must be positive definite.
      * Rows: panda_joint1 (rad/s^2), panda_joint2 (rad/s^2), panda_joint3 (rad/s^2), panda_joint4 (rad/s^2), panda_joint5 (rad/s^2), panda_joint6 (rad/s^2), panda_joint7 (rad/s^2), panda_finger_joint1 (m/s^2).
-     * Columns: panda_joint1 (N*m), panda_joint2 (N*m), panda_joint3 (N*m), panda_joint4 (N*m), panda_joint5 (N*m), panda_joint6 (N*m), panda_joint7 (N*m), panda_finger_joint1 (N).
+     * Columns: panda_joint1 (N·m), panda_joint2 (N·m), panda_joint3 (N·m), panda_joint4 (N·m), panda_joint5 (N·m), panda_joint6 (N·m), panda_joint7 (N·m), panda_finger_joint1 (N).
      * The unit of an entry is its row's over its column's.
      */
     panda_real forward_dynamics_by_input[8][8];

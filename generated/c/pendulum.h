@@ -51,7 +51,7 @@ typedef struct pendulum_parameters {
     pendulum_real l;
     /*
      * Inertia about the centre of mass.
-     * I (kg*m^2); nominal 0.01, at least 0.
+     * I (kg·m^2); nominal 0.01, at least 0.
      */
     pendulum_real I_;
     /* g (m/s^2); nominal 9.81, at least 0. */
@@ -69,13 +69,13 @@ typedef struct pendulum_point {
     pendulum_real q[1];
     /* Velocities: j1 (rad/s). */
     pendulum_real v[1];
-    /* Inputs: j1 (N*m). */
+    /* Inputs: j1 (N·m). */
     pendulum_real u[1];
 } pendulum_point;
 
 /*
  * Generalised inertia M(q), symmetric.
- * Rows: j1 (N*m).
+ * Rows: j1 (N·m).
  * Columns: j1 (rad/s^2).
  * The unit of an entry is its row's over its column's.
  */
@@ -86,7 +86,7 @@ void pendulum_mass_matrix(
 
 /*
  * Bias force Q_C: fictitious and conservative forces, on the right-hand side.
- * Entries: j1 (N*m).
+ * Entries: j1 (N·m).
  */
 void pendulum_bias_force(
     const pendulum_parameters *p,
@@ -95,7 +95,7 @@ void pendulum_bias_force(
 
 /*
  * Stated and dissipative forces Q_D at zero input.
- * Entries: j1 (N*m).
+ * Entries: j1 (N·m).
  */
 void pendulum_applied_force(
     const pendulum_parameters *p,
@@ -104,8 +104,8 @@ void pendulum_applied_force(
 
 /*
  * Input matrix B = ∂Q/∂u.
- * Rows: j1 (N*m).
- * Columns: j1 (N*m).
+ * Rows: j1 (N·m).
+ * Columns: j1 (N·m).
  * The unit of an entry is its row's over its column's.
  */
 void pendulum_input_matrix(
@@ -115,7 +115,7 @@ void pendulum_input_matrix(
 
 /*
  * Total generalised force Q = Q_C + Q_D + Q_u.
- * Entries: j1 (N*m).
+ * Entries: j1 (N·m).
  */
 void pendulum_force(
     const pendulum_parameters *p,
@@ -126,14 +126,14 @@ void pendulum_force(
 typedef struct pendulum_equation {
     /*
      * Generalised inertia M(q), symmetric.
-     * Rows: j1 (N*m).
+     * Rows: j1 (N·m).
      * Columns: j1 (rad/s^2).
      * The unit of an entry is its row's over its column's.
      */
     pendulum_real mass_matrix[1][1];
     /*
      * Total generalised force Q = Q_C + Q_D + Q_u.
-     * Entries: j1 (N*m).
+     * Entries: j1 (N·m).
      */
     pendulum_real force[1];
 } pendulum_equation;

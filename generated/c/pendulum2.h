@@ -48,7 +48,7 @@ typedef struct pendulum2_parameters {
     pendulum2_real l1;
     /* lc1 (m); nominal 0.22. */
     pendulum2_real lc1;
-    /* I1 (kg*m^2); nominal 0.024, at least 0. */
+    /* I1 (kg·m^2); nominal 0.024, at least 0. */
     pendulum2_real I1_;
     /* m2 (kg); nominal 0.8, at least 0.0001. */
     pendulum2_real m2;
@@ -56,7 +56,7 @@ typedef struct pendulum2_parameters {
     pendulum2_real l2;
     /* lc2 (m); nominal 0.19. */
     pendulum2_real lc2;
-    /* I2 (kg*m^2); nominal 0.012, at least 0. */
+    /* I2 (kg·m^2); nominal 0.012, at least 0. */
     pendulum2_real I2_;
     /* g (m/s^2); nominal 9.81, at least 0. */
     pendulum2_real g;
@@ -73,13 +73,13 @@ typedef struct pendulum2_point {
     pendulum2_real q[2];
     /* Velocities: j1 (rad/s), j2 (rad/s). */
     pendulum2_real v[2];
-    /* Inputs: j1 (N*m), j2 (N*m). */
+    /* Inputs: j1 (N·m), j2 (N·m). */
     pendulum2_real u[2];
 } pendulum2_point;
 
 /*
  * Generalised inertia M(q), symmetric.
- * Rows: j1 (N*m), j2 (N*m).
+ * Rows: j1 (N·m), j2 (N·m).
  * Columns: j1 (rad/s^2), j2 (rad/s^2).
  * The unit of an entry is its row's over its column's.
  */
@@ -90,7 +90,7 @@ void pendulum2_mass_matrix(
 
 /*
  * Bias force Q_C: fictitious and conservative forces, on the right-hand side.
- * Entries: j1 (N*m), j2 (N*m).
+ * Entries: j1 (N·m), j2 (N·m).
  */
 void pendulum2_bias_force(
     const pendulum2_parameters *p,
@@ -99,7 +99,7 @@ void pendulum2_bias_force(
 
 /*
  * Stated and dissipative forces Q_D at zero input.
- * Entries: j1 (N*m), j2 (N*m).
+ * Entries: j1 (N·m), j2 (N·m).
  */
 void pendulum2_applied_force(
     const pendulum2_parameters *p,
@@ -108,8 +108,8 @@ void pendulum2_applied_force(
 
 /*
  * Input matrix B = ∂Q/∂u.
- * Rows: j1 (N*m), j2 (N*m).
- * Columns: j1 (N*m), j2 (N*m).
+ * Rows: j1 (N·m), j2 (N·m).
+ * Columns: j1 (N·m), j2 (N·m).
  * The unit of an entry is its row's over its column's.
  */
 void pendulum2_input_matrix(
@@ -119,7 +119,7 @@ void pendulum2_input_matrix(
 
 /*
  * Total generalised force Q = Q_C + Q_D + Q_u.
- * Entries: j1 (N*m), j2 (N*m).
+ * Entries: j1 (N·m), j2 (N·m).
  */
 void pendulum2_force(
     const pendulum2_parameters *p,
@@ -130,14 +130,14 @@ void pendulum2_force(
 typedef struct pendulum2_equation {
     /*
      * Generalised inertia M(q), symmetric.
-     * Rows: j1 (N*m), j2 (N*m).
+     * Rows: j1 (N·m), j2 (N·m).
      * Columns: j1 (rad/s^2), j2 (rad/s^2).
      * The unit of an entry is its row's over its column's.
      */
     pendulum2_real mass_matrix[2][2];
     /*
      * Total generalised force Q = Q_C + Q_D + Q_u.
-     * Entries: j1 (N*m), j2 (N*m).
+     * Entries: j1 (N·m), j2 (N·m).
      */
     pendulum2_real force[2];
 } pendulum2_equation;

@@ -56,13 +56,13 @@ typedef struct solo12_point {
     solo12_real q[12];
     /* Velocities: FL_HAA (rad/s), FL_HFE (rad/s), FL_KFE (rad/s), FR_HAA (rad/s), FR_HFE (rad/s), FR_KFE (rad/s), HL_HAA (rad/s), HL_HFE (rad/s), HL_KFE (rad/s), HR_HAA (rad/s), HR_HFE (rad/s), HR_KFE (rad/s). */
     solo12_real v[12];
-    /* Inputs: FL_HAA (N*m), FL_HFE (N*m), FL_KFE (N*m), FR_HAA (N*m), FR_HFE (N*m), FR_KFE (N*m), HL_HAA (N*m), HL_HFE (N*m), HL_KFE (N*m), HR_HAA (N*m), HR_HFE (N*m), HR_KFE (N*m). */
+    /* Inputs: FL_HAA (N·m), FL_HFE (N·m), FL_KFE (N·m), FR_HAA (N·m), FR_HFE (N·m), FR_KFE (N·m), HL_HAA (N·m), HL_HFE (N·m), HL_KFE (N·m), HR_HAA (N·m), HR_HFE (N·m), HR_KFE (N·m). */
     solo12_real u[12];
 } solo12_point;
 
 /*
  * Generalised inertia M(q), symmetric.
- * Rows: FL_HAA (N*m), FL_HFE (N*m), FL_KFE (N*m), FR_HAA (N*m), FR_HFE (N*m), FR_KFE (N*m), HL_HAA (N*m), HL_HFE (N*m), HL_KFE (N*m), HR_HAA (N*m), HR_HFE (N*m), HR_KFE (N*m).
+ * Rows: FL_HAA (N·m), FL_HFE (N·m), FL_KFE (N·m), FR_HAA (N·m), FR_HFE (N·m), FR_KFE (N·m), HL_HAA (N·m), HL_HFE (N·m), HL_KFE (N·m), HR_HAA (N·m), HR_HFE (N·m), HR_KFE (N·m).
  * Columns: FL_HAA (rad/s^2), FL_HFE (rad/s^2), FL_KFE (rad/s^2), FR_HAA (rad/s^2), FR_HFE (rad/s^2), FR_KFE (rad/s^2), HL_HAA (rad/s^2), HL_HFE (rad/s^2), HL_KFE (rad/s^2), HR_HAA (rad/s^2), HR_HFE (rad/s^2), HR_KFE (rad/s^2).
  * The unit of an entry is its row's over its column's.
  */
@@ -73,7 +73,7 @@ void solo12_mass_matrix(
 
 /*
  * Bias force Q_C: fictitious and conservative forces, on the right-hand side.
- * Entries: FL_HAA (N*m), FL_HFE (N*m), FL_KFE (N*m), FR_HAA (N*m), FR_HFE (N*m), FR_KFE (N*m), HL_HAA (N*m), HL_HFE (N*m), HL_KFE (N*m), HR_HAA (N*m), HR_HFE (N*m), HR_KFE (N*m).
+ * Entries: FL_HAA (N·m), FL_HFE (N·m), FL_KFE (N·m), FR_HAA (N·m), FR_HFE (N·m), FR_KFE (N·m), HL_HAA (N·m), HL_HFE (N·m), HL_KFE (N·m), HR_HAA (N·m), HR_HFE (N·m), HR_KFE (N·m).
  */
 void solo12_bias_force(
     const solo12_parameters *p,
@@ -82,7 +82,7 @@ void solo12_bias_force(
 
 /*
  * Stated and dissipative forces Q_D at zero input.
- * Entries: FL_HAA (N*m), FL_HFE (N*m), FL_KFE (N*m), FR_HAA (N*m), FR_HFE (N*m), FR_KFE (N*m), HL_HAA (N*m), HL_HFE (N*m), HL_KFE (N*m), HR_HAA (N*m), HR_HFE (N*m), HR_KFE (N*m).
+ * Entries: FL_HAA (N·m), FL_HFE (N·m), FL_KFE (N·m), FR_HAA (N·m), FR_HFE (N·m), FR_KFE (N·m), HL_HAA (N·m), HL_HFE (N·m), HL_KFE (N·m), HR_HAA (N·m), HR_HFE (N·m), HR_KFE (N·m).
  */
 void solo12_applied_force(
     const solo12_parameters *p,
@@ -91,8 +91,8 @@ void solo12_applied_force(
 
 /*
  * Input matrix B = ∂Q/∂u.
- * Rows: FL_HAA (N*m), FL_HFE (N*m), FL_KFE (N*m), FR_HAA (N*m), FR_HFE (N*m), FR_KFE (N*m), HL_HAA (N*m), HL_HFE (N*m), HL_KFE (N*m), HR_HAA (N*m), HR_HFE (N*m), HR_KFE (N*m).
- * Columns: FL_HAA (N*m), FL_HFE (N*m), FL_KFE (N*m), FR_HAA (N*m), FR_HFE (N*m), FR_KFE (N*m), HL_HAA (N*m), HL_HFE (N*m), HL_KFE (N*m), HR_HAA (N*m), HR_HFE (N*m), HR_KFE (N*m).
+ * Rows: FL_HAA (N·m), FL_HFE (N·m), FL_KFE (N·m), FR_HAA (N·m), FR_HFE (N·m), FR_KFE (N·m), HL_HAA (N·m), HL_HFE (N·m), HL_KFE (N·m), HR_HAA (N·m), HR_HFE (N·m), HR_KFE (N·m).
+ * Columns: FL_HAA (N·m), FL_HFE (N·m), FL_KFE (N·m), FR_HAA (N·m), FR_HFE (N·m), FR_KFE (N·m), HL_HAA (N·m), HL_HFE (N·m), HL_KFE (N·m), HR_HAA (N·m), HR_HFE (N·m), HR_KFE (N·m).
  * The unit of an entry is its row's over its column's.
  */
 void solo12_input_matrix(
@@ -102,7 +102,7 @@ void solo12_input_matrix(
 
 /*
  * Total generalised force Q = Q_C + Q_D + Q_u.
- * Entries: FL_HAA (N*m), FL_HFE (N*m), FL_KFE (N*m), FR_HAA (N*m), FR_HFE (N*m), FR_KFE (N*m), HL_HAA (N*m), HL_HFE (N*m), HL_KFE (N*m), HR_HAA (N*m), HR_HFE (N*m), HR_KFE (N*m).
+ * Entries: FL_HAA (N·m), FL_HFE (N·m), FL_KFE (N·m), FR_HAA (N·m), FR_HFE (N·m), FR_KFE (N·m), HL_HAA (N·m), HL_HFE (N·m), HL_KFE (N·m), HR_HAA (N·m), HR_HFE (N·m), HR_KFE (N·m).
  */
 void solo12_force(
     const solo12_parameters *p,
@@ -113,14 +113,14 @@ void solo12_force(
 typedef struct solo12_equation {
     /*
      * Generalised inertia M(q), symmetric.
-     * Rows: FL_HAA (N*m), FL_HFE (N*m), FL_KFE (N*m), FR_HAA (N*m), FR_HFE (N*m), FR_KFE (N*m), HL_HAA (N*m), HL_HFE (N*m), HL_KFE (N*m), HR_HAA (N*m), HR_HFE (N*m), HR_KFE (N*m).
+     * Rows: FL_HAA (N·m), FL_HFE (N·m), FL_KFE (N·m), FR_HAA (N·m), FR_HFE (N·m), FR_KFE (N·m), HL_HAA (N·m), HL_HFE (N·m), HL_KFE (N·m), HR_HAA (N·m), HR_HFE (N·m), HR_KFE (N·m).
      * Columns: FL_HAA (rad/s^2), FL_HFE (rad/s^2), FL_KFE (rad/s^2), FR_HAA (rad/s^2), FR_HFE (rad/s^2), FR_KFE (rad/s^2), HL_HAA (rad/s^2), HL_HFE (rad/s^2), HL_KFE (rad/s^2), HR_HAA (rad/s^2), HR_HFE (rad/s^2), HR_KFE (rad/s^2).
      * The unit of an entry is its row's over its column's.
      */
     solo12_real mass_matrix[12][12];
     /*
      * Total generalised force Q = Q_C + Q_D + Q_u.
-     * Entries: FL_HAA (N*m), FL_HFE (N*m), FL_KFE (N*m), FR_HAA (N*m), FR_HFE (N*m), FR_KFE (N*m), HL_HAA (N*m), HL_HFE (N*m), HL_KFE (N*m), HR_HAA (N*m), HR_HFE (N*m), HR_KFE (N*m).
+     * Entries: FL_HAA (N·m), FL_HFE (N·m), FL_KFE (N·m), FR_HAA (N·m), FR_HFE (N·m), FR_KFE (N·m), HL_HAA (N·m), HL_HFE (N·m), HL_KFE (N·m), HR_HAA (N·m), HR_HFE (N·m), HR_KFE (N·m).
      */
     solo12_real force[12];
 } solo12_equation;

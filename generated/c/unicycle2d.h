@@ -59,7 +59,7 @@ typedef struct unicycle2d_parameters {
     unicycle2d_real R_;
     /*
      * Inertia about the centre of mass.
-     * I_G (kg*m^2); nominal 0.09, at least 1e-6.
+     * I_G (kg·m^2); nominal 0.09, at least 1e-6.
      */
     unicycle2d_real I_G_;
 } unicycle2d_parameters;
@@ -75,13 +75,13 @@ typedef struct unicycle2d_point {
     unicycle2d_real q[3];
     /* Velocities: x (m/s), y (m/s), theta (rad/s). */
     unicycle2d_real v[3];
-    /* Inputs: drive (N), turn (N*m). */
+    /* Inputs: drive (N), turn (N·m). */
     unicycle2d_real u[2];
 } unicycle2d_point;
 
 /*
  * Generalised inertia M(q), symmetric.
- * Rows: x (N), y (N), theta (N*m).
+ * Rows: x (N), y (N), theta (N·m).
  * Columns: x (m/s^2), y (m/s^2), theta (rad/s^2).
  * The unit of an entry is its row's over its column's.
  */
@@ -92,7 +92,7 @@ void unicycle2d_mass_matrix(
 
 /*
  * Bias force Q_C: fictitious and conservative forces, on the right-hand side.
- * Entries: x (N), y (N), theta (N*m).
+ * Entries: x (N), y (N), theta (N·m).
  */
 void unicycle2d_bias_force(
     const unicycle2d_parameters *p,
@@ -101,7 +101,7 @@ void unicycle2d_bias_force(
 
 /*
  * Stated and dissipative forces Q_D at zero input.
- * Entries: x (N), y (N), theta (N*m).
+ * Entries: x (N), y (N), theta (N·m).
  */
 void unicycle2d_applied_force(
     const unicycle2d_parameters *p,
@@ -110,8 +110,8 @@ void unicycle2d_applied_force(
 
 /*
  * Input matrix B = ∂Q/∂u.
- * Rows: x (N), y (N), theta (N*m).
- * Columns: drive (N), turn (N*m).
+ * Rows: x (N), y (N), theta (N·m).
+ * Columns: drive (N), turn (N·m).
  * The unit of an entry is its row's over its column's.
  */
 void unicycle2d_input_matrix(
@@ -121,7 +121,7 @@ void unicycle2d_input_matrix(
 
 /*
  * Total generalised force Q = Q_C + Q_D + Q_u.
- * Entries: x (N), y (N), theta (N*m).
+ * Entries: x (N), y (N), theta (N·m).
  */
 void unicycle2d_force(
     const unicycle2d_parameters *p,
@@ -170,14 +170,14 @@ void unicycle2d_constraint_rate(
 typedef struct unicycle2d_equation {
     /*
      * Generalised inertia M(q), symmetric.
-     * Rows: x (N), y (N), theta (N*m).
+     * Rows: x (N), y (N), theta (N·m).
      * Columns: x (m/s^2), y (m/s^2), theta (rad/s^2).
      * The unit of an entry is its row's over its column's.
      */
     unicycle2d_real mass_matrix[3][3];
     /*
      * Total generalised force Q = Q_C + Q_D + Q_u.
-     * Entries: x (N), y (N), theta (N*m).
+     * Entries: x (N), y (N), theta (N·m).
      */
     unicycle2d_real force[3];
     /*

@@ -56,13 +56,13 @@ typedef struct ur5_point {
     ur5_real q[6];
     /* Velocities: shoulder_pan_joint (rad/s), shoulder_lift_joint (rad/s), elbow_joint (rad/s), wrist_1_joint (rad/s), wrist_2_joint (rad/s), wrist_3_joint (rad/s). */
     ur5_real v[6];
-    /* Inputs: shoulder_pan_joint (N*m), shoulder_lift_joint (N*m), elbow_joint (N*m), wrist_1_joint (N*m), wrist_2_joint (N*m), wrist_3_joint (N*m). */
+    /* Inputs: shoulder_pan_joint (N·m), shoulder_lift_joint (N·m), elbow_joint (N·m), wrist_1_joint (N·m), wrist_2_joint (N·m), wrist_3_joint (N·m). */
     ur5_real u[6];
 } ur5_point;
 
 /*
  * Generalised inertia M(q), symmetric.
- * Rows: shoulder_pan_joint (N*m), shoulder_lift_joint (N*m), elbow_joint (N*m), wrist_1_joint (N*m), wrist_2_joint (N*m), wrist_3_joint (N*m).
+ * Rows: shoulder_pan_joint (N·m), shoulder_lift_joint (N·m), elbow_joint (N·m), wrist_1_joint (N·m), wrist_2_joint (N·m), wrist_3_joint (N·m).
  * Columns: shoulder_pan_joint (rad/s^2), shoulder_lift_joint (rad/s^2), elbow_joint (rad/s^2), wrist_1_joint (rad/s^2), wrist_2_joint (rad/s^2), wrist_3_joint (rad/s^2).
  * The unit of an entry is its row's over its column's.
  */
@@ -73,7 +73,7 @@ void ur5_mass_matrix(
 
 /*
  * Bias force Q_C: fictitious and conservative forces, on the right-hand side.
- * Entries: shoulder_pan_joint (N*m), shoulder_lift_joint (N*m), elbow_joint (N*m), wrist_1_joint (N*m), wrist_2_joint (N*m), wrist_3_joint (N*m).
+ * Entries: shoulder_pan_joint (N·m), shoulder_lift_joint (N·m), elbow_joint (N·m), wrist_1_joint (N·m), wrist_2_joint (N·m), wrist_3_joint (N·m).
  */
 void ur5_bias_force(
     const ur5_parameters *p,
@@ -82,7 +82,7 @@ void ur5_bias_force(
 
 /*
  * Stated and dissipative forces Q_D at zero input.
- * Entries: shoulder_pan_joint (N*m), shoulder_lift_joint (N*m), elbow_joint (N*m), wrist_1_joint (N*m), wrist_2_joint (N*m), wrist_3_joint (N*m).
+ * Entries: shoulder_pan_joint (N·m), shoulder_lift_joint (N·m), elbow_joint (N·m), wrist_1_joint (N·m), wrist_2_joint (N·m), wrist_3_joint (N·m).
  */
 void ur5_applied_force(
     const ur5_parameters *p,
@@ -91,8 +91,8 @@ void ur5_applied_force(
 
 /*
  * Input matrix B = ∂Q/∂u.
- * Rows: shoulder_pan_joint (N*m), shoulder_lift_joint (N*m), elbow_joint (N*m), wrist_1_joint (N*m), wrist_2_joint (N*m), wrist_3_joint (N*m).
- * Columns: shoulder_pan_joint (N*m), shoulder_lift_joint (N*m), elbow_joint (N*m), wrist_1_joint (N*m), wrist_2_joint (N*m), wrist_3_joint (N*m).
+ * Rows: shoulder_pan_joint (N·m), shoulder_lift_joint (N·m), elbow_joint (N·m), wrist_1_joint (N·m), wrist_2_joint (N·m), wrist_3_joint (N·m).
+ * Columns: shoulder_pan_joint (N·m), shoulder_lift_joint (N·m), elbow_joint (N·m), wrist_1_joint (N·m), wrist_2_joint (N·m), wrist_3_joint (N·m).
  * The unit of an entry is its row's over its column's.
  */
 void ur5_input_matrix(
@@ -102,7 +102,7 @@ void ur5_input_matrix(
 
 /*
  * Total generalised force Q = Q_C + Q_D + Q_u.
- * Entries: shoulder_pan_joint (N*m), shoulder_lift_joint (N*m), elbow_joint (N*m), wrist_1_joint (N*m), wrist_2_joint (N*m), wrist_3_joint (N*m).
+ * Entries: shoulder_pan_joint (N·m), shoulder_lift_joint (N·m), elbow_joint (N·m), wrist_1_joint (N·m), wrist_2_joint (N·m), wrist_3_joint (N·m).
  */
 void ur5_force(
     const ur5_parameters *p,
@@ -113,14 +113,14 @@ void ur5_force(
 typedef struct ur5_equation {
     /*
      * Generalised inertia M(q), symmetric.
-     * Rows: shoulder_pan_joint (N*m), shoulder_lift_joint (N*m), elbow_joint (N*m), wrist_1_joint (N*m), wrist_2_joint (N*m), wrist_3_joint (N*m).
+     * Rows: shoulder_pan_joint (N·m), shoulder_lift_joint (N·m), elbow_joint (N·m), wrist_1_joint (N·m), wrist_2_joint (N·m), wrist_3_joint (N·m).
      * Columns: shoulder_pan_joint (rad/s^2), shoulder_lift_joint (rad/s^2), elbow_joint (rad/s^2), wrist_1_joint (rad/s^2), wrist_2_joint (rad/s^2), wrist_3_joint (rad/s^2).
      * The unit of an entry is its row's over its column's.
      */
     ur5_real mass_matrix[6][6];
     /*
      * Total generalised force Q = Q_C + Q_D + Q_u.
-     * Entries: shoulder_pan_joint (N*m), shoulder_lift_joint (N*m), elbow_joint (N*m), wrist_1_joint (N*m), wrist_2_joint (N*m), wrist_3_joint (N*m).
+     * Entries: shoulder_pan_joint (N·m), shoulder_lift_joint (N·m), elbow_joint (N·m), wrist_1_joint (N·m), wrist_2_joint (N·m), wrist_3_joint (N·m).
      */
     ur5_real force[6];
 } ur5_equation;

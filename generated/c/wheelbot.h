@@ -83,37 +83,37 @@ typedef struct wheelbot_parameters {
     wheelbot_real m_r;
     /*
      * Inertia of the rolling wheel across its axle.
-     * I_w_r (kg*m^2); nominal 0.000259, at least 0.
+     * I_w_r (kg·m^2); nominal 0.000259, at least 0.
      */
     wheelbot_real I_w_r_;
     /*
      * Inertia of the rolling wheel about its axle.
-     * I_w_a (kg*m^2); nominal 0.000503, at least 0.
+     * I_w_a (kg·m^2); nominal 0.000503, at least 0.
      */
     wheelbot_real I_w_a_;
     /*
      * Inertia of the body about its centre of mass: roll,
-     * I_bx (kg*m^2); nominal 0.001746, at least 0.
+     * I_bx (kg·m^2); nominal 0.001746, at least 0.
      */
     wheelbot_real I_bx_;
     /*
      * pitch,
-     * I_by (kg*m^2); nominal 0.00181, at least 0.
+     * I_by (kg·m^2); nominal 0.00181, at least 0.
      */
     wheelbot_real I_by_;
     /*
      * and yaw.
-     * I_bz (kg*m^2); nominal 0.001585, at least 0.
+     * I_bz (kg·m^2); nominal 0.001585, at least 0.
      */
     wheelbot_real I_bz_;
     /*
      * Inertia of the reaction wheel about its axle.
-     * I_r_a (kg*m^2); nominal 0.000503, at least 0.
+     * I_r_a (kg·m^2); nominal 0.000503, at least 0.
      */
     wheelbot_real I_r_a_;
     /*
      * Inertia of the reaction wheel across its axle.
-     * I_r_r (kg*m^2); nominal 0.000259, at least 0.
+     * I_r_r (kg·m^2); nominal 0.000259, at least 0.
      */
     wheelbot_real I_r_r_;
     /*
@@ -156,13 +156,13 @@ typedef struct wheelbot_point {
     wheelbot_real q[7];
     /* Velocities: x (m/s), y (m/s), roll (rad/s), pitch (rad/s), yaw (rad/s), wheel (rad/s), reaction (rad/s). */
     wheelbot_real v[7];
-    /* Inputs: reaction (N*m), wheel (N*m). */
+    /* Inputs: reaction (N·m), wheel (N·m). */
     wheelbot_real u[2];
 } wheelbot_point;
 
 /*
  * Generalised inertia M(q), symmetric.
- * Rows: x (N), y (N), roll (N*m), pitch (N*m), yaw (N*m), wheel (N*m), reaction (N*m).
+ * Rows: x (N), y (N), roll (N·m), pitch (N·m), yaw (N·m), wheel (N·m), reaction (N·m).
  * Columns: x (m/s^2), y (m/s^2), roll (rad/s^2), pitch (rad/s^2), yaw (rad/s^2), wheel (rad/s^2), reaction (rad/s^2).
  * The unit of an entry is its row's over its column's.
  */
@@ -173,7 +173,7 @@ void wheelbot_mass_matrix(
 
 /*
  * Bias force Q_C: fictitious and conservative forces, on the right-hand side.
- * Entries: x (N), y (N), roll (N*m), pitch (N*m), yaw (N*m), wheel (N*m), reaction (N*m).
+ * Entries: x (N), y (N), roll (N·m), pitch (N·m), yaw (N·m), wheel (N·m), reaction (N·m).
  */
 void wheelbot_bias_force(
     const wheelbot_parameters *p,
@@ -182,7 +182,7 @@ void wheelbot_bias_force(
 
 /*
  * Stated and dissipative forces Q_D at zero input.
- * Entries: x (N), y (N), roll (N*m), pitch (N*m), yaw (N*m), wheel (N*m), reaction (N*m).
+ * Entries: x (N), y (N), roll (N·m), pitch (N·m), yaw (N·m), wheel (N·m), reaction (N·m).
  */
 void wheelbot_applied_force(
     const wheelbot_parameters *p,
@@ -191,8 +191,8 @@ void wheelbot_applied_force(
 
 /*
  * Input matrix B = ∂Q/∂u.
- * Rows: x (N), y (N), roll (N*m), pitch (N*m), yaw (N*m), wheel (N*m), reaction (N*m).
- * Columns: reaction (N*m), wheel (N*m).
+ * Rows: x (N), y (N), roll (N·m), pitch (N·m), yaw (N·m), wheel (N·m), reaction (N·m).
+ * Columns: reaction (N·m), wheel (N·m).
  * The unit of an entry is its row's over its column's.
  */
 void wheelbot_input_matrix(
@@ -202,7 +202,7 @@ void wheelbot_input_matrix(
 
 /*
  * Total generalised force Q = Q_C + Q_D + Q_u.
- * Entries: x (N), y (N), roll (N*m), pitch (N*m), yaw (N*m), wheel (N*m), reaction (N*m).
+ * Entries: x (N), y (N), roll (N·m), pitch (N·m), yaw (N·m), wheel (N·m), reaction (N·m).
  */
 void wheelbot_force(
     const wheelbot_parameters *p,
@@ -251,14 +251,14 @@ void wheelbot_constraint_rate(
 typedef struct wheelbot_equation {
     /*
      * Generalised inertia M(q), symmetric.
-     * Rows: x (N), y (N), roll (N*m), pitch (N*m), yaw (N*m), wheel (N*m), reaction (N*m).
+     * Rows: x (N), y (N), roll (N·m), pitch (N·m), yaw (N·m), wheel (N·m), reaction (N·m).
      * Columns: x (m/s^2), y (m/s^2), roll (rad/s^2), pitch (rad/s^2), yaw (rad/s^2), wheel (rad/s^2), reaction (rad/s^2).
      * The unit of an entry is its row's over its column's.
      */
     wheelbot_real mass_matrix[7][7];
     /*
      * Total generalised force Q = Q_C + Q_D + Q_u.
-     * Entries: x (N), y (N), roll (N*m), pitch (N*m), yaw (N*m), wheel (N*m), reaction (N*m).
+     * Entries: x (N), y (N), roll (N·m), pitch (N·m), yaw (N·m), wheel (N·m), reaction (N·m).
      */
     wheelbot_real force[7];
     /*
@@ -340,7 +340,7 @@ typedef struct wheelbot_constrained_dynamics_derivatives_result {
     /*
      * Derivative by the inputs u of: Acceleration a of M a = Q + Aᵀλ, A a = b; M must be positive definite and A of full row rank.
      * Rows: x (m/s^2), y (m/s^2), roll (rad/s^2), pitch (rad/s^2), yaw (rad/s^2), wheel (rad/s^2), reaction (rad/s^2).
-     * Columns: reaction (N*m), wheel (N*m).
+     * Columns: reaction (N·m), wheel (N·m).
      * The unit of an entry is its row's over its column's.
      */
     wheelbot_real constrained_acceleration_by_input[7][2];
@@ -361,7 +361,7 @@ typedef struct wheelbot_constrained_dynamics_derivatives_result {
     /*
      * Derivative by the inputs u of: Multipliers λ of M a = Q + Aᵀλ, A a = b; M must be positive definite and A of full row rank.
      * Rows: rolling_x (N), rolling_y (N).
-     * Columns: reaction (N*m), wheel (N*m).
+     * Columns: reaction (N·m), wheel (N·m).
      * The unit of an entry is its row's over its column's.
      */
     wheelbot_real constrained_multipliers_by_input[2][2];
@@ -375,7 +375,7 @@ void wheelbot_constrained_dynamics_derivatives(
 
 /*
  * Derivative by the positions q of: Generalised inertia M(q), symmetric.
- * First index: x (N), y (N), roll (N*m), pitch (N*m), yaw (N*m), wheel (N*m), reaction (N*m).
+ * First index: x (N), y (N), roll (N·m), pitch (N·m), yaw (N·m), wheel (N·m), reaction (N·m).
  * Second index: x (m/s^2), y (m/s^2), roll (rad/s^2), pitch (rad/s^2), yaw (rad/s^2), wheel (rad/s^2), reaction (rad/s^2).
  * Third index: x (m), y (m), roll (rad), pitch (rad), yaw (rad), wheel (rad), reaction (rad).
  * The unit of an entry is its first index's over the others'.
@@ -387,7 +387,7 @@ void wheelbot_mass_matrix_by_position(
 
 /*
  * Derivative by the positions q of: Bias force Q_C: fictitious and conservative forces, on the right-hand side.
- * Rows: x (N), y (N), roll (N*m), pitch (N*m), yaw (N*m), wheel (N*m), reaction (N*m).
+ * Rows: x (N), y (N), roll (N·m), pitch (N·m), yaw (N·m), wheel (N·m), reaction (N·m).
  * Columns: x (m), y (m), roll (rad), pitch (rad), yaw (rad), wheel (rad), reaction (rad).
  * The unit of an entry is its row's over its column's.
  */
@@ -398,7 +398,7 @@ void wheelbot_bias_force_by_position(
 
 /*
  * Derivative by the velocities v of: Bias force Q_C: fictitious and conservative forces, on the right-hand side.
- * Rows: x (N), y (N), roll (N*m), pitch (N*m), yaw (N*m), wheel (N*m), reaction (N*m).
+ * Rows: x (N), y (N), roll (N·m), pitch (N·m), yaw (N·m), wheel (N·m), reaction (N·m).
  * Columns: x (m/s), y (m/s), roll (rad/s), pitch (rad/s), yaw (rad/s), wheel (rad/s), reaction (rad/s).
  * The unit of an entry is its row's over its column's.
  */

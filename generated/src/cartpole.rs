@@ -65,7 +65,7 @@ pub struct Parameters<T> {
     pub l: T,
     /// Inertia of the pole about its centre of mass.
     ///
-    /// `I`, kg*m^2; nominal 0.0075, at least 0.
+    /// `I`, kg·m^2; nominal 0.0075, at least 0.
     pub I: T,
     /// `g`, m/s^2; nominal 9.81, at least 0.
     pub g: T,
@@ -128,7 +128,7 @@ impl<T: Scalar> Cartpole<T> {
 
 /// Generalised inertia `M(q)`, symmetric, 2×2.
 ///
-/// Rows: `x` (N), `theta` (N*m).
+/// Rows: `x` (N), `theta` (N·m).
 /// Columns: `x` (m/s^2), `theta` (rad/s^2).
 /// The unit of an entry is its row's over its column's.
 pub fn mass_matrix<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 1, 0>) -> [[T; 2]; 2] {
@@ -144,7 +144,7 @@ pub fn mass_matrix<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 1, 0>) -> [[T; 
 
 /// Bias force `Q_C`: fictitious and conservative forces, on the right-hand side, 2.
 ///
-/// Entries: `x` (N), `theta` (N*m).
+/// Entries: `x` (N), `theta` (N·m).
 pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 1, 0>) -> [T; 2] {
     let q_theta = x.q[1];
     let dq_theta = x.v[1];
@@ -162,14 +162,14 @@ pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 1, 0>) -> [T; 2]
 
 /// Stated and dissipative forces `Q_D` at zero input, 2.
 ///
-/// Entries: `x` (N), `theta` (N*m).
+/// Entries: `x` (N), `theta` (N·m).
 pub fn applied_force<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 2, 1, 0>) -> [T; 2] {
     [T::zero(), T::zero()]
 }
 
 /// Input matrix `B = ∂Q/∂u`, 2×1.
 ///
-/// Rows: `x` (N), `theta` (N*m).
+/// Rows: `x` (N), `theta` (N·m).
 /// Columns: `x` (N).
 /// The unit of an entry is its row's over its column's.
 pub fn input_matrix<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 2, 1, 0>) -> [[T; 1]; 2] {
@@ -178,7 +178,7 @@ pub fn input_matrix<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 2, 1, 0>) -> [[
 
 /// Total generalised force `Q = Q_C + Q_D + Q_u`, 2.
 ///
-/// Entries: `x` (N), `theta` (N*m).
+/// Entries: `x` (N), `theta` (N·m).
 pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 1, 0>) -> [T; 2] {
     let q_theta = x.q[1];
     let dq_theta = x.v[1];
@@ -200,13 +200,13 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 1, 0>) -> [T; 2] {
 pub struct EquationOfMotion<T> {
     /// Generalised inertia `M(q)`, symmetric, 2×2.
     ///
-    /// Rows: `x` (N), `theta` (N*m).
+    /// Rows: `x` (N), `theta` (N·m).
     /// Columns: `x` (m/s^2), `theta` (rad/s^2).
     /// The unit of an entry is its row's over its column's.
     pub mass_matrix: [[T; 2]; 2],
     /// Total generalised force `Q = Q_C + Q_D + Q_u`, 2.
     ///
-    /// Entries: `x` (N), `theta` (N*m).
+    /// Entries: `x` (N), `theta` (N·m).
     pub force: [T; 2],
 }
 

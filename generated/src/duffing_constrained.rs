@@ -64,9 +64,9 @@ pub struct Parameters<T> {
     pub k1: T,
     /// `k2`, N/m; nominal 11, at least 0.
     pub k2: T,
-    /// `c1`, N*s/m; nominal 0.12, at least 0.
+    /// `c1`, N·s/m; nominal 0.12, at least 0.
     pub c1: T,
-    /// `c2`, N*s/m; nominal 0.1, at least 0.
+    /// `c2`, N·s/m; nominal 0.1, at least 0.
     pub c2: T,
     /// `k1nl`, N/m^3; nominal 1.5.
     pub k1nl: T,

@@ -63,7 +63,7 @@ pub struct Parameters<T> {
     pub L1: T,
     /// `lc1`, m; nominal 0.07.
     pub lc1: T,
-    /// `I1`, kg*m^2; nominal 0.002, at least 0.
+    /// `I1`, kg·m^2; nominal 0.002, at least 0.
     pub I1: T,
     /// `m2`, kg; nominal 1, at least 0.0001.
     pub m2: T,
@@ -71,7 +71,7 @@ pub struct Parameters<T> {
     pub L2: T,
     /// `lc2`, m; nominal 0.2.
     pub lc2: T,
-    /// `I2`, kg*m^2; nominal 0.015, at least 0.
+    /// `I2`, kg·m^2; nominal 0.015, at least 0.
     pub I2: T,
     /// `m3`, kg; nominal 0.9, at least 0.0001.
     pub m3: T,
@@ -79,7 +79,7 @@ pub struct Parameters<T> {
     pub L3: T,
     /// `lc3`, m; nominal 0.17.
     pub lc3: T,
-    /// `I3`, kg*m^2; nominal 0.01, at least 0.
+    /// `I3`, kg·m^2; nominal 0.01, at least 0.
     pub I3: T,
     /// Distance between the ground pivots.
     ///
@@ -166,7 +166,7 @@ impl<T: Scalar> Fourbar<T> {
 
 /// Generalised inertia `M(q)`, symmetric, 3×3.
 ///
-/// Rows: `j1` (N*m), `j2` (N*m), `j3` (N*m).
+/// Rows: `j1` (N·m), `j2` (N·m), `j3` (N·m).
 /// Columns: `j1` (rad/s^2), `j2` (rad/s^2), `j3` (rad/s^2).
 /// The unit of an entry is its row's over its column's.
 pub fn mass_matrix<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 1, 0>) -> [[T; 3]; 3] {
@@ -218,7 +218,7 @@ pub fn mass_matrix<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 1, 0>) -> [[T; 
 
 /// Bias force `Q_C`: fictitious and conservative forces, on the right-hand side, 3.
 ///
-/// Entries: `j1` (N*m), `j2` (N*m), `j3` (N*m).
+/// Entries: `j1` (N·m), `j2` (N·m), `j3` (N·m).
 pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 1, 0>) -> [T; 3] {
     let q_j1 = x.q[0];
     let q_j2 = x.q[1];
@@ -264,15 +264,15 @@ pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 1, 0>) -> [T; 3]
 
 /// Stated and dissipative forces `Q_D` at zero input, 3.
 ///
-/// Entries: `j1` (N*m), `j2` (N*m), `j3` (N*m).
+/// Entries: `j1` (N·m), `j2` (N·m), `j3` (N·m).
 pub fn applied_force<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 3, 1, 0>) -> [T; 3] {
     [T::zero(), T::zero(), T::zero()]
 }
 
 /// Input matrix `B = ∂Q/∂u`, 3×1.
 ///
-/// Rows: `j1` (N*m), `j2` (N*m), `j3` (N*m).
-/// Columns: `j1` (N*m).
+/// Rows: `j1` (N·m), `j2` (N·m), `j3` (N·m).
+/// Columns: `j1` (N·m).
 /// The unit of an entry is its row's over its column's.
 pub fn input_matrix<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 3, 1, 0>) -> [[T; 1]; 3] {
     [[T::one()], [T::zero()], [T::zero()]]
@@ -280,7 +280,7 @@ pub fn input_matrix<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 3, 1, 0>) -> [[
 
 /// Total generalised force `Q = Q_C + Q_D + Q_u`, 3.
 ///
-/// Entries: `j1` (N*m), `j2` (N*m), `j3` (N*m).
+/// Entries: `j1` (N·m), `j2` (N·m), `j3` (N·m).
 pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 1, 0>) -> [T; 3] {
     let q_j1 = x.q[0];
     let q_j2 = x.q[1];
@@ -452,13 +452,13 @@ pub fn constraint_rate<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 1, 0>) -> [
 pub struct EquationOfMotion<T> {
     /// Generalised inertia `M(q)`, symmetric, 3×3.
     ///
-    /// Rows: `j1` (N*m), `j2` (N*m), `j3` (N*m).
+    /// Rows: `j1` (N·m), `j2` (N·m), `j3` (N·m).
     /// Columns: `j1` (rad/s^2), `j2` (rad/s^2), `j3` (rad/s^2).
     /// The unit of an entry is its row's over its column's.
     pub mass_matrix: [[T; 3]; 3],
     /// Total generalised force `Q = Q_C + Q_D + Q_u`, 3.
     ///
-    /// Entries: `j1` (N*m), `j2` (N*m), `j3` (N*m).
+    /// Entries: `j1` (N·m), `j2` (N·m), `j3` (N·m).
     pub force: [T; 3],
     /// Constraint matrix `A` of `A a = b`, 2×3.
     ///

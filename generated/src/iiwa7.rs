@@ -96,7 +96,7 @@ impl<T: Scalar> Iiwa7<T> {
 
 /// Generalised inertia `M(q)`, symmetric, 7×7.
 ///
-/// Rows: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+/// Rows: `j1` (N·m), `j2` (N·m), `j3` (N·m), `j4` (N·m), `j5` (N·m), `j6` (N·m), `j7` (N·m).
 /// Columns: `j1` (rad/s^2), `j2` (rad/s^2), `j3` (rad/s^2), `j4` (rad/s^2), `j5` (rad/s^2), `j6` (rad/s^2), `j7` (rad/s^2).
 /// The unit of an entry is its row's over its column's.
 #[allow(clippy::approx_constant, reason = "numbers as the model states them")]
@@ -267,7 +267,7 @@ pub fn mass_matrix<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 7, 7, 0>) -> [[T;
 
 /// Bias force `Q_C`: fictitious and conservative forces, on the right-hand side, 7.
 ///
-/// Entries: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+/// Entries: `j1` (N·m), `j2` (N·m), `j3` (N·m), `j4` (N·m), `j5` (N·m), `j6` (N·m), `j7` (N·m).
 #[allow(clippy::approx_constant, reason = "numbers as the model states them")]
 pub fn bias_force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 7, 7, 0>) -> [T; 7] {
     let q_j2 = x.q[1];
@@ -501,7 +501,7 @@ pub fn bias_force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 7, 7, 0>) -> [T; 7
 
 /// Stated and dissipative forces `Q_D` at zero input, 7.
 ///
-/// Entries: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+/// Entries: `j1` (N·m), `j2` (N·m), `j3` (N·m), `j4` (N·m), `j5` (N·m), `j6` (N·m), `j7` (N·m).
 pub fn applied_force<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 7, 7, 0>) -> [T; 7] {
     [
         T::zero(),
@@ -516,8 +516,8 @@ pub fn applied_force<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 7, 7, 0>) -> [
 
 /// Input matrix `B = ∂Q/∂u`, 7×7.
 ///
-/// Rows: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
-/// Columns: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+/// Rows: `j1` (N·m), `j2` (N·m), `j3` (N·m), `j4` (N·m), `j5` (N·m), `j6` (N·m), `j7` (N·m).
+/// Columns: `j1` (N·m), `j2` (N·m), `j3` (N·m), `j4` (N·m), `j5` (N·m), `j6` (N·m), `j7` (N·m).
 /// The unit of an entry is its row's over its column's.
 pub fn input_matrix<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 7, 7, 0>) -> [[T; 7]; 7] {
     [
@@ -589,7 +589,7 @@ pub fn input_matrix<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 7, 7, 0>) -> [[
 
 /// Total generalised force `Q = Q_C + Q_D + Q_u`, 7.
 ///
-/// Entries: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+/// Entries: `j1` (N·m), `j2` (N·m), `j3` (N·m), `j4` (N·m), `j5` (N·m), `j6` (N·m), `j7` (N·m).
 #[allow(clippy::approx_constant, reason = "numbers as the model states them")]
 pub fn force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 7, 7, 0>) -> [T; 7] {
     let q_j2 = x.q[1];
@@ -835,13 +835,13 @@ pub fn force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 7, 7, 0>) -> [T; 7] {
 pub struct EquationOfMotion<T> {
     /// Generalised inertia `M(q)`, symmetric, 7×7.
     ///
-    /// Rows: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+    /// Rows: `j1` (N·m), `j2` (N·m), `j3` (N·m), `j4` (N·m), `j5` (N·m), `j6` (N·m), `j7` (N·m).
     /// Columns: `j1` (rad/s^2), `j2` (rad/s^2), `j3` (rad/s^2), `j4` (rad/s^2), `j5` (rad/s^2), `j6` (rad/s^2), `j7` (rad/s^2).
     /// The unit of an entry is its row's over its column's.
     pub mass_matrix: [[T; 7]; 7],
     /// Total generalised force `Q = Q_C + Q_D + Q_u`, 7.
     ///
-    /// Entries: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+    /// Entries: `j1` (N·m), `j2` (N·m), `j3` (N·m), `j4` (N·m), `j5` (N·m), `j6` (N·m), `j7` (N·m).
     pub force: [T; 7],
 }
 
@@ -1262,13 +1262,13 @@ pub fn equation_of_motion<T: Scalar>(
 pub struct MassMatrixAndBiasForce<T> {
     /// Generalised inertia `M(q)`, symmetric, 7×7.
     ///
-    /// Rows: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+    /// Rows: `j1` (N·m), `j2` (N·m), `j3` (N·m), `j4` (N·m), `j5` (N·m), `j6` (N·m), `j7` (N·m).
     /// Columns: `j1` (rad/s^2), `j2` (rad/s^2), `j3` (rad/s^2), `j4` (rad/s^2), `j5` (rad/s^2), `j6` (rad/s^2), `j7` (rad/s^2).
     /// The unit of an entry is its row's over its column's.
     pub mass_matrix: [[T; 7]; 7],
     /// Bias force `Q_C`: fictitious and conservative forces, on the right-hand side, 7.
     ///
-    /// Entries: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+    /// Entries: `j1` (N·m), `j2` (N·m), `j3` (N·m), `j4` (N·m), `j5` (N·m), `j6` (N·m), `j7` (N·m).
     pub bias_force: [T; 7],
 }
 
@@ -1677,7 +1677,7 @@ pub fn mass_matrix_and_bias_force<T: Scalar>(
 
 /// Inverse dynamics `τ = M a − Q_C − Q_D`: what inputs and constraints must supply for the stated acceleration `a`, 7.
 ///
-/// Entries: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+/// Entries: `j1` (N·m), `j2` (N·m), `j3` (N·m), `j4` (N·m), `j5` (N·m), `j6` (N·m), `j7` (N·m).
 #[allow(clippy::approx_constant, reason = "numbers as the model states them")]
 pub fn inverse_dynamics<T: Scalar>(
     _p: &Parameters<T>,
@@ -1937,13 +1937,13 @@ pub fn inverse_dynamics<T: Scalar>(
 pub struct InverseDynamicsDerivatives<T> {
     /// Derivative by the positions `q` of: Inverse dynamics `τ = M a − Q_C − Q_D`: what inputs and constraints must supply for the stated acceleration `a`, 7×7.
     ///
-    /// Rows: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+    /// Rows: `j1` (N·m), `j2` (N·m), `j3` (N·m), `j4` (N·m), `j5` (N·m), `j6` (N·m), `j7` (N·m).
     /// Columns: `j1` (rad), `j2` (rad), `j3` (rad), `j4` (rad), `j5` (rad), `j6` (rad), `j7` (rad).
     /// The unit of an entry is its row's over its column's.
     pub inverse_dynamics_by_position: [[T; 7]; 7],
     /// Derivative by the velocities `v` of: Inverse dynamics `τ = M a − Q_C − Q_D`: what inputs and constraints must supply for the stated acceleration `a`, 7×7.
     ///
-    /// Rows: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+    /// Rows: `j1` (N·m), `j2` (N·m), `j3` (N·m), `j4` (N·m), `j5` (N·m), `j6` (N·m), `j7` (N·m).
     /// Columns: `j1` (rad/s), `j2` (rad/s), `j3` (rad/s), `j4` (rad/s), `j5` (rad/s), `j6` (rad/s), `j7` (rad/s).
     /// The unit of an entry is its row's over its column's.
     pub inverse_dynamics_by_velocity: [[T; 7]; 7],
@@ -3552,7 +3552,7 @@ pub struct ForwardDynamicsDerivatives<T> {
     /// Derivative by the inputs `u` of: Forward dynamics `a = M⁻¹ Q`, as if there were no constraint; `M` must be positive definite, 7×7.
     ///
     /// Rows: `j1` (rad/s^2), `j2` (rad/s^2), `j3` (rad/s^2), `j4` (rad/s^2), `j5` (rad/s^2), `j6` (rad/s^2), `j7` (rad/s^2).
-    /// Columns: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+    /// Columns: `j1` (N·m), `j2` (N·m), `j3` (N·m), `j4` (N·m), `j5` (N·m), `j6` (N·m), `j7` (N·m).
     /// The unit of an entry is its row's over its column's.
     pub forward_dynamics_by_input: [[T; 7]; 7],
 }

@@ -142,7 +142,7 @@ impl<T: Scalar> Iiwa7Plane<T> {
 
 /// Generalised inertia `M(q)`, symmetric, 7×7.
 ///
-/// Rows: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+/// Rows: `j1` (N·m), `j2` (N·m), `j3` (N·m), `j4` (N·m), `j5` (N·m), `j6` (N·m), `j7` (N·m).
 /// Columns: `j1` (rad/s^2), `j2` (rad/s^2), `j3` (rad/s^2), `j4` (rad/s^2), `j5` (rad/s^2), `j6` (rad/s^2), `j7` (rad/s^2).
 /// The unit of an entry is its row's over its column's.
 #[allow(clippy::approx_constant, reason = "numbers as the model states them")]
@@ -313,7 +313,7 @@ pub fn mass_matrix<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 7, 7, 0>) -> [[T;
 
 /// Bias force `Q_C`: fictitious and conservative forces, on the right-hand side, 7.
 ///
-/// Entries: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+/// Entries: `j1` (N·m), `j2` (N·m), `j3` (N·m), `j4` (N·m), `j5` (N·m), `j6` (N·m), `j7` (N·m).
 #[allow(clippy::approx_constant, reason = "numbers as the model states them")]
 pub fn bias_force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 7, 7, 0>) -> [T; 7] {
     let q_j2 = x.q[1];
@@ -556,7 +556,7 @@ pub fn bias_force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 7, 7, 0>) -> [T; 7
 
 /// Stated and dissipative forces `Q_D` at zero input, 7.
 ///
-/// Entries: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+/// Entries: `j1` (N·m), `j2` (N·m), `j3` (N·m), `j4` (N·m), `j5` (N·m), `j6` (N·m), `j7` (N·m).
 pub fn applied_force<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 7, 7, 0>) -> [T; 7] {
     [
         T::zero(),
@@ -571,8 +571,8 @@ pub fn applied_force<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 7, 7, 0>) -> [
 
 /// Input matrix `B = ∂Q/∂u`, 7×7.
 ///
-/// Rows: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
-/// Columns: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+/// Rows: `j1` (N·m), `j2` (N·m), `j3` (N·m), `j4` (N·m), `j5` (N·m), `j6` (N·m), `j7` (N·m).
+/// Columns: `j1` (N·m), `j2` (N·m), `j3` (N·m), `j4` (N·m), `j5` (N·m), `j6` (N·m), `j7` (N·m).
 /// The unit of an entry is its row's over its column's.
 pub fn input_matrix<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 7, 7, 0>) -> [[T; 7]; 7] {
     [
@@ -644,7 +644,7 @@ pub fn input_matrix<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 7, 7, 0>) -> [[
 
 /// Total generalised force `Q = Q_C + Q_D + Q_u`, 7.
 ///
-/// Entries: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+/// Entries: `j1` (N·m), `j2` (N·m), `j3` (N·m), `j4` (N·m), `j5` (N·m), `j6` (N·m), `j7` (N·m).
 #[allow(clippy::approx_constant, reason = "numbers as the model states them")]
 pub fn force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 7, 7, 0>) -> [T; 7] {
     let q_j2 = x.q[1];
@@ -1772,13 +1772,13 @@ pub fn output_bias<T: Scalar>(p: &Parameters<T>, x: &Point<T, 7, 7, 0>) -> [T; 3
 pub struct EquationOfMotion<T> {
     /// Generalised inertia `M(q)`, symmetric, 7×7.
     ///
-    /// Rows: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+    /// Rows: `j1` (N·m), `j2` (N·m), `j3` (N·m), `j4` (N·m), `j5` (N·m), `j6` (N·m), `j7` (N·m).
     /// Columns: `j1` (rad/s^2), `j2` (rad/s^2), `j3` (rad/s^2), `j4` (rad/s^2), `j5` (rad/s^2), `j6` (rad/s^2), `j7` (rad/s^2).
     /// The unit of an entry is its row's over its column's.
     pub mass_matrix: [[T; 7]; 7],
     /// Total generalised force `Q = Q_C + Q_D + Q_u`, 7.
     ///
-    /// Entries: `j1` (N*m), `j2` (N*m), `j3` (N*m), `j4` (N*m), `j5` (N*m), `j6` (N*m), `j7` (N*m).
+    /// Entries: `j1` (N·m), `j2` (N·m), `j3` (N·m), `j4` (N·m), `j5` (N·m), `j6` (N·m), `j7` (N·m).
     pub force: [T; 7],
     /// Constraint matrix `A` of `A a = b`, 1×7.
     ///

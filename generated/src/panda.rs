@@ -114,7 +114,7 @@ impl<T: Scalar> Panda<T> {
 
 /// Generalised inertia `M(q)`, symmetric, 8×8.
 ///
-/// Rows: `panda_joint1` (N*m), `panda_joint2` (N*m), `panda_joint3` (N*m), `panda_joint4` (N*m), `panda_joint5` (N*m), `panda_joint6` (N*m), `panda_joint7` (N*m), `panda_finger_joint1` (N).
+/// Rows: `panda_joint1` (N·m), `panda_joint2` (N·m), `panda_joint3` (N·m), `panda_joint4` (N·m), `panda_joint5` (N·m), `panda_joint6` (N·m), `panda_joint7` (N·m), `panda_finger_joint1` (N).
 /// Columns: `panda_joint1` (rad/s^2), `panda_joint2` (rad/s^2), `panda_joint3` (rad/s^2), `panda_joint4` (rad/s^2), `panda_joint5` (rad/s^2), `panda_joint6` (rad/s^2), `panda_joint7` (rad/s^2), `panda_finger_joint1` (m/s^2).
 /// The unit of an entry is its row's over its column's.
 #[allow(clippy::approx_constant, reason = "numbers as the model states them")]
@@ -561,7 +561,7 @@ pub fn mass_matrix<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 8, 8, 0>) -> [[T;
 
 /// Bias force `Q_C`: fictitious and conservative forces, on the right-hand side, 8.
 ///
-/// Entries: `panda_joint1` (N*m), `panda_joint2` (N*m), `panda_joint3` (N*m), `panda_joint4` (N*m), `panda_joint5` (N*m), `panda_joint6` (N*m), `panda_joint7` (N*m), `panda_finger_joint1` (N).
+/// Entries: `panda_joint1` (N·m), `panda_joint2` (N·m), `panda_joint3` (N·m), `panda_joint4` (N·m), `panda_joint5` (N·m), `panda_joint6` (N·m), `panda_joint7` (N·m), `panda_finger_joint1` (N).
 #[allow(clippy::approx_constant, reason = "numbers as the model states them")]
 pub fn bias_force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 8, 8, 0>) -> [T; 8] {
     let q_panda_joint2 = x.q[1];
@@ -987,7 +987,7 @@ pub fn bias_force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 8, 8, 0>) -> [T; 8
 
 /// Stated and dissipative forces `Q_D` at zero input, 8.
 ///
-/// Entries: `panda_joint1` (N*m), `panda_joint2` (N*m), `panda_joint3` (N*m), `panda_joint4` (N*m), `panda_joint5` (N*m), `panda_joint6` (N*m), `panda_joint7` (N*m), `panda_finger_joint1` (N).
+/// Entries: `panda_joint1` (N·m), `panda_joint2` (N·m), `panda_joint3` (N·m), `panda_joint4` (N·m), `panda_joint5` (N·m), `panda_joint6` (N·m), `panda_joint7` (N·m), `panda_finger_joint1` (N).
 pub fn applied_force<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 8, 8, 0>) -> [T; 8] {
     [
         T::zero(),
@@ -1003,8 +1003,8 @@ pub fn applied_force<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 8, 8, 0>) -> [
 
 /// Input matrix `B = ∂Q/∂u`, 8×8.
 ///
-/// Rows: `panda_joint1` (N*m), `panda_joint2` (N*m), `panda_joint3` (N*m), `panda_joint4` (N*m), `panda_joint5` (N*m), `panda_joint6` (N*m), `panda_joint7` (N*m), `panda_finger_joint1` (N).
-/// Columns: `panda_joint1` (N*m), `panda_joint2` (N*m), `panda_joint3` (N*m), `panda_joint4` (N*m), `panda_joint5` (N*m), `panda_joint6` (N*m), `panda_joint7` (N*m), `panda_finger_joint1` (N).
+/// Rows: `panda_joint1` (N·m), `panda_joint2` (N·m), `panda_joint3` (N·m), `panda_joint4` (N·m), `panda_joint5` (N·m), `panda_joint6` (N·m), `panda_joint7` (N·m), `panda_finger_joint1` (N).
+/// Columns: `panda_joint1` (N·m), `panda_joint2` (N·m), `panda_joint3` (N·m), `panda_joint4` (N·m), `panda_joint5` (N·m), `panda_joint6` (N·m), `panda_joint7` (N·m), `panda_finger_joint1` (N).
 /// The unit of an entry is its row's over its column's.
 pub fn input_matrix<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 8, 8, 0>) -> [[T; 8]; 8] {
     [
@@ -1093,7 +1093,7 @@ pub fn input_matrix<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 8, 8, 0>) -> [[
 
 /// Total generalised force `Q = Q_C + Q_D + Q_u`, 8.
 ///
-/// Entries: `panda_joint1` (N*m), `panda_joint2` (N*m), `panda_joint3` (N*m), `panda_joint4` (N*m), `panda_joint5` (N*m), `panda_joint6` (N*m), `panda_joint7` (N*m), `panda_finger_joint1` (N).
+/// Entries: `panda_joint1` (N·m), `panda_joint2` (N·m), `panda_joint3` (N·m), `panda_joint4` (N·m), `panda_joint5` (N·m), `panda_joint6` (N·m), `panda_joint7` (N·m), `panda_finger_joint1` (N).
 #[allow(clippy::approx_constant, reason = "numbers as the model states them")]
 pub fn force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 8, 8, 0>) -> [T; 8] {
     let q_panda_joint2 = x.q[1];
@@ -1530,13 +1530,13 @@ pub fn force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 8, 8, 0>) -> [T; 8] {
 pub struct EquationOfMotion<T> {
     /// Generalised inertia `M(q)`, symmetric, 8×8.
     ///
-    /// Rows: `panda_joint1` (N*m), `panda_joint2` (N*m), `panda_joint3` (N*m), `panda_joint4` (N*m), `panda_joint5` (N*m), `panda_joint6` (N*m), `panda_joint7` (N*m), `panda_finger_joint1` (N).
+    /// Rows: `panda_joint1` (N·m), `panda_joint2` (N·m), `panda_joint3` (N·m), `panda_joint4` (N·m), `panda_joint5` (N·m), `panda_joint6` (N·m), `panda_joint7` (N·m), `panda_finger_joint1` (N).
     /// Columns: `panda_joint1` (rad/s^2), `panda_joint2` (rad/s^2), `panda_joint3` (rad/s^2), `panda_joint4` (rad/s^2), `panda_joint5` (rad/s^2), `panda_joint6` (rad/s^2), `panda_joint7` (rad/s^2), `panda_finger_joint1` (m/s^2).
     /// The unit of an entry is its row's over its column's.
     pub mass_matrix: [[T; 8]; 8],
     /// Total generalised force `Q = Q_C + Q_D + Q_u`, 8.
     ///
-    /// Entries: `panda_joint1` (N*m), `panda_joint2` (N*m), `panda_joint3` (N*m), `panda_joint4` (N*m), `panda_joint5` (N*m), `panda_joint6` (N*m), `panda_joint7` (N*m), `panda_finger_joint1` (N).
+    /// Entries: `panda_joint1` (N·m), `panda_joint2` (N·m), `panda_joint3` (N·m), `panda_joint4` (N·m), `panda_joint5` (N·m), `panda_joint6` (N·m), `panda_joint7` (N·m), `panda_finger_joint1` (N).
     pub force: [T; 8],
 }
 
@@ -2411,13 +2411,13 @@ pub fn equation_of_motion<T: Scalar>(
 pub struct MassMatrixAndBiasForce<T> {
     /// Generalised inertia `M(q)`, symmetric, 8×8.
     ///
-    /// Rows: `panda_joint1` (N*m), `panda_joint2` (N*m), `panda_joint3` (N*m), `panda_joint4` (N*m), `panda_joint5` (N*m), `panda_joint6` (N*m), `panda_joint7` (N*m), `panda_finger_joint1` (N).
+    /// Rows: `panda_joint1` (N·m), `panda_joint2` (N·m), `panda_joint3` (N·m), `panda_joint4` (N·m), `panda_joint5` (N·m), `panda_joint6` (N·m), `panda_joint7` (N·m), `panda_finger_joint1` (N).
     /// Columns: `panda_joint1` (rad/s^2), `panda_joint2` (rad/s^2), `panda_joint3` (rad/s^2), `panda_joint4` (rad/s^2), `panda_joint5` (rad/s^2), `panda_joint6` (rad/s^2), `panda_joint7` (rad/s^2), `panda_finger_joint1` (m/s^2).
     /// The unit of an entry is its row's over its column's.
     pub mass_matrix: [[T; 8]; 8],
     /// Bias force `Q_C`: fictitious and conservative forces, on the right-hand side, 8.
     ///
-    /// Entries: `panda_joint1` (N*m), `panda_joint2` (N*m), `panda_joint3` (N*m), `panda_joint4` (N*m), `panda_joint5` (N*m), `panda_joint6` (N*m), `panda_joint7` (N*m), `panda_finger_joint1` (N).
+    /// Entries: `panda_joint1` (N·m), `panda_joint2` (N·m), `panda_joint3` (N·m), `panda_joint4` (N·m), `panda_joint5` (N·m), `panda_joint6` (N·m), `panda_joint7` (N·m), `panda_finger_joint1` (N).
     pub bias_force: [T; 8],
 }
 
@@ -3281,7 +3281,7 @@ pub fn mass_matrix_and_bias_force<T: Scalar>(
 
 /// Inverse dynamics `τ = M a − Q_C − Q_D`: what inputs and constraints must supply for the stated acceleration `a`, 8.
 ///
-/// Entries: `panda_joint1` (N*m), `panda_joint2` (N*m), `panda_joint3` (N*m), `panda_joint4` (N*m), `panda_joint5` (N*m), `panda_joint6` (N*m), `panda_joint7` (N*m), `panda_finger_joint1` (N).
+/// Entries: `panda_joint1` (N·m), `panda_joint2` (N·m), `panda_joint3` (N·m), `panda_joint4` (N·m), `panda_joint5` (N·m), `panda_joint6` (N·m), `panda_joint7` (N·m), `panda_finger_joint1` (N).
 #[allow(clippy::approx_constant, reason = "numbers as the model states them")]
 pub fn inverse_dynamics<T: Scalar>(
     _p: &Parameters<T>,
@@ -3754,13 +3754,13 @@ pub fn inverse_dynamics<T: Scalar>(
 pub struct InverseDynamicsDerivatives<T> {
     /// Derivative by the positions `q` of: Inverse dynamics `τ = M a − Q_C − Q_D`: what inputs and constraints must supply for the stated acceleration `a`, 8×8.
     ///
-    /// Rows: `panda_joint1` (N*m), `panda_joint2` (N*m), `panda_joint3` (N*m), `panda_joint4` (N*m), `panda_joint5` (N*m), `panda_joint6` (N*m), `panda_joint7` (N*m), `panda_finger_joint1` (N).
+    /// Rows: `panda_joint1` (N·m), `panda_joint2` (N·m), `panda_joint3` (N·m), `panda_joint4` (N·m), `panda_joint5` (N·m), `panda_joint6` (N·m), `panda_joint7` (N·m), `panda_finger_joint1` (N).
     /// Columns: `panda_joint1` (rad), `panda_joint2` (rad), `panda_joint3` (rad), `panda_joint4` (rad), `panda_joint5` (rad), `panda_joint6` (rad), `panda_joint7` (rad), `panda_finger_joint1` (m).
     /// The unit of an entry is its row's over its column's.
     pub inverse_dynamics_by_position: [[T; 8]; 8],
     /// Derivative by the velocities `v` of: Inverse dynamics `τ = M a − Q_C − Q_D`: what inputs and constraints must supply for the stated acceleration `a`, 8×8.
     ///
-    /// Rows: `panda_joint1` (N*m), `panda_joint2` (N*m), `panda_joint3` (N*m), `panda_joint4` (N*m), `panda_joint5` (N*m), `panda_joint6` (N*m), `panda_joint7` (N*m), `panda_finger_joint1` (N).
+    /// Rows: `panda_joint1` (N·m), `panda_joint2` (N·m), `panda_joint3` (N·m), `panda_joint4` (N·m), `panda_joint5` (N·m), `panda_joint6` (N·m), `panda_joint7` (N·m), `panda_finger_joint1` (N).
     /// Columns: `panda_joint1` (rad/s), `panda_joint2` (rad/s), `panda_joint3` (rad/s), `panda_joint4` (rad/s), `panda_joint5` (rad/s), `panda_joint6` (rad/s), `panda_joint7` (rad/s), `panda_finger_joint1` (m/s).
     /// The unit of an entry is its row's over its column's.
     pub inverse_dynamics_by_velocity: [[T; 8]; 8],
@@ -6978,7 +6978,7 @@ pub struct ForwardDynamicsDerivatives<T> {
     /// Derivative by the inputs `u` of: Forward dynamics `a = M⁻¹ Q`, as if there were no constraint; `M` must be positive definite, 8×8.
     ///
     /// Rows: `panda_joint1` (rad/s^2), `panda_joint2` (rad/s^2), `panda_joint3` (rad/s^2), `panda_joint4` (rad/s^2), `panda_joint5` (rad/s^2), `panda_joint6` (rad/s^2), `panda_joint7` (rad/s^2), `panda_finger_joint1` (m/s^2).
-    /// Columns: `panda_joint1` (N*m), `panda_joint2` (N*m), `panda_joint3` (N*m), `panda_joint4` (N*m), `panda_joint5` (N*m), `panda_joint6` (N*m), `panda_joint7` (N*m), `panda_finger_joint1` (N).
+    /// Columns: `panda_joint1` (N·m), `panda_joint2` (N·m), `panda_joint3` (N·m), `panda_joint4` (N·m), `panda_joint5` (N·m), `panda_joint6` (N·m), `panda_joint7` (N·m), `panda_finger_joint1` (N).
     /// The unit of an entry is its row's over its column's.
     pub forward_dynamics_by_input: [[T; 8]; 8],
 }

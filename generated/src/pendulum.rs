@@ -59,7 +59,7 @@ pub struct Parameters<T> {
     pub l: T,
     /// Inertia about the centre of mass.
     ///
-    /// `I`, kg*m^2; nominal 0.01, at least 0.
+    /// `I`, kg·m^2; nominal 0.01, at least 0.
     pub I: T,
     /// `g`, m/s^2; nominal 9.81, at least 0.
     pub g: T,
@@ -117,7 +117,7 @@ impl<T: Scalar> Pendulum<T> {
 
 /// Generalised inertia `M(q)`, symmetric, 1×1.
 ///
-/// Rows: `j1` (N*m).
+/// Rows: `j1` (N·m).
 /// Columns: `j1` (rad/s^2).
 /// The unit of an entry is its row's over its column's.
 pub fn mass_matrix<T: Scalar>(p: &Parameters<T>, _x: &Point<T, 1, 1, 0>) -> [[T; 1]; 1] {
@@ -128,7 +128,7 @@ pub fn mass_matrix<T: Scalar>(p: &Parameters<T>, _x: &Point<T, 1, 1, 0>) -> [[T;
 
 /// Bias force `Q_C`: fictitious and conservative forces, on the right-hand side, 1.
 ///
-/// Entries: `j1` (N*m).
+/// Entries: `j1` (N·m).
 pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 1, 1, 0>) -> [T; 1] {
     let q_j1 = x.q[0];
     let sin_j1 = q_j1.sin();
@@ -138,15 +138,15 @@ pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 1, 1, 0>) -> [T; 1]
 
 /// Stated and dissipative forces `Q_D` at zero input, 1.
 ///
-/// Entries: `j1` (N*m).
+/// Entries: `j1` (N·m).
 pub fn applied_force<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 1, 1, 0>) -> [T; 1] {
     [T::zero()]
 }
 
 /// Input matrix `B = ∂Q/∂u`, 1×1.
 ///
-/// Rows: `j1` (N*m).
-/// Columns: `j1` (N*m).
+/// Rows: `j1` (N·m).
+/// Columns: `j1` (N·m).
 /// The unit of an entry is its row's over its column's.
 pub fn input_matrix<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 1, 1, 0>) -> [[T; 1]; 1] {
     [[T::one()]]
@@ -154,7 +154,7 @@ pub fn input_matrix<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 1, 1, 0>) -> [[
 
 /// Total generalised force `Q = Q_C + Q_D + Q_u`, 1.
 ///
-/// Entries: `j1` (N*m).
+/// Entries: `j1` (N·m).
 pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 1, 1, 0>) -> [T; 1] {
     let q_j1 = x.q[0];
     let u_j1 = x.u[0];
@@ -169,13 +169,13 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 1, 1, 0>) -> [T; 1] {
 pub struct EquationOfMotion<T> {
     /// Generalised inertia `M(q)`, symmetric, 1×1.
     ///
-    /// Rows: `j1` (N*m).
+    /// Rows: `j1` (N·m).
     /// Columns: `j1` (rad/s^2).
     /// The unit of an entry is its row's over its column's.
     pub mass_matrix: [[T; 1]; 1],
     /// Total generalised force `Q = Q_C + Q_D + Q_u`, 1.
     ///
-    /// Entries: `j1` (N*m).
+    /// Entries: `j1` (N·m).
     pub force: [T; 1],
 }
 

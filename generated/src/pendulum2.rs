@@ -58,7 +58,7 @@ pub struct Parameters<T> {
     pub l1: T,
     /// `lc1`, m; nominal 0.22.
     pub lc1: T,
-    /// `I1`, kg*m^2; nominal 0.024, at least 0.
+    /// `I1`, kg·m^2; nominal 0.024, at least 0.
     pub I1: T,
     /// `m2`, kg; nominal 0.8, at least 0.0001.
     pub m2: T,
@@ -66,7 +66,7 @@ pub struct Parameters<T> {
     pub l2: T,
     /// `lc2`, m; nominal 0.19.
     pub lc2: T,
-    /// `I2`, kg*m^2; nominal 0.012, at least 0.
+    /// `I2`, kg·m^2; nominal 0.012, at least 0.
     pub I2: T,
     /// `g`, m/s^2; nominal 9.81, at least 0.
     pub g: T,
@@ -139,7 +139,7 @@ impl<T: Scalar> Pendulum2<T> {
 
 /// Generalised inertia `M(q)`, symmetric, 2×2.
 ///
-/// Rows: `j1` (N*m), `j2` (N*m).
+/// Rows: `j1` (N·m), `j2` (N·m).
 /// Columns: `j1` (rad/s^2), `j2` (rad/s^2).
 /// The unit of an entry is its row's over its column's.
 pub fn mass_matrix<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [[T; 2]; 2] {
@@ -164,7 +164,7 @@ pub fn mass_matrix<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [[T; 
 
 /// Bias force `Q_C`: fictitious and conservative forces, on the right-hand side, 2.
 ///
-/// Entries: `j1` (N*m), `j2` (N*m).
+/// Entries: `j1` (N·m), `j2` (N·m).
 pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [T; 2] {
     let q_j1 = x.q[0];
     let q_j2 = x.q[1];
@@ -195,15 +195,15 @@ pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [T; 2]
 
 /// Stated and dissipative forces `Q_D` at zero input, 2.
 ///
-/// Entries: `j1` (N*m), `j2` (N*m).
+/// Entries: `j1` (N·m), `j2` (N·m).
 pub fn applied_force<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 2, 2, 0>) -> [T; 2] {
     [T::zero(), T::zero()]
 }
 
 /// Input matrix `B = ∂Q/∂u`, 2×2.
 ///
-/// Rows: `j1` (N*m), `j2` (N*m).
-/// Columns: `j1` (N*m), `j2` (N*m).
+/// Rows: `j1` (N·m), `j2` (N·m).
+/// Columns: `j1` (N·m), `j2` (N·m).
 /// The unit of an entry is its row's over its column's.
 pub fn input_matrix<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 2, 2, 0>) -> [[T; 2]; 2] {
     [[T::one(), T::zero()], [T::zero(), T::one()]]
@@ -211,7 +211,7 @@ pub fn input_matrix<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 2, 2, 0>) -> [[
 
 /// Total generalised force `Q = Q_C + Q_D + Q_u`, 2.
 ///
-/// Entries: `j1` (N*m), `j2` (N*m).
+/// Entries: `j1` (N·m), `j2` (N·m).
 pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [T; 2] {
     let q_j1 = x.q[0];
     let q_j2 = x.q[1];
@@ -247,13 +247,13 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [T; 2] {
 pub struct EquationOfMotion<T> {
     /// Generalised inertia `M(q)`, symmetric, 2×2.
     ///
-    /// Rows: `j1` (N*m), `j2` (N*m).
+    /// Rows: `j1` (N·m), `j2` (N·m).
     /// Columns: `j1` (rad/s^2), `j2` (rad/s^2).
     /// The unit of an entry is its row's over its column's.
     pub mass_matrix: [[T; 2]; 2],
     /// Total generalised force `Q = Q_C + Q_D + Q_u`, 2.
     ///
-    /// Entries: `j1` (N*m), `j2` (N*m).
+    /// Entries: `j1` (N·m), `j2` (N·m).
     pub force: [T; 2],
 }
 

@@ -97,7 +97,7 @@ impl<T: Scalar> Solo12<T> {
 
 /// Generalised inertia `M(q)`, symmetric, 12×12.
 ///
-/// Rows: `FL_HAA` (N*m), `FL_HFE` (N*m), `FL_KFE` (N*m), `FR_HAA` (N*m), `FR_HFE` (N*m), `FR_KFE` (N*m), `HL_HAA` (N*m), `HL_HFE` (N*m), `HL_KFE` (N*m), `HR_HAA` (N*m), `HR_HFE` (N*m), `HR_KFE` (N*m).
+/// Rows: `FL_HAA` (N·m), `FL_HFE` (N·m), `FL_KFE` (N·m), `FR_HAA` (N·m), `FR_HFE` (N·m), `FR_KFE` (N·m), `HL_HAA` (N·m), `HL_HFE` (N·m), `HL_KFE` (N·m), `HR_HAA` (N·m), `HR_HFE` (N·m), `HR_KFE` (N·m).
 /// Columns: `FL_HAA` (rad/s^2), `FL_HFE` (rad/s^2), `FL_KFE` (rad/s^2), `FR_HAA` (rad/s^2), `FR_HFE` (rad/s^2), `FR_KFE` (rad/s^2), `HL_HAA` (rad/s^2), `HL_HFE` (rad/s^2), `HL_KFE` (rad/s^2), `HR_HAA` (rad/s^2), `HR_HFE` (rad/s^2), `HR_KFE` (rad/s^2).
 /// The unit of an entry is its row's over its column's.
 pub fn mass_matrix<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 12, 12, 0>) -> [[T; 12]; 12] {
@@ -397,7 +397,7 @@ pub fn mass_matrix<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 12, 12, 0>) -> [[
 
 /// Bias force `Q_C`: fictitious and conservative forces, on the right-hand side, 12.
 ///
-/// Entries: `FL_HAA` (N*m), `FL_HFE` (N*m), `FL_KFE` (N*m), `FR_HAA` (N*m), `FR_HFE` (N*m), `FR_KFE` (N*m), `HL_HAA` (N*m), `HL_HFE` (N*m), `HL_KFE` (N*m), `HR_HAA` (N*m), `HR_HFE` (N*m), `HR_KFE` (N*m).
+/// Entries: `FL_HAA` (N·m), `FL_HFE` (N·m), `FL_KFE` (N·m), `FR_HAA` (N·m), `FR_HFE` (N·m), `FR_KFE` (N·m), `HL_HAA` (N·m), `HL_HFE` (N·m), `HL_KFE` (N·m), `HR_HAA` (N·m), `HR_HFE` (N·m), `HR_KFE` (N·m).
 #[allow(clippy::approx_constant, reason = "numbers as the model states them")]
 pub fn bias_force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 12, 12, 0>) -> [T; 12] {
     let q_fl_haa = x.q[0];
@@ -761,7 +761,7 @@ pub fn bias_force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 12, 12, 0>) -> [T;
 
 /// Stated and dissipative forces `Q_D` at zero input, 12.
 ///
-/// Entries: `FL_HAA` (N*m), `FL_HFE` (N*m), `FL_KFE` (N*m), `FR_HAA` (N*m), `FR_HFE` (N*m), `FR_KFE` (N*m), `HL_HAA` (N*m), `HL_HFE` (N*m), `HL_KFE` (N*m), `HR_HAA` (N*m), `HR_HFE` (N*m), `HR_KFE` (N*m).
+/// Entries: `FL_HAA` (N·m), `FL_HFE` (N·m), `FL_KFE` (N·m), `FR_HAA` (N·m), `FR_HFE` (N·m), `FR_KFE` (N·m), `HL_HAA` (N·m), `HL_HFE` (N·m), `HL_KFE` (N·m), `HR_HAA` (N·m), `HR_HFE` (N·m), `HR_KFE` (N·m).
 pub fn applied_force<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 12, 12, 0>) -> [T; 12] {
     [
         T::zero(),
@@ -781,8 +781,8 @@ pub fn applied_force<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 12, 12, 0>) ->
 
 /// Input matrix `B = ∂Q/∂u`, 12×12.
 ///
-/// Rows: `FL_HAA` (N*m), `FL_HFE` (N*m), `FL_KFE` (N*m), `FR_HAA` (N*m), `FR_HFE` (N*m), `FR_KFE` (N*m), `HL_HAA` (N*m), `HL_HFE` (N*m), `HL_KFE` (N*m), `HR_HAA` (N*m), `HR_HFE` (N*m), `HR_KFE` (N*m).
-/// Columns: `FL_HAA` (N*m), `FL_HFE` (N*m), `FL_KFE` (N*m), `FR_HAA` (N*m), `FR_HFE` (N*m), `FR_KFE` (N*m), `HL_HAA` (N*m), `HL_HFE` (N*m), `HL_KFE` (N*m), `HR_HAA` (N*m), `HR_HFE` (N*m), `HR_KFE` (N*m).
+/// Rows: `FL_HAA` (N·m), `FL_HFE` (N·m), `FL_KFE` (N·m), `FR_HAA` (N·m), `FR_HFE` (N·m), `FR_KFE` (N·m), `HL_HAA` (N·m), `HL_HFE` (N·m), `HL_KFE` (N·m), `HR_HAA` (N·m), `HR_HFE` (N·m), `HR_KFE` (N·m).
+/// Columns: `FL_HAA` (N·m), `FL_HFE` (N·m), `FL_KFE` (N·m), `FR_HAA` (N·m), `FR_HFE` (N·m), `FR_KFE` (N·m), `HL_HAA` (N·m), `HL_HFE` (N·m), `HL_KFE` (N·m), `HR_HAA` (N·m), `HR_HFE` (N·m), `HR_KFE` (N·m).
 /// The unit of an entry is its row's over its column's.
 pub fn input_matrix<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 12, 12, 0>) -> [[T; 12]; 12] {
     [
@@ -959,7 +959,7 @@ pub fn input_matrix<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 12, 12, 0>) -> 
 
 /// Total generalised force `Q = Q_C + Q_D + Q_u`, 12.
 ///
-/// Entries: `FL_HAA` (N*m), `FL_HFE` (N*m), `FL_KFE` (N*m), `FR_HAA` (N*m), `FR_HFE` (N*m), `FR_KFE` (N*m), `HL_HAA` (N*m), `HL_HFE` (N*m), `HL_KFE` (N*m), `HR_HAA` (N*m), `HR_HFE` (N*m), `HR_KFE` (N*m).
+/// Entries: `FL_HAA` (N·m), `FL_HFE` (N·m), `FL_KFE` (N·m), `FR_HAA` (N·m), `FR_HFE` (N·m), `FR_KFE` (N·m), `HL_HAA` (N·m), `HL_HFE` (N·m), `HL_KFE` (N·m), `HR_HAA` (N·m), `HR_HFE` (N·m), `HR_KFE` (N·m).
 #[allow(clippy::approx_constant, reason = "numbers as the model states them")]
 pub fn force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 12, 12, 0>) -> [T; 12] {
     let q_fl_haa = x.q[0];
@@ -1346,13 +1346,13 @@ pub fn force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 12, 12, 0>) -> [T; 12] 
 pub struct EquationOfMotion<T> {
     /// Generalised inertia `M(q)`, symmetric, 12×12.
     ///
-    /// Rows: `FL_HAA` (N*m), `FL_HFE` (N*m), `FL_KFE` (N*m), `FR_HAA` (N*m), `FR_HFE` (N*m), `FR_KFE` (N*m), `HL_HAA` (N*m), `HL_HFE` (N*m), `HL_KFE` (N*m), `HR_HAA` (N*m), `HR_HFE` (N*m), `HR_KFE` (N*m).
+    /// Rows: `FL_HAA` (N·m), `FL_HFE` (N·m), `FL_KFE` (N·m), `FR_HAA` (N·m), `FR_HFE` (N·m), `FR_KFE` (N·m), `HL_HAA` (N·m), `HL_HFE` (N·m), `HL_KFE` (N·m), `HR_HAA` (N·m), `HR_HFE` (N·m), `HR_KFE` (N·m).
     /// Columns: `FL_HAA` (rad/s^2), `FL_HFE` (rad/s^2), `FL_KFE` (rad/s^2), `FR_HAA` (rad/s^2), `FR_HFE` (rad/s^2), `FR_KFE` (rad/s^2), `HL_HAA` (rad/s^2), `HL_HFE` (rad/s^2), `HL_KFE` (rad/s^2), `HR_HAA` (rad/s^2), `HR_HFE` (rad/s^2), `HR_KFE` (rad/s^2).
     /// The unit of an entry is its row's over its column's.
     pub mass_matrix: [[T; 12]; 12],
     /// Total generalised force `Q = Q_C + Q_D + Q_u`, 12.
     ///
-    /// Entries: `FL_HAA` (N*m), `FL_HFE` (N*m), `FL_KFE` (N*m), `FR_HAA` (N*m), `FR_HFE` (N*m), `FR_KFE` (N*m), `HL_HAA` (N*m), `HL_HFE` (N*m), `HL_KFE` (N*m), `HR_HAA` (N*m), `HR_HFE` (N*m), `HR_KFE` (N*m).
+    /// Entries: `FL_HAA` (N·m), `FL_HFE` (N·m), `FL_KFE` (N·m), `FR_HAA` (N·m), `FR_HFE` (N·m), `FR_KFE` (N·m), `HL_HAA` (N·m), `HL_HFE` (N·m), `HL_KFE` (N·m), `HR_HAA` (N·m), `HR_HFE` (N·m), `HR_KFE` (N·m).
     pub force: [T; 12],
 }
 

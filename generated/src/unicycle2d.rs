@@ -63,7 +63,7 @@ pub struct Parameters<T> {
     pub R: T,
     /// Inertia about the centre of mass.
     ///
-    /// `I_G`, kg*m^2; nominal 0.09, at least 1e-6.
+    /// `I_G`, kg·m^2; nominal 0.09, at least 1e-6.
     pub I_G: T,
 }
 
@@ -120,7 +120,7 @@ impl<T: Scalar> Unicycle2d<T> {
 
 /// Generalised inertia `M(q)`, symmetric, 3×3.
 ///
-/// Rows: `x` (N), `y` (N), `theta` (N*m).
+/// Rows: `x` (N), `y` (N), `theta` (N·m).
 /// Columns: `x` (m/s^2), `y` (m/s^2), `theta` (rad/s^2).
 /// The unit of an entry is its row's over its column's.
 pub fn mass_matrix<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 2, 0>) -> [[T; 3]; 3] {
@@ -140,7 +140,7 @@ pub fn mass_matrix<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 2, 0>) -> [[T; 
 
 /// Bias force `Q_C`: fictitious and conservative forces, on the right-hand side, 3.
 ///
-/// Entries: `x` (N), `y` (N), `theta` (N*m).
+/// Entries: `x` (N), `y` (N), `theta` (N·m).
 pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 2, 0>) -> [T; 3] {
     let q_theta = x.q[2];
     let dq_theta = x.v[2];
@@ -153,15 +153,15 @@ pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 2, 0>) -> [T; 3]
 
 /// Stated and dissipative forces `Q_D` at zero input, 3.
 ///
-/// Entries: `x` (N), `y` (N), `theta` (N*m).
+/// Entries: `x` (N), `y` (N), `theta` (N·m).
 pub fn applied_force<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 3, 2, 0>) -> [T; 3] {
     [T::zero(), T::zero(), T::zero()]
 }
 
 /// Input matrix `B = ∂Q/∂u`, 3×2.
 ///
-/// Rows: `x` (N), `y` (N), `theta` (N*m).
-/// Columns: `drive` (N), `turn` (N*m).
+/// Rows: `x` (N), `y` (N), `theta` (N·m).
+/// Columns: `drive` (N), `turn` (N·m).
 /// The unit of an entry is its row's over its column's.
 pub fn input_matrix<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 3, 2, 0>) -> [[T; 2]; 3] {
     let q_theta = x.q[2];
@@ -175,7 +175,7 @@ pub fn input_matrix<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 3, 2, 0>) -> [[T
 
 /// Total generalised force `Q = Q_C + Q_D + Q_u`, 3.
 ///
-/// Entries: `x` (N), `y` (N), `theta` (N*m).
+/// Entries: `x` (N), `y` (N), `theta` (N·m).
 pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 2, 0>) -> [T; 3] {
     let q_theta = x.q[2];
     let dq_theta = x.v[2];
@@ -249,13 +249,13 @@ pub fn constraint_rate<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 3, 2, 0>) -> 
 pub struct EquationOfMotion<T> {
     /// Generalised inertia `M(q)`, symmetric, 3×3.
     ///
-    /// Rows: `x` (N), `y` (N), `theta` (N*m).
+    /// Rows: `x` (N), `y` (N), `theta` (N·m).
     /// Columns: `x` (m/s^2), `y` (m/s^2), `theta` (rad/s^2).
     /// The unit of an entry is its row's over its column's.
     pub mass_matrix: [[T; 3]; 3],
     /// Total generalised force `Q = Q_C + Q_D + Q_u`, 3.
     ///
-    /// Entries: `x` (N), `y` (N), `theta` (N*m).
+    /// Entries: `x` (N), `y` (N), `theta` (N·m).
     pub force: [T; 3],
     /// Constraint matrix `A` of `A a = b`, 1×3.
     ///

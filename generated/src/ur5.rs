@@ -105,7 +105,7 @@ impl<T: Scalar> Ur5<T> {
 
 /// Generalised inertia `M(q)`, symmetric, 6×6.
 ///
-/// Rows: `shoulder_pan_joint` (N*m), `shoulder_lift_joint` (N*m), `elbow_joint` (N*m), `wrist_1_joint` (N*m), `wrist_2_joint` (N*m), `wrist_3_joint` (N*m).
+/// Rows: `shoulder_pan_joint` (N·m), `shoulder_lift_joint` (N·m), `elbow_joint` (N·m), `wrist_1_joint` (N·m), `wrist_2_joint` (N·m), `wrist_3_joint` (N·m).
 /// Columns: `shoulder_pan_joint` (rad/s^2), `shoulder_lift_joint` (rad/s^2), `elbow_joint` (rad/s^2), `wrist_1_joint` (rad/s^2), `wrist_2_joint` (rad/s^2), `wrist_3_joint` (rad/s^2).
 /// The unit of an entry is its row's over its column's.
 #[allow(clippy::approx_constant, reason = "numbers as the model states them")]
@@ -290,7 +290,7 @@ pub fn mass_matrix<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 6, 6, 0>) -> [[T;
 
 /// Bias force `Q_C`: fictitious and conservative forces, on the right-hand side, 6.
 ///
-/// Entries: `shoulder_pan_joint` (N*m), `shoulder_lift_joint` (N*m), `elbow_joint` (N*m), `wrist_1_joint` (N*m), `wrist_2_joint` (N*m), `wrist_3_joint` (N*m).
+/// Entries: `shoulder_pan_joint` (N·m), `shoulder_lift_joint` (N·m), `elbow_joint` (N·m), `wrist_1_joint` (N·m), `wrist_2_joint` (N·m), `wrist_3_joint` (N·m).
 #[allow(clippy::approx_constant, reason = "numbers as the model states them")]
 pub fn bias_force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 6, 6, 0>) -> [T; 6] {
     let q_shoulder_lift_joint = x.q[1];
@@ -481,7 +481,7 @@ pub fn bias_force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 6, 6, 0>) -> [T; 6
 
 /// Stated and dissipative forces `Q_D` at zero input, 6.
 ///
-/// Entries: `shoulder_pan_joint` (N*m), `shoulder_lift_joint` (N*m), `elbow_joint` (N*m), `wrist_1_joint` (N*m), `wrist_2_joint` (N*m), `wrist_3_joint` (N*m).
+/// Entries: `shoulder_pan_joint` (N·m), `shoulder_lift_joint` (N·m), `elbow_joint` (N·m), `wrist_1_joint` (N·m), `wrist_2_joint` (N·m), `wrist_3_joint` (N·m).
 pub fn applied_force<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 6, 6, 0>) -> [T; 6] {
     [
         T::zero(),
@@ -495,8 +495,8 @@ pub fn applied_force<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 6, 6, 0>) -> [
 
 /// Input matrix `B = ∂Q/∂u`, 6×6.
 ///
-/// Rows: `shoulder_pan_joint` (N*m), `shoulder_lift_joint` (N*m), `elbow_joint` (N*m), `wrist_1_joint` (N*m), `wrist_2_joint` (N*m), `wrist_3_joint` (N*m).
-/// Columns: `shoulder_pan_joint` (N*m), `shoulder_lift_joint` (N*m), `elbow_joint` (N*m), `wrist_1_joint` (N*m), `wrist_2_joint` (N*m), `wrist_3_joint` (N*m).
+/// Rows: `shoulder_pan_joint` (N·m), `shoulder_lift_joint` (N·m), `elbow_joint` (N·m), `wrist_1_joint` (N·m), `wrist_2_joint` (N·m), `wrist_3_joint` (N·m).
+/// Columns: `shoulder_pan_joint` (N·m), `shoulder_lift_joint` (N·m), `elbow_joint` (N·m), `wrist_1_joint` (N·m), `wrist_2_joint` (N·m), `wrist_3_joint` (N·m).
 /// The unit of an entry is its row's over its column's.
 pub fn input_matrix<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 6, 6, 0>) -> [[T; 6]; 6] {
     [
@@ -553,7 +553,7 @@ pub fn input_matrix<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 6, 6, 0>) -> [[
 
 /// Total generalised force `Q = Q_C + Q_D + Q_u`, 6.
 ///
-/// Entries: `shoulder_pan_joint` (N*m), `shoulder_lift_joint` (N*m), `elbow_joint` (N*m), `wrist_1_joint` (N*m), `wrist_2_joint` (N*m), `wrist_3_joint` (N*m).
+/// Entries: `shoulder_pan_joint` (N·m), `shoulder_lift_joint` (N·m), `elbow_joint` (N·m), `wrist_1_joint` (N·m), `wrist_2_joint` (N·m), `wrist_3_joint` (N·m).
 #[allow(clippy::approx_constant, reason = "numbers as the model states them")]
 pub fn force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 6, 6, 0>) -> [T; 6] {
     let q_shoulder_lift_joint = x.q[1];
@@ -755,13 +755,13 @@ pub fn force<T: Scalar>(_p: &Parameters<T>, x: &Point<T, 6, 6, 0>) -> [T; 6] {
 pub struct EquationOfMotion<T> {
     /// Generalised inertia `M(q)`, symmetric, 6×6.
     ///
-    /// Rows: `shoulder_pan_joint` (N*m), `shoulder_lift_joint` (N*m), `elbow_joint` (N*m), `wrist_1_joint` (N*m), `wrist_2_joint` (N*m), `wrist_3_joint` (N*m).
+    /// Rows: `shoulder_pan_joint` (N·m), `shoulder_lift_joint` (N·m), `elbow_joint` (N·m), `wrist_1_joint` (N·m), `wrist_2_joint` (N·m), `wrist_3_joint` (N·m).
     /// Columns: `shoulder_pan_joint` (rad/s^2), `shoulder_lift_joint` (rad/s^2), `elbow_joint` (rad/s^2), `wrist_1_joint` (rad/s^2), `wrist_2_joint` (rad/s^2), `wrist_3_joint` (rad/s^2).
     /// The unit of an entry is its row's over its column's.
     pub mass_matrix: [[T; 6]; 6],
     /// Total generalised force `Q = Q_C + Q_D + Q_u`, 6.
     ///
-    /// Entries: `shoulder_pan_joint` (N*m), `shoulder_lift_joint` (N*m), `elbow_joint` (N*m), `wrist_1_joint` (N*m), `wrist_2_joint` (N*m), `wrist_3_joint` (N*m).
+    /// Entries: `shoulder_pan_joint` (N·m), `shoulder_lift_joint` (N·m), `elbow_joint` (N·m), `wrist_1_joint` (N·m), `wrist_2_joint` (N·m), `wrist_3_joint` (N·m).
     pub force: [T; 6],
 }
 

@@ -81,31 +81,31 @@ pub struct Parameters<T> {
     pub m_r: T,
     /// Inertia of the rolling wheel across its axle.
     ///
-    /// `I_w_r`, kg*m^2; nominal 0.000259, at least 0.
+    /// `I_w_r`, kg·m^2; nominal 0.000259, at least 0.
     pub I_w_r: T,
     /// Inertia of the rolling wheel about its axle.
     ///
-    /// `I_w_a`, kg*m^2; nominal 0.000503, at least 0.
+    /// `I_w_a`, kg·m^2; nominal 0.000503, at least 0.
     pub I_w_a: T,
     /// Inertia of the body about its centre of mass: roll,
     ///
-    /// `I_bx`, kg*m^2; nominal 0.001746, at least 0.
+    /// `I_bx`, kg·m^2; nominal 0.001746, at least 0.
     pub I_bx: T,
     /// pitch,
     ///
-    /// `I_by`, kg*m^2; nominal 0.00181, at least 0.
+    /// `I_by`, kg·m^2; nominal 0.00181, at least 0.
     pub I_by: T,
     /// and yaw.
     ///
-    /// `I_bz`, kg*m^2; nominal 0.001585, at least 0.
+    /// `I_bz`, kg·m^2; nominal 0.001585, at least 0.
     pub I_bz: T,
     /// Inertia of the reaction wheel about its axle.
     ///
-    /// `I_r_a`, kg*m^2; nominal 0.000503, at least 0.
+    /// `I_r_a`, kg·m^2; nominal 0.000503, at least 0.
     pub I_r_a: T,
     /// Inertia of the reaction wheel across its axle.
     ///
-    /// `I_r_r`, kg*m^2; nominal 0.000259, at least 0.
+    /// `I_r_r`, kg·m^2; nominal 0.000259, at least 0.
     pub I_r_r: T,
     /// Radius of the rolling wheel.
     ///
@@ -214,7 +214,7 @@ impl<T: Scalar> Wheelbot<T> {
 
 /// Generalised inertia `M(q)`, symmetric, 7×7.
 ///
-/// Rows: `x` (N), `y` (N), `roll` (N*m), `pitch` (N*m), `yaw` (N*m), `wheel` (N*m), `reaction` (N*m).
+/// Rows: `x` (N), `y` (N), `roll` (N·m), `pitch` (N·m), `yaw` (N·m), `wheel` (N·m), `reaction` (N·m).
 /// Columns: `x` (m/s^2), `y` (m/s^2), `roll` (rad/s^2), `pitch` (rad/s^2), `yaw` (rad/s^2), `wheel` (rad/s^2), `reaction` (rad/s^2).
 /// The unit of an entry is its row's over its column's.
 pub fn mass_matrix<T: Scalar>(p: &Parameters<T>, x: &Point<T, 7, 2, 0>) -> [[T; 7]; 7] {
@@ -369,7 +369,7 @@ pub fn mass_matrix<T: Scalar>(p: &Parameters<T>, x: &Point<T, 7, 2, 0>) -> [[T; 
 
 /// Bias force `Q_C`: fictitious and conservative forces, on the right-hand side, 7.
 ///
-/// Entries: `x` (N), `y` (N), `roll` (N*m), `pitch` (N*m), `yaw` (N*m), `wheel` (N*m), `reaction` (N*m).
+/// Entries: `x` (N), `y` (N), `roll` (N·m), `pitch` (N·m), `yaw` (N·m), `wheel` (N·m), `reaction` (N·m).
 pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 7, 2, 0>) -> [T; 7] {
     let q_roll = x.q[2];
     let q_pitch = x.q[3];
@@ -535,7 +535,7 @@ pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 7, 2, 0>) -> [T; 7]
 
 /// Stated and dissipative forces `Q_D` at zero input, 7.
 ///
-/// Entries: `x` (N), `y` (N), `roll` (N*m), `pitch` (N*m), `yaw` (N*m), `wheel` (N*m), `reaction` (N*m).
+/// Entries: `x` (N), `y` (N), `roll` (N·m), `pitch` (N·m), `yaw` (N·m), `wheel` (N·m), `reaction` (N·m).
 pub fn applied_force<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 7, 2, 0>) -> [T; 7] {
     [
         T::zero(),
@@ -550,8 +550,8 @@ pub fn applied_force<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 7, 2, 0>) -> [
 
 /// Input matrix `B = ∂Q/∂u`, 7×2.
 ///
-/// Rows: `x` (N), `y` (N), `roll` (N*m), `pitch` (N*m), `yaw` (N*m), `wheel` (N*m), `reaction` (N*m).
-/// Columns: `reaction` (N*m), `wheel` (N*m).
+/// Rows: `x` (N), `y` (N), `roll` (N·m), `pitch` (N·m), `yaw` (N·m), `wheel` (N·m), `reaction` (N·m).
+/// Columns: `reaction` (N·m), `wheel` (N·m).
 /// The unit of an entry is its row's over its column's.
 pub fn input_matrix<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 7, 2, 0>) -> [[T; 2]; 7] {
     [
@@ -567,7 +567,7 @@ pub fn input_matrix<T: Scalar>(_p: &Parameters<T>, _x: &Point<T, 7, 2, 0>) -> [[
 
 /// Total generalised force `Q = Q_C + Q_D + Q_u`, 7.
 ///
-/// Entries: `x` (N), `y` (N), `roll` (N*m), `pitch` (N*m), `yaw` (N*m), `wheel` (N*m), `reaction` (N*m).
+/// Entries: `x` (N), `y` (N), `roll` (N·m), `pitch` (N·m), `yaw` (N·m), `wheel` (N·m), `reaction` (N·m).
 pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 7, 2, 0>) -> [T; 7] {
     let q_roll = x.q[2];
     let q_pitch = x.q[3];
@@ -814,13 +814,13 @@ pub fn constraint_rate<T: Scalar>(p: &Parameters<T>, x: &Point<T, 7, 2, 0>) -> [
 pub struct EquationOfMotion<T> {
     /// Generalised inertia `M(q)`, symmetric, 7×7.
     ///
-    /// Rows: `x` (N), `y` (N), `roll` (N*m), `pitch` (N*m), `yaw` (N*m), `wheel` (N*m), `reaction` (N*m).
+    /// Rows: `x` (N), `y` (N), `roll` (N·m), `pitch` (N·m), `yaw` (N·m), `wheel` (N·m), `reaction` (N·m).
     /// Columns: `x` (m/s^2), `y` (m/s^2), `roll` (rad/s^2), `pitch` (rad/s^2), `yaw` (rad/s^2), `wheel` (rad/s^2), `reaction` (rad/s^2).
     /// The unit of an entry is its row's over its column's.
     pub mass_matrix: [[T; 7]; 7],
     /// Total generalised force `Q = Q_C + Q_D + Q_u`, 7.
     ///
-    /// Entries: `x` (N), `y` (N), `roll` (N*m), `pitch` (N*m), `yaw` (N*m), `wheel` (N*m), `reaction` (N*m).
+    /// Entries: `x` (N), `y` (N), `roll` (N·m), `pitch` (N·m), `yaw` (N·m), `wheel` (N·m), `reaction` (N·m).
     pub force: [T; 7],
     /// Constraint matrix `A` of `A a = b`, 2×7.
     ///
@@ -1574,7 +1574,7 @@ pub struct ConstrainedDynamicsDerivatives<T> {
     /// Derivative by the inputs `u` of: Acceleration `a` of `M a = Q + Aᵀλ`, `A a = b`; `M` must be positive definite and `A` of full row rank, 7×2.
     ///
     /// Rows: `x` (m/s^2), `y` (m/s^2), `roll` (rad/s^2), `pitch` (rad/s^2), `yaw` (rad/s^2), `wheel` (rad/s^2), `reaction` (rad/s^2).
-    /// Columns: `reaction` (N*m), `wheel` (N*m).
+    /// Columns: `reaction` (N·m), `wheel` (N·m).
     /// The unit of an entry is its row's over its column's.
     pub constrained_acceleration_by_input: [[T; 2]; 7],
     /// Derivative by the positions `q` of: Multipliers `λ` of `M a = Q + Aᵀλ`, `A a = b`; `M` must be positive definite and `A` of full row rank, 2×7.
@@ -1592,7 +1592,7 @@ pub struct ConstrainedDynamicsDerivatives<T> {
     /// Derivative by the inputs `u` of: Multipliers `λ` of `M a = Q + Aᵀλ`, `A a = b`; `M` must be positive definite and `A` of full row rank, 2×2.
     ///
     /// Rows: `rolling_x` (N), `rolling_y` (N).
-    /// Columns: `reaction` (N*m), `wheel` (N*m).
+    /// Columns: `reaction` (N·m), `wheel` (N·m).
     /// The unit of an entry is its row's over its column's.
     pub constrained_multipliers_by_input: [[T; 2]; 2],
 }
@@ -3106,7 +3106,7 @@ pub fn constrained_dynamics_derivatives<T: Scalar>(
 
 /// Derivative by the positions `q` of: Generalised inertia `M(q)`, symmetric, 7×7×7.
 ///
-/// First index: `x` (N), `y` (N), `roll` (N*m), `pitch` (N*m), `yaw` (N*m), `wheel` (N*m), `reaction` (N*m).
+/// First index: `x` (N), `y` (N), `roll` (N·m), `pitch` (N·m), `yaw` (N·m), `wheel` (N·m), `reaction` (N·m).
 /// Second index: `x` (m/s^2), `y` (m/s^2), `roll` (rad/s^2), `pitch` (rad/s^2), `yaw` (rad/s^2), `wheel` (rad/s^2), `reaction` (rad/s^2).
 /// Third index: `x` (m), `y` (m), `roll` (rad), `pitch` (rad), `yaw` (rad), `wheel` (rad), `reaction` (rad).
 /// The unit of an entry is its first index's over the others'.
@@ -3685,7 +3685,7 @@ pub fn mass_matrix_by_position<T: Scalar>(
 
 /// Derivative by the positions `q` of: Bias force `Q_C`: fictitious and conservative forces, on the right-hand side, 7×7.
 ///
-/// Rows: `x` (N), `y` (N), `roll` (N*m), `pitch` (N*m), `yaw` (N*m), `wheel` (N*m), `reaction` (N*m).
+/// Rows: `x` (N), `y` (N), `roll` (N·m), `pitch` (N·m), `yaw` (N·m), `wheel` (N·m), `reaction` (N·m).
 /// Columns: `x` (m), `y` (m), `roll` (rad), `pitch` (rad), `yaw` (rad), `wheel` (rad), `reaction` (rad).
 /// The unit of an entry is its row's over its column's.
 pub fn bias_force_by_position<T: Scalar>(p: &Parameters<T>, x: &Point<T, 7, 2, 0>) -> [[T; 7]; 7] {
@@ -4070,7 +4070,7 @@ pub fn bias_force_by_position<T: Scalar>(p: &Parameters<T>, x: &Point<T, 7, 2, 0
 
 /// Derivative by the velocities `v` of: Bias force `Q_C`: fictitious and conservative forces, on the right-hand side, 7×7.
 ///
-/// Rows: `x` (N), `y` (N), `roll` (N*m), `pitch` (N*m), `yaw` (N*m), `wheel` (N*m), `reaction` (N*m).
+/// Rows: `x` (N), `y` (N), `roll` (N·m), `pitch` (N·m), `yaw` (N·m), `wheel` (N·m), `reaction` (N·m).
 /// Columns: `x` (m/s), `y` (m/s), `roll` (rad/s), `pitch` (rad/s), `yaw` (rad/s), `wheel` (rad/s), `reaction` (rad/s).
 /// The unit of an entry is its row's over its column's.
 pub fn bias_force_by_velocity<T: Scalar>(p: &Parameters<T>, x: &Point<T, 7, 2, 0>) -> [[T; 7]; 7] {

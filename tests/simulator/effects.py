@@ -35,7 +35,9 @@ def _sign(shape):
 
 
 def _smooth(shape, ref, low=0.02, high=0.05):
-    """Width of the smooth sign, a fraction of the typical speed."""
+    """Width of the smooth sign: a fraction of the typical speed, or what the machine is given."""
+    if ref.get("width") is not None:
+        return ref["width"]
     return (low + (high - low) * shape[1]) * ref["V"]
 
 

@@ -63,6 +63,8 @@ def judge(name, truth, report, known):
             "hold": truth["hold"], "truth": true, "wanted": sorted(wanted_verdict(truth, known))[0],
             "size": min((e["visibility"] for e in truth["effects"]), default=None), "twin": has_twin(truth),
             "floor": truth["oracle"]["test"]["acc_nrmse_floor"], "estimates": []}
+    if "disturbed" in truth:
+        line["disturbed"] = sorted(truth["disturbed"])
     line |= answer(report, true, near, line["wanted"])
     return line if "error" in report else line | {"estimates": estimates(truth, report)}
 

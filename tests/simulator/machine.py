@@ -9,6 +9,7 @@ import excitation
 import oracle
 import plant
 import rollout
+from disturbing import Disturbance
 from systems import no_effects
 
 VISIBLE = 2.0
@@ -55,8 +56,11 @@ def _misread(effect, q, v, a, step):
 class Machine:
     """A system with nominal numbers, a sensor, two motions and a list of effects."""
 
-    def __init__(self, system, rng, noise_scale=1.0, feedback="true"):
+    def __init__(self, system, rng, noise_scale=1.0, feedback="true", disturbance=None, width=None):
         self.system, self.rng = system, rng
+        self.disturbed, self.disturbance = disturbance is not None, disturbance or Disturbance()
+        # A stated width may be narrow: four times the steps, so that the log is that of its numbers.
+        self.width, self.finer = width, 1 if width is None else 4
         self.driven = np.array(system.driven, dtype=np.int64)
         self.nominal = system.sample(rng)
         self.rate = int(rng.choice([200, 200, 250]))
@@ -91,8 +95,8 @@ class Machine:
                 self.open_loop[k] = excitation.draw(self.system, rng, duration, self.rate, self.typical,
                                                     amplitude * (1.0 if k == "train" else 1.1))
                 shape = (len(self.open_loop[k][0]) - 1, len(self.system.coords))
-                self.noise[k] = {name: rng.standard_normal(shape) * sd for name, sd in
-                                 (("q", self.q_sd), ("dq", self.dq_sd), ("ddq", self.ddq_sd))}
+                self.noise[k] = {name: self.disturbance.noise(rng.standard_normal(shape) * sd, self.rate)
+                                 for name, sd in (("q", self.q_sd), ("dq", self.dq_sd), ("ddq", self.ddq_sd))}
             self.seen = feedback == "measured"
             runs = [self.run(k) for k in self.durations]
             if all(self.tame(r, 0.7) for r in runs):
@@ -126,7 +130,7 @@ class Machine:
     def effect(self, name, where, on, shape):
         """An effect at its first strength, with the reference sizes of its place."""
         kind = fx.KINDS[name]
-        ref = {"planar": self.system.name == "unicycle2d"}
+        ref = {"planar": self.system.name == "unicycle2d", "width": self.width}
         if kind.family == "input":
             chosen = list(where) if isinstance(where, tuple) else [where]
             ref["U"] = float(self.input_rms[chosen].mean())
@@ -172,10 +176,12 @@ class Machine:
             elif kind == plant.LOAD_FRICTION:
                 torque = 3 * self.input_rms[self.driven == target].sum()
                 stiff = max(stiff, x[0] * torque / x[1] * self.lightness[target])
-        return int(min(40, max(round(1000 / self.rate), np.ceil(stiff / self.rate))))
+        finer = self.finer
+        return int(min(40 * finer, max(round(1000 / self.rate), np.ceil(finer * stiff / self.rate))))
 
-    def run(self, which, effects=None, projected=True):
-        """Simulates one of the two logs with the machine's effects (or those given)."""
+    def run(self, which, effects=None, projected=True, late=None):
+        """Simulates one of the two logs with the machine's effects (or those given); `late`: how late
+        each sample is, where stamps jitter."""
         chosen = self.effects if effects is None else effects
         records = fx.encode(chosen)
         p = self.system.vector(self.true_parameters(chosen))
@@ -184,9 +190,10 @@ class Machine:
         noise = self.noise[which]
         substeps = self.substeps(records) if len(records[0]) else round(1000 / self.rate)
         seen = 1.0 if self.seen else 0.0
+        late = np.zeros(len(open_loop)) if late is None else np.append(late, late[-1])
         return Run(*rollout.simulate(
             self.system.code, p, self.system.constraints, self.driven, *records, q, v, open_loop, self.gains,
-            speeds, seen * noise["q"], seen * noise["dq"], 1 / self.rate, substeps, self.first_order, projected))
+            speeds, seen * noise["q"], seen * noise["dq"], 1 / self.rate, late, substeps, self.first_order, projected))
 
     def _consistent_start(self, p, records, which):
         q, v = (x.copy() for x in self.start[which])

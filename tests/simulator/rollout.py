@@ -127,13 +127,15 @@ def rate_of(system, p, m, driven, kinds, targets, numbers, q, v, t, z, nodes, k,
 
 @njit()
 def simulate(system, p, m, driven, kinds, targets, numbers, q0, v0, open_loop, gains, speeds,
-             noise_q, noise_v, step, substeps, first_order, projected):
+             noise_q, noise_v, step, jitter, substeps, first_order, projected):
     """Runs the machine; returns q, v, a, command, acting input, hidden states, multipliers.
 
     open_loop: (N+2, nu) command without feedback; gains: rows centre, stiffness,
     damping; speeds: (N+2, nu) wanted speed; noise_q, noise_v: (N+1, n) what the
     feedback sees on top of the state. The feedback has one sample of latency when the
     command is a first-order hold (the next node must be known), none when it is held.
+    jitter: (N+2) how late each sample is; the controller reads, commands and logs then. A delay
+    of an input is counted in whole steps and goes with zeros alone.
     """
     count, n, nu = len(open_loop) - 1, len(q0), len(driven)
     Q, V, Acc = np.empty((count, n)), np.empty((count, n)), np.empty((count, n))
@@ -141,8 +143,9 @@ def simulate(system, p, m, driven, kinds, targets, numbers, q0, v0, open_loop, g
     Z, L = np.zeros((count, len(kinds))), np.empty((count, m))
     q, v, z = q0.copy(), v0.copy(), np.zeros(len(kinds))
     late = delays(nu, kinds, targets, numbers, step)
-    h = step / substeps
     for k in range(count):
+        stretch = jitter[k + 1] - jitter[k]
+        h = (step + stretch) / substeps
         fb = feedback(system, q + noise_q[k], v + noise_v[k], driven, gains[0], gains[1], gains[2],
                       speeds[k])
         if k == 0 or not first_order:
@@ -154,7 +157,7 @@ def simulate(system, p, m, driven, kinds, targets, numbers, q0, v0, open_loop, g
                 if kinds[e] == INPUT_LAG or kinds[e] == BACKLASH:
                     z[e] = nodes[0, targets[e]]
         for s in range(substeps):
-            f0, t = s / substeps, (k + s / substeps) * step
+            f0, t = s / substeps, (k + s / substeps) * step + (jitter[k] + s / substeps * stretch)
             a1, g1, lam, acting = rate_of(system, p, m, driven, kinds, targets, numbers, q, v, t, z,
                                           nodes, k, f0, late, first_order)
             if s == 0:

@@ -2,6 +2,7 @@
 """Makes random test machines: DIR/<id>/{train.csv,test.csv,nominal.json,truth.json}.
 
     python simulate.py --count 200 --seed 7 --out DIR [--jobs 2]
+    python simulate.py --set controls widths many --out DIR [--jobs 2]     frozen sets, in folders of their names
 
 Machine i of a seed does not depend on --count or --jobs. See ../README.md.
 """
@@ -14,10 +15,12 @@ from pathlib import Path
 
 import numpy as np
 
+import disturbing
 import effects as fx
 import writing
 from machine import VISIBLE, Machine, Untamed
-from systems import SYSTEMS
+from sets import frozen, recipe
+from systems import SYSTEMS, rounded
 
 CLASSES = {"none": 0.15, "parameter": 0.15, "effect": 0.48, "combo": 0.14, "unknown": 0.08}
 DRAWS = 6
@@ -60,19 +63,30 @@ def classes_for(only):
     return {wanted: 1.0}
 
 
-def tame_machine(system, rng, noise_scale, feedback):
+def tame_machine(system, rng, noise_scale, feedback, **more):
     """A machine of the system whose nominal motion stays in range."""
     for _ in range(DRAWS):
         try:
-            return Machine(system, rng, noise_scale, feedback)
+            return Machine(system, rng, noise_scale, feedback, **more)
         except Untamed:
             continue
     raise Untamed(f"{system.name}: no nominal motion in range in {DRAWS} draws")
 
 
-def build(index, seed, system=None, verdict=None, only=None, noise_scale=1.0, feedback="true"):
-    """Draws and calibrates machine `index` of a seed; returns (id, machine, class, score)."""
+def build(index, seed, system=None, verdict=None, only=None, noise_scale=1.0, feedback="true", disturbed=None,
+          width=None, given=None):
+    """Draws and calibrates machine `index` of a seed; returns (id, machine, class, score).
+
+    disturbed: names of `disturbing.py`; width: the range of the smooth sign's width, drawn by its
+    logarithm; given: effects with their places, instead of drawn ones.
+    """
     rng = np.random.default_rng([seed, index])
+    # What only some sets have is drawn apart, so that the others stay as they are.
+    own, more = np.random.default_rng([seed, index, 1]), {}
+    if disturbed is not None:
+        more["disturbance"] = disturbing.draw(disturbed, own)
+    if width:
+        more["width"] = rounded(np.exp(own.uniform(*np.log(width))))
     possible = [s for s in SYSTEMS if system in (None, s)]
     if only:
         possible = [s for s in possible if fx.places(SYSTEMS[s], only)]
@@ -86,22 +100,37 @@ def build(index, seed, system=None, verdict=None, only=None, noise_scale=1.0, fe
     drawn = str(rng.choice(list(weights), p=np.array(list(weights.values())) / sum(weights.values())))
     # Some machines leave their range with any effect: another of the system, then.
     for _ in range(DRAWS):
-        machine = tame_machine(SYSTEMS[name], rng, noise_scale, feedback)
-        score = visible_effects(machine, rng, drawn, only)
+        machine = tame_machine(SYSTEMS[name], rng, noise_scale, feedback, **more)
+        score = visible_effects(machine, rng, drawn, only, given)
         if score is not None:
             return f"s{seed}_{index:04d}_{name}", machine, drawn, score
     raise RuntimeError(f"seed {seed}, machine {index}: no motion in range")
 
 
-def visible_effects(machine, rng, verdict, only):
+def given_effects(machine, rng, given):
+    """Effects by name at the stated places, `all` for every one."""
+    found = []
+    for name, wanted in given.items():
+        for where, on in fx.places(machine.system, name):
+            if wanted == "all" or on == wanted:
+                found.append(machine.effect(name, where, on, rng.random(3)))
+    return found
+
+
+def visible_effects(machine, rng, verdict, only, given=None):
     """Gives a machine effects that show, if some draw does; its scores, None if none moves in range."""
     for _ in range(DRAWS):
-        machine.effects = draw_effects(machine, rng, verdict, only)
+        machine.effects = given_effects(machine, rng, given) if given else draw_effects(machine, rng, verdict, only)
         targets = np.exp(rng.uniform(np.log(3.0), np.log(9.0), len(machine.effects)))
         score = machine.calibrate(targets)
         if score is not None and all(s >= VISIBLE for s in machine.visibility(score)):
             break
     return score
+
+
+def make_of_set(index, entry, out):
+    """Builds and writes one machine of a frozen set."""
+    return make(index, entry["seed"], out, **recipe(entry, index))
 
 
 def make(index, seed, out, **options):
@@ -115,8 +144,10 @@ def make(index, seed, out, **options):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--count", type=int, required=True)
-    parser.add_argument("--seed", type=int, required=True)
+    sets = frozen()["simulated"]
+    parser.add_argument("--set", nargs="+", default=[], choices=sorted(sets), help="sets of frozen.toml")
+    parser.add_argument("--count", type=int, help="without --set; with it all that the set has")
+    parser.add_argument("--seed", type=int, help="without --set")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--first", type=int, default=0, help="index of the first machine")
     parser.add_argument("--jobs", type=int, default=1)
@@ -127,22 +158,33 @@ def main():
     parser.add_argument("--feedback", choices=("true", "measured"), default="true",
                         help="what the soft feedback sees: the true state, or the noisy one")
     a = parser.parse_args()
-    work = partial(make, seed=a.seed, out=a.out, system=a.system, verdict=a.verdict, only=a.only,
-                   noise_scale=a.noise_scale, feedback=a.feedback)
+    if not a.set and None in (a.count, a.seed):
+        parser.error("give --set NAME, or --count and --seed")
     try:
-        jobs = range(a.first, a.first + a.count)
-        if a.jobs == 1:
-            for index in jobs:
-                print(work(index), flush=True)
-        else:
-            work(a.first)  # fills numba's cache before the others look for it
-            with ProcessPoolExecutor(a.jobs) as pool:
-                for line in pool.map(work, jobs):
-                    print(line, flush=True)
+        for name in a.set:
+            entry = sets[name]
+            count = a.count or entry["count"] - a.first
+            run(partial(make_of_set, entry=entry, out=a.out / name), range(a.first, a.first + count), a.jobs)
+        if not a.set:
+            work = partial(make, seed=a.seed, out=a.out, system=a.system, verdict=a.verdict, only=a.only,
+                           noise_scale=a.noise_scale, feedback=a.feedback)
+            run(work, range(a.first, a.first + a.count), a.jobs)
     except (ValueError, RuntimeError) as error:
         print(f"simulate.py: {error}", file=sys.stderr)
         return 2
     return 0
+
+
+def run(work, indices, jobs):
+    """Makes machines and prints a line about each."""
+    if jobs == 1:
+        for index in indices:
+            print(work(index), flush=True)
+        return
+    work(indices[0])  # fills numba's cache before the others look for it
+    with ProcessPoolExecutor(jobs) as pool:
+        for line in pool.map(work, indices):
+            print(line, flush=True)
 
 
 if __name__ == "__main__":

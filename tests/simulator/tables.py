@@ -38,6 +38,8 @@ def rates(lines, details):
         for g in sorted(groups):
             print(f"{g:28s} {rate(groups[g], 'exact')}  {rate(groups[g], 'accepted')}  {rate(groups[g], 'leading')}")
     block("class / wanted verdict", lambda x: [f"{x['class']} -> {x['wanted']}", "all"])
+    if any("disturbed" in x for x in lines):
+        block("disturbed by", lambda x: [" + ".join(x["disturbed"]) or "nothing"] if "disturbed" in x else [])
     if details:
         block("effect", lambda x: sorted({t[0] for t in x["truth"]}) or ["-"])
         block("system", lambda x: [x["system"]])

@@ -15,30 +15,26 @@ import argparse
 import json
 import subprocess
 import sys
-import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import running
 import tables
 from judging import ROOT, judge, judge_measured, judge_scenario, library
+from sets import frozen
 
 HERE = Path(__file__).parent
 SHARED = ROOT.parent / "shared" / "data"
 
 
-def frozen():
-    """The sets that never change."""
-    return tomllib.loads((HERE / "frozen.toml").read_text())
-
-
-def simulate(folder, seed, count, jobs):
-    """Makes the machines of a seed that are not there yet."""
+def simulate(folder, seed, count, jobs, name=None):
+    """Makes the machines of a seed, or of a frozen set, that are not there yet."""
     there = {int(p.name.split("_")[1]) for p in folder.glob(f"s{seed}_*") if (p / "truth.json").exists()}
     missing = [i for i in range(count) if i not in there]
     if missing:
+        which = ["--set", name, "--out", str(folder.parent)] if name else ["--seed", str(seed), "--out", str(folder)]
         command = [sys.executable, str(HERE / "simulate.py"), "--first", str(missing[0]),
-                   "--count", str(count - missing[0]), "--seed", str(seed), "--out", str(folder), "--jobs", str(jobs)]
+                   "--count", str(count - missing[0]), "--jobs", str(jobs), *which]
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     return sorted(p for p in folder.glob(f"s{seed}_*") if int(p.name.split("_")[1]) < count)
 
@@ -51,7 +47,7 @@ def cases(a):
         if name in known["simulated"]:
             entry = known["simulated"][name]
             look = look and not entry["counted"]
-            folders = simulate(a.machines / name, entry["seed"], entry["count"], a.jobs)
+            folders = simulate(a.machines / name, entry["seed"], entry["count"], a.jobs, name)
             found += [("simulated", running.simulated(f), json.loads((f / "truth.json").read_text())) for f in folders]
         elif name == "scenarios":
             for log, entry in known["scenarios"].items():

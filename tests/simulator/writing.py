@@ -6,6 +6,7 @@ import numpy as np
 
 from machine import VISIBLE
 
+JITTERED = "%.6f"
 NUMBER = {"t": "%.4f", "q": "%.6f", "dq": "%.5f", "ddq": "%.4f", "u": "%.5f"}
 NOISE_FREE = {"t": "%.4f", "q": "%.12g", "dq": "%.12g", "ddq": "%.12g", "u": "%.5f"}
 PIPELINE = {
@@ -58,8 +59,13 @@ def _effect(machine, effect, visibility, near):
         elif kind.name not in ("speed_drag", "rolling_resistance", "contact_friction", "payload", "com_offset",
                                "gravity_tilt"):
             params = {"coord": effect.on[0], **params}
-    return {"type": kind.name, "on": effect.on, "family": kind.family, "formula": kind.formula, "params": params,
-            "visibility": float(f"{visibility:.4g}"), "near_equivalents": near}
+    found = {"type": kind.name, "on": effect.on, "family": kind.family, "formula": kind.formula, "params": params,
+             "visibility": float(f"{visibility:.4g}"), "near_equivalents": near}
+    if machine.width is not None:
+        numbers = effect.parameters()
+        found["statement"] = (f"effect {kind.name}({effect.on[0]}) "
+                              f"{{ f_c = {numbers['Fc']!r}, v_s = {numbers['vs']!r} }}")
+    return found
 
 
 def truth(name, machine, verdict, score, seed, index):
@@ -72,7 +78,7 @@ def truth(name, machine, verdict, score, seed, index):
         oracle[which] = {"scale_acc": _short(s["scale"]), "acc_rmse_floor": _short(floor_rmse),
                          "acc_rmse_nominal": _short(base_rmse), "acc_nrmse_floor": float(f"{floor:.6g}"),
                          "acc_nrmse_nominal": float(f"{base:.6g}"), "ratio": float(f"{base / floor:.5g}")}
-    return {
+    found = {
         **_head(name, machine), "class": verdict,
         "effects": [_effect(machine, *e) for e in zip(machine.effects, shown, near)],
         "identifiable": all(s >= VISIBLE for s in shown),
@@ -87,6 +93,9 @@ def truth(name, machine, verdict, score, seed, index):
                 "dt": 1 / machine.rate / _substeps(machine)},
         "oracle": oracle,
     }
+    if machine.disturbed:
+        found["disturbed"] = machine.disturbance.truth()
+    return found
 
 
 def _substeps(machine):
@@ -96,11 +105,16 @@ def _substeps(machine):
     return machine.substeps(records) if len(records[0]) else round(1000 / machine.rate)
 
 
-def log(path, machine, which, run):
-    """Writes one CSV."""
+def log(path, machine, which, run, rng):
+    """Writes one CSV; returns the numbers of the rows with a wild cell, by column."""
+    stamps, number = np.arange(len(run.q)) / machine.rate, NUMBER if machine.quantum.any() else NOISE_FREE
+    if machine.disturbance.jitter:
+        late = machine.disturbance.lateness(len(stamps), machine.rate, rng)
+        stamps, number, run = stamps + late, {**number, "t": JITTERED}, machine.run(which, late=late)
+        if not machine.tame(run):
+            raise RuntimeError(f"{path}: with stamps that jitter the machine leaves its range")
     channels = {**machine.measured(which, run), "u": run.command}
-    number = NUMBER if machine.quantum.any() else NOISE_FREE
-    header, columns, formats = ["t"], [np.arange(len(run.q)) / machine.rate], [number["t"]]
+    header, columns, formats = ["t"], [stamps], [number["t"]]
     for channel in machine.columns:
         names = machine.system.inputs if channel == "u" else machine.system.coords
         header += [f"{channel}_{n}" for n in names]
@@ -108,14 +122,21 @@ def log(path, machine, which, run):
         formats += [number[channel]] * len(names)
     blank = machine.margin()
     rows = np.stack(columns, axis=1)[blank:len(run.q) - blank]
+    cells, wild = machine.disturbance.wild(rows, rng)
+    rows[tuple(cells.T)] += wild
     np.savetxt(path, rows, fmt=formats, delimiter=",", header=",".join(header), comments="")
+    return {name: cells[cells[:, 1] == i, 0].tolist() for i, name in enumerate(header) if i}
 
 
 def write(folder, name, machine, verdict, score, seed, index):
-    """Writes the four files of a machine (and a URDF of an arm); returns the truth."""
+    """Writes the four files of a machine (a URDF of an arm, where cells are wild); returns the truth."""
     folder.mkdir(parents=True, exist_ok=True)
-    for which in machine.durations:
-        log(folder / f"{which}.csv", machine, which, score[which]["run"])
+    wild = {}
+    for i, which in enumerate(machine.durations):
+        rng = np.random.default_rng([seed, index, 2, i])
+        wild[which] = log(folder / f"{which}.csv", machine, which, score[which]["run"], rng)
+    if machine.disturbance.outliers:
+        (folder / "wild.json").write_text(json.dumps(wild) + "\n")
     found = truth(name, machine, verdict, score, seed, index)
     (folder / "nominal.json").write_text(json.dumps(nominal(name, machine), indent=1) + "\n")
     (folder / "truth.json").write_text(json.dumps(found, indent=1) + "\n")

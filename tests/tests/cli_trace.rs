@@ -119,21 +119,16 @@ fn a_value_out_of_bounds() {
     insta::assert_snapshot!(said.replace(folder.path().to_str().unwrap(), "FOLDER"));
 }
 
-/// A linkage whose angles do not close is another machine.
+/// A linkage of which each joint turns as it likes is another machine: no sensor's error and no
+/// length closes it, so that nothing is searched for.
 #[test]
 fn a_log_that_breaks_the_constraint() {
     let mut log = String::from("t,q_j1,q_j2,q_j3,u_j1\n");
     for k in 0..400 {
         let t = 0.01 * f64::from(k);
-        let swing = (2.0 * t).sin();
-        writeln!(
-            log,
-            "{t},{},{},{},0",
-            0.3 * swing,
-            0.5 + 0.2 * swing,
-            0.1 * swing
-        )
-        .unwrap();
+        let swings = [2.0, 3.1].map(|rate: f64| 0.3 * (rate * t).sin());
+        let [first, second] = [5.0 * t + swings[0], 0.5 + 3.3 * t + swings[1]];
+        writeln!(log, "{t},{first},{second},{},0", -7.1 * t).unwrap();
     }
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.csv");
@@ -151,6 +146,39 @@ fn a_log_that_breaks_the_constraint() {
         said.contains("check that the columns, signs and geometry"),
         "{said}"
     );
+}
+
+/// A follower that is read with an offset, which can be found, and moves besides as no cam makes
+/// it: what is found leaves another machine's log.
+#[test]
+fn a_log_that_breaks_the_constraint_behind_its_offset() {
+    const CAM: &str = "model cam; coordinate angle: rad; coordinate height: m; input angle: N*m;
+        parameter i: kg*m^2 = 0.02; parameter m: kg = 0.5; parameter lift: m = 0.1;
+        kinetic i/2*dot(angle)^2 + m/2*dot(height)^2; force angle = input(angle);
+        constraint cam: height == lift*(angle^2 + angle);";
+    let mut log = String::from("t,q_angle,q_height,u_angle\n");
+    for k in 0..300 {
+        let t = 0.01 * f64::from(k);
+        let (mut angle, mut v, mut a) = (0.0, 0.0, 0.0);
+        for (size, rate) in [(0.5, 2.0_f64), (0.3, 5.0)] {
+            let (sin, cos) = (rate * t).sin_cos();
+            angle += size * sin;
+            v += size * rate * cos;
+            a -= size * rate * rate * sin;
+        }
+        let slope = 0.1 * (2.0 * angle + 1.0);
+        let u = 0.02 * a + 0.5 * (slope * a + 0.2 * v * v) * slope;
+        let height = 0.1 * (angle * angle + angle) + 0.2 + 0.06 * (9.0 * t).sin();
+        writeln!(log, "{t:.2},{angle:.4},{height:.4},{u:.6}").unwrap();
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let [model, path] = ["cam.model", "log.csv"].map(|name| folder.path().join(name));
+    fs::write(&model, CAM).unwrap();
+    fs::write(&path, log).unwrap();
+    let [model, path] = [&model, &path].map(|path| path.to_str().unwrap());
+    let said = refuse(&["trace", model, path], "");
+    let expected = "error: the log does not fulfil constraint `cam`";
+    assert!(said.starts_with(expected), "{said}");
 }
 
 /// Columns with names of their own, in degrees and milliseconds: refused with a map to start

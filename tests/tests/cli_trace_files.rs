@@ -7,7 +7,8 @@ mod cli;
 use cli::{refuse, succeed};
 use std::fmt::Write;
 use std::fs;
-use std::os::unix::fs::{PermissionsExt, symlink};
+use std::os::unix::fs::{MetadataExt, PermissionsExt, chown, symlink};
+use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -123,11 +124,21 @@ fn mode(path: &Path) -> u32 {
     fs::metadata(path).unwrap().permissions().mode() & 0o7777
 }
 
-/// Through a link, with the rights that the file had; and a report whose folder can be moved.
+fn owner(path: &Path) -> (u32, u32) {
+    let found = fs::metadata(path).unwrap();
+    (found.uid(), found.gid())
+}
+
+/// Through a link, with the owner and the rights that the file had; and a report whose folder can be moved.
 #[test]
 fn a_model_keeps_its_rights_and_a_report_holds_what_its_model_needs() {
     let bench = Bench::new();
     let model = bench.path("arm.model");
+    // Nobody but the system's administrator can give a file away.
+    if owner(&model).0 == 0 {
+        chown(&model, Some(54_321), Some(12_345)).unwrap();
+    }
+    let owned = owner(&model);
     fs::set_permissions(&model, fs::Permissions::from_mode(0o640)).unwrap();
     symlink("arm.model", bench.path("link.model")).unwrap();
     let arguments = bench.trace("link.model");
@@ -138,7 +149,7 @@ fn a_model_keeps_its_rights_and_a_report_holds_what_its_model_needs() {
     assert!(said.starts_with("The model lacks viscous (j)."), "{said}");
     assert!(said.contains("\nWritten into "), "{said}");
     assert!(bench.path("link.model").is_symlink());
-    assert_eq!(mode(&model), 0o640);
+    assert_eq!((mode(&model), owner(&model)), (0o640, owned));
     let text = bench.read("arm.model");
     assert!(text.contains("effect viscous(j)"), "{text}");
     assert_eq!(
@@ -205,6 +216,35 @@ fn what_was_found_is_told_though_nothing_can_be_written() {
         assert!(stderr.contains(&expected), "{stderr}");
     }
     assert_eq!(bench.read("arm.model"), edited);
+    assert_eq!(bench.leftovers(), 0);
+}
+
+/// Interrupted while it searches, a trace leaves the model as it was, and no part of a report.
+#[test]
+fn an_interrupted_trace_writes_nothing() {
+    let bench = Bench::new();
+    let before = bench.read("arm.model");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_dynamics_under_test"))
+        .current_dir(cli::root())
+        .args(bench.trace("arm.model"))
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    // The folder is made when the model has been read, long before the search is over.
+    while !bench.path("report").exists() {
+        assert!(child.try_wait().unwrap().is_none(), "it is over already");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let sent = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(sent.unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.signal(), Some(2), "{}", output.status);
+    assert!(output.stdout.is_empty());
+    assert_eq!(bench.read("arm.model"), before);
+    assert_eq!(fs::read_dir(bench.path("report")).unwrap().count(), 0);
     assert_eq!(bench.leftovers(), 0);
 }
 

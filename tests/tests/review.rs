@@ -18,7 +18,7 @@ fn every_model_has_a_current_sheet() {
     });
 }
 
-/// Effects, channels, outputs, priors, one-sided bounds: what the models do not have.
+/// Effects, channels, outputs, one-sided bounds: what the models do not have.
 #[test]
 fn everything_a_model_can_have() {
     let compiled = models::read(models::EVERYTHING);

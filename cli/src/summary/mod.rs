@@ -55,15 +55,8 @@ struct ParameterSummary {
     value: f64,
     lower: Option<f64>,
     upper: Option<f64>,
-    prior: Option<Prior>,
     effect: Option<String>,
     description: String,
-}
-
-#[derive(Debug, Clone, Serialize)]
-struct Prior {
-    mean: f64,
-    sd: f64,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -173,7 +166,6 @@ fn parameters(model: &Model, values: &[f64]) -> Vec<ParameterSummary> {
         value,
         lower: finite(p.lower),
         upper: finite(p.upper),
-        prior: p.prior.map(|(mean, sd)| Prior { mean, sd }),
         effect: p.effect.map(effect),
         description: p.doc.clone(),
     };

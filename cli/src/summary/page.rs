@@ -1,6 +1,6 @@
 //! The summary as text for people.
 
-use super::{Operations, Prior, Summary, Variables};
+use super::{Operations, Summary, Variables};
 use crate::page::{Table, count, first_line};
 use crate::parameters::{bounds, number};
 use dynamics_codegen::dimension::shown_unit;
@@ -70,19 +70,17 @@ impl Summary {
             } else {
                 format!("in {bounds}")
             };
-            let mut remarks = Vec::new();
-            if p.value != p.nominal {
-                remarks.push(format!("nominal {}", number(p.nominal)));
-            }
-            if let Some(Prior { mean, sd }) = p.prior {
-                remarks.push(format!("prior {} ± {}", number(mean), number(sd)));
-            }
+            let remark = if p.value == p.nominal {
+                String::new()
+            } else {
+                format!("nominal {}", number(p.nominal))
+            };
             table.row([
                 &p.name,
                 &number(p.value),
                 &shown_unit(&p.unit),
                 &bounds,
-                &remarks.join(", "),
+                &remark,
                 first_line(&p.description),
             ]);
         }

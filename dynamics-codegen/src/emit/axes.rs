@@ -2,7 +2,7 @@
 
 use super::plan::Entry;
 use crate::derive::{Expansion, Group, Term};
-use crate::dimension::Dimension;
+use crate::dimension::{Dimension, shown_unit};
 use crate::graph::SymbolId;
 use crate::model::{Constraint, ConstraintKind, Coordinate, Model};
 
@@ -60,7 +60,7 @@ impl Axes {
             let entries = model.states.iter().map(|z| Entry {
                 name: z.name.clone(),
                 unit: match order {
-                    0 => z.unit.clone(),
+                    0 => shown_unit(&z.unit),
                     _ => text(z.dimension.map(|d| over_time(d, order))),
                 },
             });
@@ -72,7 +72,7 @@ impl Axes {
         });
         let parameters = model.parameters.iter().map(|p| Entry {
             name: p.name.clone(),
-            unit: p.unit.clone(),
+            unit: shown_unit(&p.unit),
         });
         Self {
             force: coordinates(&|c| text(c.dimension.map(|d| Dimension::ENERGY / d))),
@@ -176,20 +176,20 @@ pub fn arguments(model: &Model) -> Vec<SymbolId> {
 fn driving(model: &Model) -> Vec<Entry> {
     let commanded = model.inputs.iter().map(|u| Entry {
         name: u.name.clone(),
-        unit: u.unit.clone(),
+        unit: shown_unit(&u.unit),
     });
     let delayed = model.delays.iter().map(|d| Entry {
         name: d.name.clone(),
-        unit: model.inputs[d.input].unit.clone(),
+        unit: shown_unit(&model.inputs[d.input].unit),
     });
     commanded.chain(delayed).collect()
 }
 
-/// The unit of a coordinate's `order`-th derivative, in the words of the model.
+/// The unit of a coordinate's `order`-th derivative, as the model names it.
 pub(super) fn coordinate_unit(coordinate: &Coordinate, order: i32) -> String {
     let simple = !coordinate.unit.is_empty() && !coordinate.unit.contains(['/', '^', '*']);
     match order {
-        0 => coordinate.unit.clone(),
+        0 => shown_unit(&coordinate.unit),
         1 if simple => format!("{}/s", coordinate.unit),
         n if simple => format!("{}/s^{n}", coordinate.unit),
         n => text(coordinate.dimension.map(|d| over_time(d, n))),
@@ -200,6 +200,7 @@ fn over_time(dimension: Dimension, order: i32) -> Dimension {
     dimension / Dimension::TIME.powi(order)
 }
 
-fn text(dimension: Option<Dimension>) -> String {
-    dimension.map_or_else(String::new, |d| d.to_string())
+/// A unit for whoever reads what was generated; nothing where there is none.
+pub(super) fn text(dimension: Option<Dimension>) -> String {
+    dimension.map_or_else(String::new, |d| shown_unit(&d.to_string()))
 }

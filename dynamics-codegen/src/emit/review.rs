@@ -1,10 +1,11 @@
 //! The review sheet: what a model is, on a page that is read when it changes.
 
-use super::axes::coordinate_unit;
+use super::axes::{coordinate_unit, text};
 use super::counts;
 use super::emission::Emission;
 use super::text::{decimal, one_line, plain_lines};
 use crate::compile::Compiled;
+use crate::dimension::shown_unit;
 use crate::graph::{ExprId, SymbolId};
 use crate::model::{ConstraintKind, Model, Parameter};
 use std::collections::HashMap;
@@ -134,7 +135,7 @@ impl<'a> Sheet<'a> {
                 .filter(|s| !s.is_empty());
             rows.push([
                 one_line(&u.name),
-                u.unit.clone(),
+                shown_unit(&u.unit),
                 doc.collect::<Vec<_>>().join("; "),
             ]);
         }
@@ -148,7 +149,7 @@ impl<'a> Sheet<'a> {
         }
         heading(out, "states", self.model.states.len())?;
         for z in &self.model.states {
-            writeln!(out, "  {} {}", one_line(&z.name), z.unit)?;
+            writeln!(out, "  {} {}", one_line(&z.name), shown_unit(&z.unit))?;
             for line in plain_lines(&z.doc) {
                 writeln!(out, "    {line}")?;
             }
@@ -163,10 +164,9 @@ impl<'a> Sheet<'a> {
         let rows = self.model.parameters.iter().map(|p| {
             [
                 one_line(&p.name),
-                p.unit.clone(),
+                shown_unit(&p.unit),
                 decimal(p.nominal),
                 bounds(p),
-                prior(p),
                 one_line(&p.doc),
             ]
         });
@@ -245,7 +245,7 @@ impl<'a> Sheet<'a> {
     fn outputs(&self, out: &mut String) -> std::fmt::Result {
         heading(out, "outputs", self.model.outputs.len())?;
         let rows = self.model.outputs.iter().map(|output| {
-            let unit = output.dimension.map_or_else(String::new, |d| d.to_string());
+            let unit = text(output.dimension);
             [
                 one_line(&output.name),
                 unit,
@@ -262,7 +262,11 @@ impl<'a> Sheet<'a> {
             let places: Vec<String> = effect.on.iter().map(|(_, name)| one_line(name)).collect();
             let values = effect.parameters.iter().map(|&index| {
                 let p = &self.model.parameters[index];
-                let unit = if p.unit == "1" { "" } else { p.unit.as_str() };
+                let unit = if p.unit == "1" {
+                    String::new()
+                } else {
+                    shown_unit(&p.unit)
+                };
                 let text = format!("{} = {} {unit}", one_line(&p.name), decimal(p.nominal));
                 text.trim_end().to_string()
             });
@@ -332,12 +336,6 @@ fn bounds(p: &Parameter) -> String {
             format!("in {}..{}", side(lower, p.lower), side(upper, p.upper))
         }
     }
-}
-
-fn prior(p: &Parameter) -> String {
-    p.prior.map_or_else(String::new, |(mean, sd)| {
-        format!("prior {} ± {}", decimal(mean), decimal(sd))
-    })
 }
 
 /// Rows with their cells in columns; a column in which nothing stands is left out.

@@ -100,8 +100,6 @@ pub struct Parameter {
     pub upper: f64,
     /// How many values a search tries within the bounds, if stated.
     pub tries: Option<usize>,
-    /// Mean and standard deviation believed beforehand, if stated.
-    pub prior: Option<(f64, f64)>,
     /// Its variable.
     pub symbol: SymbolId,
     /// Which of the model's effects it belongs to, if any.

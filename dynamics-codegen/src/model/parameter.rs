@@ -30,7 +30,9 @@ impl Builder<'_> {
         };
         let value = value.unwrap_or(0.0);
         let (lower, upper) = self.range(bounds);
-        let prior = prior.and_then(|p| self.prior(p, &name.text));
+        if let Some(prior) = prior {
+            self.refuse(prior, name);
+        }
         let dimension = unit.and_then(|unit| self.dimension(unit));
         let binding = Binding::Parameter(self.model.parameters.len());
         if !self.bind(name, binding) {
@@ -58,7 +60,6 @@ impl Builder<'_> {
             lower,
             upper,
             tries: None,
-            prior,
             symbol,
             effect: self.effect,
             doc: doc.to_string(),
@@ -87,21 +88,13 @@ impl Builder<'_> {
         (lower, upper)
     }
 
-    /// `prior normal(mean, sd)`: both as numbers.
-    fn prior(&mut self, prior: &Prior, name: &str) -> Option<(f64, f64)> {
-        let (mean, sd) = (self.number(&prior.mean)?, self.number(&prior.sd)?);
-        if sd > 0.0 {
-            let at = prior.mean.span.to(prior.sd.span);
-            let message = format!("the prior of `{name}` is not read yet");
-            self.report::<()>(Diagnostic::warning(at, message).help(
-                "a search knows bounds alone: state them with `in lower..upper`, or leave the prior for later",
-            ));
-            return Some((mean, sd));
-        }
-        self.report(Diagnostic::error(
-            prior.sd.span,
-            "a standard deviation is greater than zero",
-        ))
+    /// `prior normal(mean, sd)`: part of the language, but nothing makes use of it.
+    fn refuse(&mut self, prior: &Prior, name: &Name) {
+        let at = prior.mean.span.to(prior.sd.span);
+        let message = format!("the prior of `{}` is not read yet", name.text);
+        self.report::<()>(Diagnostic::error(at, message).help(
+            "a search knows bounds alone: state them with `in lower..upper`, or leave the prior for later",
+        ));
     }
 
     /// `try 20`: how many values a search tries.

@@ -538,7 +538,6 @@ impl Builder<'_> {
             lower,
             upper: f64::INFINITY,
             tries: None,
-            prior: None,
             symbol,
             effect: None,
             doc: String::new(),

@@ -11,6 +11,10 @@ use crate::source::{SourceId, Span};
 pub(super) const MAX_DEPTH: usize = 64;
 /// A model file may have this many bytes: it is a page, not a data set.
 pub(super) const MAX_BYTES: usize = 4 << 20;
+/// Bytes of a name or of a number at most. Names stand in every line of generated code, the model's
+/// in front of every one of C's, and what is called after a name of a robot description may be
+/// longer than that. An integer is read in time with the square of its digits.
+pub(super) const LONGEST_WORD: usize = 512;
 const EMPTY: &str =
     "a model begins with `model name;`, an effect template with `effect name(joint);`";
 /// Past this many findings the file is not what it claims to be.
@@ -118,6 +122,12 @@ impl Scan<'_> {
         let rest = &self.text[self.at..];
         let is_part = |c: char| c.is_alphanumeric() || c == '_';
         let end = rest.find(|c| !is_part(c)).unwrap_or(rest.len());
+        if end > LONGEST_WORD {
+            let message = format!("a name or a number has at most {LONGEST_WORD} bytes");
+            self.fault(end, message);
+            self.at += end;
+            return;
+        }
         let word = &rest[..end];
         let plain = word.bytes().all(|b| b.is_ascii_digit())
             || (word.is_ascii() && !word.starts_with(|c: char| c.is_ascii_digit()));

@@ -1,6 +1,7 @@
 //! A token stream that knows its place.
 
 use super::ast::Name;
+use super::lexical::LONGEST_WORD;
 use crate::diagnostic::Diagnostic;
 use crate::source::{SourceId, Span};
 use syn::ext::IdentExt;
@@ -200,7 +201,14 @@ impl<'a> Stream<'a> {
     /// Reads a word that is to be a name; a name that is no word stands in quotes.
     pub fn name(&mut self, what: &str) -> Parsed<Name> {
         if self.input.peek(syn::LitStr) {
-            return self.text(what);
+            let name = self.text(what)?;
+            return match name.text.len() <= LONGEST_WORD {
+                true => Ok(name),
+                false => {
+                    let message = format!("a name has at most {LONGEST_WORD} bytes");
+                    Err(Box::new(Diagnostic::error(name.span, message)))
+                }
+            };
         }
         let unexpected = |stream: &Self| {
             Box::new(Diagnostic::error(stream.here(), format!("expected {what}")).label(what))

@@ -35,8 +35,15 @@ pub(super) fn check(
     }
 }
 
+/// Bytes of a name at most: names stand in every line of generated code.
+const LONGEST_NAME: usize = 256;
+
 /// Names become those of coordinates, columns of logs and lines of reports.
 fn check_name(at: Span, value: &str, name: &str) -> Option<Diagnostic> {
+    if value.len() > LONGEST_NAME {
+        let message = format!("{name} has more than {LONGEST_NAME} bytes");
+        return Some(Diagnostic::error(at, message).label("expected a shorter name"));
+    }
     let control = value.chars().find(|c| c.is_control())?;
     let code = u32::from(control);
     let what = match control {

@@ -274,6 +274,17 @@ pub enum ProblemKind {
         /// Samples needed.
         minimum: usize,
     },
+    /// A sensor that is frozen for nearly all of the log.
+    #[error(
+        "the sensor says one value while its coordinate moves, so that {left} samples are left; expected at \
+         least {minimum}"
+    )]
+    Frozen {
+        /// Samples in which no sensor is frozen.
+        left: usize,
+        /// Samples needed.
+        minimum: usize,
+    },
 }
 
 impl ProblemKind {
@@ -321,6 +332,9 @@ impl ProblemKind {
                 return format!("say in the log's map what they are: `[time] unit = \"{unit}\"`");
             }
             Self::TooShort { .. } => "record for longer or at a higher rate",
+            Self::Frozen { .. } => {
+                "delete the column if it is a velocity's, which need not be there; repair a position's sensor and record again"
+            }
         }
         .to_owned()
     }

@@ -170,4 +170,21 @@ mod tests {
             assert_eq!(swing(with_velocity, true).len(), 600);
         }
     }
+
+    /// A velocity that was never wired up leaves nothing to look at.
+    #[test]
+    fn a_sensor_that_is_always_frozen_is_refused() {
+        let mut text = String::from("t,q_j,dq_j,u_j\n");
+        for k in 0..200 {
+            let t = 0.01 * f64::from(k);
+            writeln!(text, "{t},{},0,{}", (1.3 * t).sin(), t.cos()).unwrap();
+        }
+        let joint = ["j".to_string()];
+        let log = Log::from_bytes("swing.csv", text.as_bytes()).unwrap();
+        insta::assert_snapshot!(log.select(&joint, &joint).unwrap_err(), @r"
+        swing.csv: 1 problem in the log
+          column `dq_j`: the sensor says one value while its coordinate moves, so that 0 samples are left; expected at least 50
+            mend: delete the column if it is a velocity's, which need not be there; repair a position's sensor and record again
+        ");
+    }
 }

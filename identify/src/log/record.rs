@@ -1,7 +1,8 @@
 //! The channels of a log that belong to a model.
 
 use super::error::{LogError, ProblemKind, Problems};
-use super::{Log, Warning, health, median};
+use super::{Log, MINIMUM_SAMPLES, Warning, health, median};
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 /// A step longer than this many median steps is a gap.
@@ -182,6 +183,18 @@ pub(super) fn select(
         warnings: log.warnings.clone(),
     };
     health::examine(&mut record);
+    // The log itself was long enough, or it would not have been read.
+    if record.len() < MINIMUM_SAMPLES {
+        let frozen = record.warnings.iter().filter_map(|warning| match warning {
+            Warning::Frozen { column, .. } => Some(column),
+            _ => None,
+        });
+        for column in frozen.collect::<BTreeSet<_>>() {
+            let (left, minimum) = (record.len(), MINIMUM_SAMPLES);
+            problems.push(None, Some(column), ProblemKind::Frozen { left, minimum });
+        }
+        return Err(problems.into_error(&log.path));
+    }
     Ok(record)
 }
 

@@ -51,7 +51,7 @@ pub enum TraceError {
     /// The log does not obey a constraint of the model.
     #[error(
         "the log does not fulfil constraint `{constraint}`: it is off by {violation:.3e} (root mean \
-         square), at t = {time} s by {worst:.3e}, but the sensors' noise explains {expected:.3e} only; \
+         square), at t = {time:.6} s by {worst:.3e}, but the sensors' noise explains {expected:.3e} only; \
          check that the columns, signs and geometry belong to this machine"
     )]
     Constraint {

@@ -110,8 +110,17 @@ fn all(arguments: &Arguments) -> io::Result<bool> {
         None => Kind::ALL.to_vec(),
     };
     println!(
-        "{:8} {:>9} {:>9} {:>9} {:>8} {:>9} {:>9} {:>7}",
-        "kind", "inputs", "accepted", "MB", "s", "slowest s", "(number)", "failed"
+        "{:8} {:>9} {:>9} {:>9} {:>8} {:>9} {:>9} {:>10} {:>10} {:>7}",
+        "kind",
+        "inputs",
+        "accepted",
+        "MB",
+        "s",
+        "slowest s",
+        "(number)",
+        "longest, B",
+        "memory, MB",
+        "failed"
     );
     let (mut clean, mut peak) = (true, 0);
     for kind in kinds {
@@ -146,7 +155,7 @@ fn worker_command(program: &Path, arguments: &Arguments, kind: Kind, range: Rang
 fn report(kind: Kind, tally: &Tally) {
     let (slowest, seconds) = tally.slowest;
     println!(
-        "{:8} {:9} {:9} {:9.1} {:8.1} {:9.3} {:9} {:7}",
+        "{:8} {:9} {:9} {:9.1} {:8.1} {:9.3} {:9} {:10} {:10} {:7}",
         kind.name(),
         tally.run,
         tally.accepted,
@@ -154,6 +163,8 @@ fn report(kind: Kind, tally: &Tally) {
         tally.seconds,
         seconds,
         slowest,
+        tally.longest.1,
+        tally.peak_kib / 1000,
         tally.failures.len()
     );
     for (index, message) in &tally.failures {

@@ -37,6 +37,8 @@ pub struct Tally {
     pub accepted: u64,
     /// All their bytes.
     pub bytes: u64,
+    /// The longest, with its bytes.
+    pub longest: (u64, u64),
     /// All their time, s.
     pub seconds: f64,
     /// The slowest, with its time, s.
@@ -182,7 +184,11 @@ impl Watch<'_> {
         let tally = &mut *self.tally;
         tally.run += 1;
         tally.accepted += u64::from(word == "accepted");
-        tally.bytes += bytes.parse().unwrap_or(0);
+        let bytes = bytes.parse().unwrap_or(0);
+        tally.bytes += bytes;
+        if bytes > tally.longest.1 {
+            tally.longest = (index, bytes);
+        }
         tally.seconds += seconds;
         tally.peak_kib = tally.peak_kib.max(peak);
         if seconds > tally.slowest.1 {
@@ -221,6 +227,7 @@ mod tests {
             run: 2,
             accepted: 1,
             bytes: 10,
+            longest: (0, 7),
             seconds: 2.75,
             slowest: (1, 2.5),
             peak_kib: 1000,

@@ -75,6 +75,22 @@ pub fn read_log(path: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
     (heading, lines.map(numbers).collect())
 }
 
+/// A robot description: links one behind the other, each turning about another axis.
+pub fn chain(links: usize) -> String {
+    let mut text = String::from("<robot name=\"chain\"><link name=\"link_0\"/>\n");
+    for k in 1..=links {
+        let axis = ["1 0 0", "0 1 0", "0 0 1"][k % 3];
+        let parent = k - 1;
+        text += &format!(
+            r#"<link name="link_{k}"><inertial><origin xyz="0.03 0.02 -0.1"/><mass value="1.{k}"/>
+            <inertia ixx="0.02" ixy="0.001" ixz="0.002" iyy="0.021" iyz="0.001" izz="0.01"/></inertial></link>
+            <joint name="joint_{k}" type="continuous"><parent link="link_{parent}"/><child link="link_{k}"/>
+            <origin xyz="0.01 0.02 -0.2" rpy="0.1 0.2 0.3"/><axis xyz="{axis}"/></joint>"#,
+        );
+    }
+    text + "</robot>"
+}
+
 /// `|a - b|`, as a share of their size.
 pub fn gap(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());

@@ -1,6 +1,7 @@
 //! The `.h` file: types and declarations.
 
 use super::{Lines, Unit, comment};
+use crate::dimension::shown_unit;
 use crate::emit::axes::{coordinate_unit, inputs};
 use crate::emit::naming::c_member;
 use crate::emit::plan::{Entry, Function, Quantity};
@@ -152,7 +153,7 @@ impl Unit<'_> {
         }
         if !model.states.is_empty() {
             let states = model.states.iter();
-            let states = states.map(|z| (z.name.clone(), z.unit.clone()));
+            let states = states.map(|z| (z.name.clone(), shown_unit(&z.unit)));
             comment(w, 1, &format!("Internal states: {}.", list(states)));
             w.line(&format!("    {prefix}_real z[{}];", model.states.len()));
         }
@@ -190,7 +191,7 @@ impl Unit<'_> {
 fn describe_parameter(p: &Parameter) -> String {
     let mut facts = one_line(&p.name);
     if !p.unit.is_empty() {
-        facts.push_str(&format!(" ({})", p.unit));
+        facts.push_str(&format!(" ({})", shown_unit(&p.unit)));
     }
     facts.push_str(&format!("; nominal {}", decimal(p.nominal)));
     if p.lower.is_finite() {

@@ -4,6 +4,7 @@ use super::Unit;
 use super::documentation::{Doc, code};
 use super::language::{number, numbers_as_stated};
 use super::layout::{Array, Writer};
+use crate::dimension::shown_unit;
 use crate::emit::naming::{identifier, is_snake_case};
 use crate::emit::text::decimal;
 use crate::model::Parameter;
@@ -43,7 +44,7 @@ impl Unit<'_> {
         doc.text(&parameter.doc);
         let mut facts = code(&parameter.name);
         if !parameter.unit.is_empty() {
-            facts.push_str(&format!(", {}", parameter.unit));
+            facts.push_str(&format!(", {}", shown_unit(&parameter.unit)));
         }
         facts.push_str(&format!("; nominal {}", decimal(parameter.nominal)));
         let (lower, upper) = (decimal(parameter.lower), decimal(parameter.upper));

@@ -171,6 +171,20 @@ fn huge_names_make_short_messages() {
     }
 }
 
+/// A name stands in every line of generated code.
+#[test]
+fn names_are_bounded() {
+    let robot = |length: usize| {
+        let name = "x".repeat(length);
+        format!("<robot name=\"r\"><link name=\"{name}\"/></robot>")
+    };
+    let refused = |length: usize| {
+        let found = headlines(&robot(length));
+        found.contains(&"error: `name` of a <link> has more than 256 bytes".to_string())
+    };
+    assert!(refused(257) && !refused(256));
+}
+
 #[test]
 fn control_characters_do_not_reach_the_terminal() {
     let text = "<robot name=\"r\"><link name=\"a&#9;b&#10;c\"/><joint name=\"j\" type=\"\u{9b}31m\"/></robot>";

@@ -32,6 +32,7 @@
 
 mod apply;
 mod file;
+mod nesting;
 mod template;
 mod transmission;
 mod unit;
@@ -40,6 +41,7 @@ pub use template::template;
 
 use dynamics_codegen::file::{Limit, read_text};
 use file::{Column, File, Fill};
+use nesting::{DEEPEST, too_deep};
 use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -176,6 +178,11 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn map(&self) -> Result<Map, MapError> {
+        if let Some(at) = too_deep(self.text) {
+            let message = format!("brackets nest more than {DEEPEST} deep");
+            let mend = "close each `{` and `[` in the line that opens it";
+            return Err(self.fault(Some(at..at + 1), message, mend));
+        }
         let file: File = toml::from_str(self.text).map_err(|error| {
             let message = error.message().trim_end().to_owned();
             self.fault(

@@ -129,19 +129,27 @@ fn unit_of_time(name: &str) -> Option<&'static str> {
 fn unit_of(name: &str) -> Option<(usize, String)> {
     let words = words(name);
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    let mut rest = &words[..];
     let position = |word: &str| POSITIONS.iter().find(|(known, _)| *known == word);
     let speed = |word: &str| position(word).map_or((word == "m").then_some("m"), |(_, u)| Some(u));
     let is_number = |word: &str| word.bytes().all(|byte| byte.is_ascii_digit());
-    match words[..] {
-        [.., base, "s", "2"] if speed(base).is_some() => Some((2, format!("{}/s^2", speed(base)?))),
-        [.., base, "s"] if speed(base).is_some() => Some((1, format!("{}/s", speed(base)?))),
-        [.., last] if position(last).is_some() => Some((0, position(last)?.1.into())),
-        [ref front @ .., last] if is_number(last) && !front.is_empty() => unit_of(&front.join("_")),
-        [.., last] => {
-            let other = OTHERS.iter().find(|(known, ..)| *known == last);
-            other.map(|&(_, unit, kind)| (kind, unit.to_string()))
-        }
-        [] => None,
+    loop {
+        return match *rest {
+            [.., base, "s", "2"] if speed(base).is_some() => {
+                Some((2, format!("{}/s^2", speed(base)?)))
+            }
+            [.., base, "s"] if speed(base).is_some() => Some((1, format!("{}/s", speed(base)?))),
+            [.., last] if position(last).is_some() => Some((0, position(last)?.1.into())),
+            [ref front @ .., last] if is_number(last) && !front.is_empty() => {
+                rest = front;
+                continue;
+            }
+            [.., last] => {
+                let other = OTHERS.iter().find(|(known, ..)| *known == last);
+                other.map(|&(_, unit, kind)| (kind, unit.to_string()))
+            }
+            [] => None,
+        };
     }
 }
 

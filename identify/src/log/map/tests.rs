@@ -321,6 +321,20 @@ fn a_template_takes_units_from_names() {
     insta::assert_snapshot!(text);
 }
 
+/// Neither as deep as they are nor with the square of their number: names of twenty thousand
+/// numbers, and tables that nobody closes.
+#[test]
+fn long_names_and_open_tables_take_no_room() {
+    let name = format!("arm_deg{}", "^1".repeat(20_000));
+    let text = template(&names(&["t", &name]), &names(&["arm"]), &[]);
+    assert!(text.contains("unit = \"deg\""));
+    let text = format!("[columns]\n{}", "q_a = { column = \"a\"\n".repeat(20_000));
+    insta::assert_snapshot!(Map::parse("arm.toml", &text).unwrap_err(), @r"
+    arm.toml:34: brackets nest more than 32 deep
+      mend: close each `{` and `[` in the line that opens it
+    ");
+}
+
 #[test]
 fn a_template_is_a_map() {
     let columns = names(&["time", "pos \"1\"", "pos2", "tau1", "tau2"]);

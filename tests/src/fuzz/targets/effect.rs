@@ -1,6 +1,6 @@
 //! An effect template, applied to a model.
 
-use super::{check_refusal, check_report, equations};
+use super::check_compiled;
 use crate::fuzz::{Corpus, Input, Kind};
 use dynamics_codegen::syntax::written_name;
 use dynamics_codegen::{Library, Model, compile};
@@ -22,17 +22,7 @@ pub(super) fn run(input: &Input) -> bool {
     let mut library = Library::builtin();
     library.look_in(crate::files::root().join("models"));
     library.add(name, input.file_name(), text);
-    match compile("host.model", &model, &library) {
-        Ok(compiled) => {
-            check_report(&compiled.warnings);
-            equations::check(&compiled, rng);
-            true
-        }
-        Err(report) => {
-            check_refusal(&report);
-            false
-        }
-    }
+    check_compiled(compile("host.model", &model, &library), rng)
 }
 
 /// The name of a template, and how many places it asks for.

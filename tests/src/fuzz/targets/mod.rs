@@ -15,7 +15,8 @@ mod urdf;
 use super::input::Input;
 use super::kind::Kind;
 use dynamics_cli::mistake::Mistake;
-use dynamics_codegen::Report;
+use dynamics_codegen::{Compiled, Report};
+use rand_chacha::ChaCha8Rng;
 use std::io::Write;
 use tempfile::NamedTempFile;
 
@@ -60,6 +61,21 @@ fn check_report(report: &Report) {
 fn check_refusal(report: &Report) {
     assert!(report.has_errors(), "refused without an error");
     check_report(report);
+}
+
+/// What compiled has equations that hold, what did not says what is wrong; whether it did.
+fn check_compiled(compiled: Result<Compiled, Report>, rng: &mut ChaCha8Rng) -> bool {
+    match compiled {
+        Ok(compiled) => {
+            check_report(&compiled.warnings);
+            equations::check(&compiled, rng);
+            true
+        }
+        Err(report) => {
+            check_refusal(&report);
+            false
+        }
+    }
 }
 
 /// A mistake can be shown in all ways.

@@ -1,6 +1,6 @@
 //! A robot description, by itself and under a model.
 
-use super::{check_refusal, check_report, equations};
+use super::{check_compiled, check_report};
 use crate::fuzz::Input;
 use dynamics_codegen::source::Sources;
 use dynamics_codegen::urdf::{self, Robot, merge_fixed};
@@ -25,17 +25,7 @@ pub(super) fn run(input: &Input) -> bool {
         }
         _ => compile_bytes(input.file_name(), &input.bytes, &Library::builtin()),
     };
-    match compiled {
-        Ok(compiled) => {
-            check_report(&compiled.warnings);
-            equations::check(&compiled, rng);
-            true
-        }
-        Err(report) => {
-            check_refusal(&report);
-            false
-        }
-    }
+    check_compiled(compiled, rng)
 }
 
 /// What is read is finite; what is not read has an error.

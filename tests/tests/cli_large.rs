@@ -1,0 +1,84 @@
+//! What is large is worked through, or refused with a way out, before it takes a minute and 2 GB.
+
+mod cli;
+
+use cli::{refuse, succeed};
+use std::fmt::Write;
+use std::fs;
+use std::path::Path;
+
+/// A million samples of a pendulum that viscous friction brakes, as its own equation has them:
+/// `u = i q″ + m g l sin q + d q′`.
+fn long_log(path: &Path) {
+    let (inertia, weight, d) = (0.02 + 0.09, 9.81 * 0.3, 0.05);
+    let mut text = String::from("t,q_j,u_j\n");
+    for k in 0..1_000_000 {
+        let t = 0.001 * f64::from(k);
+        let (mut q, mut v, mut a) = (0.0, 0.0, 0.0);
+        for (size, rate) in [(0.5, 1.3_f64), (0.3, 3.7), (0.1, 7.1)] {
+            let (sin, cos) = (rate * t).sin_cos();
+            q += size * sin;
+            v += size * rate * cos;
+            a -= size * rate * rate * sin;
+        }
+        let u = inertia * a + weight * q.sin() + d * v;
+        writeln!(text, "{t:.3},{q:.6},{u:.6}").unwrap();
+    }
+    fs::write(path, text).unwrap();
+}
+
+const ARM: &str = r#"<robot name="arm"><link name="base"/>
+  <link name="rod"><inertial><origin xyz="0 0 -0.3"/><mass value="1"/>
+    <inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.01"/></inertial></link>
+  <joint name="j" type="continuous"><parent link="base"/><child link="rod"/>
+    <axis xyz="0 1 0"/></joint>
+</robot>"#;
+
+#[test]
+fn a_million_samples_are_fitted_and_not_traced() {
+    let folder = tempfile::tempdir().unwrap();
+    let [arm, log] = ["arm.urdf", "log.csv"].map(|name| folder.path().join(name));
+    fs::write(&arm, ARM).unwrap();
+    long_log(&log);
+    let [arm, log] = [&arm, &log].map(|path| path.to_str().unwrap());
+    let said = refuse(&["trace", arm, log], "");
+    let expected = "log.csv has 1000000 samples; at most 100000 are traced: cut it";
+    assert!(said.contains(expected), "{said}");
+    let (said, _) = succeed(&["fit", arm, log], "");
+    assert!(
+        said.starts_with("learnt from 666") && said.contains("friction(j)"),
+        "{said}"
+    );
+}
+
+/// All functions of a chain of sixty links would be 100 MB of code.
+#[test]
+fn of_a_long_chain_some_functions_are_generated_and_not_all() {
+    let folder = tempfile::tempdir().unwrap();
+    let chain = folder.path().join("chain.urdf");
+    fs::write(&chain, cli::chain(60)).unwrap();
+    let out = folder.path().join("out");
+    let generate = |functions: &'static str| -> Vec<&str> {
+        let [chain, out] = [&chain, &out].map(|path| path.to_str().unwrap());
+        vec![
+            "generate",
+            chain,
+            "--to",
+            "c",
+            "--functions",
+            functions,
+            "--out",
+            out,
+        ]
+    };
+    let said = refuse(&generate("full"), "");
+    assert!(said.contains("more than 1000000 operations"), "{said}");
+    assert!(!out.exists());
+    // What the message proposes.
+    assert!(
+        said.contains("`--functions inverse_dynamics,forward_dynamics`"),
+        "{said}"
+    );
+    succeed(&generate("inverse_dynamics,forward_dynamics"), "");
+    assert_eq!(fs::read_dir(&out).unwrap().count(), 2);
+}
