@@ -6,15 +6,14 @@ use super::finding::{Finding, Verdict, findings, verdict};
 use super::forces;
 use super::judge::{is_worse, judge};
 use super::learn::Learnt;
-use super::outcome::{Basis, Nearest, Outcome, Split, sensor_noise};
+use super::outcome::{AT_FLOOR, Basis, HoldIs, Nearest, Outcome, Split, is_far, sensor_noise};
 use super::patch::patch;
 use super::run::Request;
 use super::score::Score;
 use super::series::{Details, Series, weighed};
 use crate::log::Record;
+use crate::number::short;
 
-/// An error below this many times the noise floor is the floor.
-const AT_FLOOR: f64 = 1.05;
 /// The same of open-loop predictions, of which a log holds few; where there are none, they say
 /// nothing.
 const ROLLOUT_AT_FLOOR: f64 = 1.5;
@@ -78,9 +77,30 @@ impl Judgement {
         } = &self.learnt;
         let at_floor = is_at_floor(&self.learnt_errors, &self.noise_floor);
         match verdict(dictionary, selection, *basis == Basis::Forces || at_floor) {
+            Verdict::None if self.is_far() => Verdict::Unknown,
             Verdict::None | Verdict::Parameter if !drives.is_empty() => Verdict::Channel,
             verdict => verdict,
         }
+    }
+
+    /// Whether the log cannot agree with what was learnt, whatever the search says of it.
+    fn is_far(&self) -> bool {
+        is_far(&self.learnt_errors, &self.noise_floor)
+    }
+
+    /// What a reader must know who sees that nothing was found, and errors that say otherwise.
+    pub fn contradiction(&self) -> Option<String> {
+        let found_nothing = self.learnt.selection.terms.is_empty() && !self.is_worse;
+        let share = |score: &Score| short(100.0 * score.acceleration.total);
+        (found_nothing && self.is_far()).then(|| {
+            format!(
+                "the search found nothing missing, but the model's acceleration errs by {} % where \
+                 sensor noise makes {} %: look for samples that are no measurements, and for a \
+                 part of the log that is unlike the rest",
+                share(&self.learnt_errors),
+                share(&self.noise_floor)
+            )
+        })
     }
 
     /// The outcome. What does not explain the log is not written into the model, and the model
@@ -135,6 +155,11 @@ impl Judgement {
             misfit_after,
             sensor_noise: sensor_noise(&selection.observed),
             input_hold: selection.observed.hold,
+            input_hold_is: match (request.hold, basis) {
+                (Some(_), _) => HoldIs::Stated,
+                (None, Basis::Motion) => HoldIs::Found,
+                (None, Basis::Forces) => HoldIs::Assumed,
+            },
             split,
             seed: request.seed,
             misread: None,

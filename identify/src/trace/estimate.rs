@@ -161,6 +161,7 @@ impl Observed {
             velocity_sd: self.velocity_sd.clone(),
             acceleration: self.record.ddq.clone(),
             acceleration_sd: self.acceleration_sd.clone(),
+            aside: self.record.aside.clone(),
             log_slope: 0.0,
         }
     }

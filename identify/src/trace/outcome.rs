@@ -37,6 +37,35 @@ pub enum Basis {
     Forces,
 }
 
+/// How it is known what inputs do between samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum HoldIs {
+    /// The request says so.
+    Stated,
+    /// The log is likelier so, or as likely.
+    Found,
+    /// Nothing asked the log.
+    Assumed,
+}
+
+/// A model that agrees with a log errs at most this many times as much as sensor noise makes it,
+/// unless it errs by less than this share of the signal.
+const FAR: (f64, f64) = (3.0, 3e-3);
+/// One whose accelerations err at most this many times as much as sensor noise makes them is right,
+/// however far from the log its predictions run.
+pub(super) const AT_FLOOR: f64 = 1.05;
+
+/// Whether a model's errors on data that nothing was fitted to are too large for one that agrees
+/// with the log: many times those of a model that is exactly right, the `floor`.
+pub(super) fn is_far(errors: &Score, floor: &Score) -> bool {
+    let far = |error: f64, floor: f64| error > FAR.0 * floor && error > FAR.1;
+    let accelerations = [errors, floor].map(|score| score.acceleration.total);
+    let predictions = [errors, floor].map(|score| score.rollout.errors.total);
+    let at_floor = accelerations[0] < AT_FLOOR * accelerations[1];
+    far(accelerations[0], accelerations[1]) || !at_floor && far(predictions[0], predictions[1])
+}
+
 /// What comes nearest to an explanation where nothing is one, and what it would do. Nothing of it
 /// is written into the model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -86,6 +115,8 @@ pub struct Outcome {
     pub sensor_noise: BTreeMap<String, f64>,
     /// What inputs do between samples.
     pub input_hold: Hold,
+    /// How that is known.
+    pub input_hold_is: HoldIs,
     /// Which samples served what.
     pub split: Split,
     /// Seed of everything random.

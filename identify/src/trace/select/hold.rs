@@ -13,6 +13,10 @@ use dynamics_codegen::dimension::Dimension;
 use dynamics_codegen::syntax::PortKind;
 use nalgebra::{DMatrix, DVector};
 
+/// Nats by which inputs that stay must be likelier, once delays are known: where stamps are even
+/// the log hardly tells, where they jitter it does.
+const DRAWN: f64 = 2.0;
+
 /// What inputs most likely do between samples: the assumption under which the log
 /// is more likely, with as much force unexplained as each demands.
 ///
@@ -139,8 +143,8 @@ impl Search<'_> {
         // In doubt inputs are as they are drawn: straight from sample to sample. To stay,
         // and to be later by half a sample, is nearly the same.
         let margin = match other.explanation.observed.hold {
-            Hold::Linear => TIE,
-            Hold::Previous => -TIE,
+            Hold::Linear => DRAWN,
+            Hold::Previous => -DRAWN,
         };
         if other.cost < self.current.cost + margin {
             self.current = other;
