@@ -107,7 +107,12 @@ fn sampling(t: &[f64]) -> Vec<Warning> {
 /// ten steps of the channel are shorter than a tenth of a turn. Wild samples hide none: they
 /// come as near to the sample before as whole turns bring them.
 pub(super) fn unwrap(column: &str, t: &[f64], values: &mut [f64], turn: f64) -> Option<Warning> {
-    let wild = spikes::of_angle(t, values);
+    let is_jump = |step: f64| (step.abs() - turn).abs() < 0.2 * turn;
+    let mut wild = spikes::of_angle(t, values);
+    for k in 1..values.len().saturating_sub(1) {
+        let (to, back) = (values[k] - values[k - 1], values[k + 1] - values[k]);
+        wild[k] |= is_jump(to) && is_jump(back) && to * back < 0.0;
+    }
     let tame: Vec<usize> = (0..values.len()).filter(|&k| !wild[k]).collect();
     let raw: Vec<f64> = tame.iter().map(|&k| values[k]).collect();
     let (least, most) = extremes(&raw);
@@ -117,7 +122,6 @@ pub(super) fn unwrap(column: &str, t: &[f64], values: &mut [f64], turn: f64) -> 
     if most - least > 1.01 * turn || most - least < 0.5 * turn || ordinary > 0.1 * turn {
         return None;
     }
-    let is_jump = |step: f64| (step.abs() - turn).abs() < 0.2 * turn;
     let first = steps.iter().position(|step| is_jump(*step))?;
     let mut turns = 0.0;
     let mut jumps = 0;

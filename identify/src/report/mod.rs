@@ -66,7 +66,9 @@ pub fn summary(outcome: &Outcome, model: &Model) -> String {
         lines.extend([BY_FORCES.to_string(), String::new()]);
     }
     lines.push(learnt(outcome));
-    lines.extend(hold(outcome).map(|hold| format!("Between samples inputs {hold}.")));
+    if !is_stopped(outcome) {
+        lines.extend(hold(outcome).map(|hold| format!("Between samples inputs {hold}.")));
+    }
     lines.join("\n") + "\n"
 }
 

@@ -149,3 +149,57 @@ pub(super) fn sensor_noise(observed: &Observed) -> BTreeMap<String, f64> {
     }
     noise
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trace::score::{Errors, RolloutErrors};
+    use proptest::prelude::*;
+
+    fn score(acceleration: f64, rollout: f64) -> Score {
+        let errors = |total| Errors {
+            per_coordinate: BTreeMap::new(),
+            total,
+        };
+        Score {
+            acceleration: errors(acceleration),
+            force: errors(f64::NAN),
+            rollout: RolloutErrors {
+                horizon: 0.5,
+                windows: 1,
+                diverged: 0,
+                errors: errors(rollout),
+            },
+        }
+    }
+
+    #[test]
+    fn errors_at_the_floor_or_too_small_to_matter_are_not_far() {
+        let floor = score(0.0065, 0.002);
+        assert!(is_far(&score(0.258, 0.002), &floor));
+        assert!(is_far(&score(0.01, 0.1), &floor));
+        // Of an unstable machine.
+        assert!(!is_far(&score(0.0065, 0.1), &floor));
+        assert!(!is_far(&score(0.01, f64::NAN), &floor));
+        assert!(!is_far(&score(0.002, 0.002), &score(1e-5, 1e-5)));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// What is not far stays so with smaller errors, and with more noise.
+        #[test]
+        fn less_is_never_farther(
+            [a, r] in prop::array::uniform2(0.0..1.0_f64),
+            [floor_a, floor_r] in prop::array::uniform2(1e-4..1.0_f64),
+            less in 0.0..1.0_f64,
+        ) {
+            let (errors, floor) = (score(a, r), score(floor_a, floor_r));
+            if !is_far(&errors, &floor) {
+                prop_assert!(a <= 3.0 * floor_a || a <= 3e-3);
+                prop_assert!(!is_far(&score(less * a, less * r), &floor));
+                prop_assert!(!is_far(&errors, &score(floor_a / less.max(1e-3), floor_r / less.max(1e-3))));
+            }
+        }
+    }
+}

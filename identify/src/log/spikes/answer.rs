@@ -10,8 +10,11 @@ use std::ops::Range;
 const REACH: (f64, usize) = (0.05, 8);
 /// How late a machine may answer \[s\].
 const LATEST: f64 = 0.1;
-/// A jump of the velocity above this many times its ordinary size is an answer.
-const REMARKABLE: f64 = 6.0;
+/// A jump of the velocity above this many times its ordinary size is an answer, if it is also this
+/// many times as large as those shortly before and after.
+const REMARKABLE: (f64, f64) = (6.0, 3.0);
+/// Powers of time in the motion that a jump is added to.
+const POWERS: usize = 6;
 /// Moments from which the ordinary size is known.
 const MOMENTS: usize = 400;
 /// What rounding makes of a jump, as a share of the largest that the travel would allow.
@@ -53,19 +56,28 @@ impl<'a> Answers<'a> {
 
     /// Whether a velocity jumps with, or soon after, some samples.
     pub fn to(&self, run: &Range<usize>) -> bool {
-        let last = (run.end + self.latest).min(self.t.len());
-        let stride = (self.reach / 8).max(1);
+        let (first, last) = (run.start.saturating_sub(1), run.end + self.latest);
+        // Of windows that do not hold these moments.
+        let before = first.saturating_sub(2 * self.reach)..first.saturating_sub(self.reach);
+        let after = last + self.reach..last + 2 * self.reach;
         let mut each = self.positions.iter().zip(&self.ordinary);
         each.any(|(q, ordinary)| {
-            let mut moments = (run.start.saturating_sub(1)..last).step_by(stride);
-            moments.any(|k| {
-                let jump = self.jump(q, k);
-                jump.is_some_and(|jump| jump.abs() > REMARKABLE * ordinary)
-            })
+            let beside = self
+                .largest(q, before.clone())
+                .max(self.largest(q, after.clone()));
+            let least = (REMARKABLE.0 * ordinary).max(REMARKABLE.1 * beside);
+            self.largest(q, first..last) > least
         })
     }
 
-    /// By how much the velocity jumps at sample `k` of a position that is a cubic otherwise.
+    /// The largest jump of a velocity at some samples.
+    fn largest(&self, q: &[f64], moments: Range<usize>) -> f64 {
+        let stride = (self.reach / REACH.1).max(1);
+        let jumps = moments.step_by(stride).filter_map(|k| self.jump(q, k));
+        jumps.fold(0.0, |largest, jump| largest.max(jump.abs()))
+    }
+
+    /// By how much the velocity jumps at sample `k` of a position that is a polynomial otherwise.
     fn jump(&self, q: &[f64], k: usize) -> Option<f64> {
         let first = k.checked_sub(self.reach)?;
         let last = k + self.reach;
@@ -74,16 +86,16 @@ impl<'a> Answers<'a> {
         }
         let span = self.t[last] - self.t[first];
         let count = last - first + 1;
-        let basis = DMatrix::from_fn(count, 5, |row, column| {
+        let basis = DMatrix::from_fn(count, POWERS + 1, |row, column| {
             let s = (self.t[first + row] - self.t[k]) / span;
             match column {
-                4 => s.max(0.0),
+                POWERS => s.max(0.0),
                 power => s.powi(power as i32),
             }
         });
         let values = DVector::from_fn(count, |row, _| q[first + row] - q[k]);
         let normal = basis.tr_mul(&basis).cholesky()?;
         let fitted = normal.solve(&basis.tr_mul(&values));
-        Some(fitted[4] / span)
+        Some(fitted[POWERS] / span)
     }
 }
