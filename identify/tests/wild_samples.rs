@@ -182,9 +182,7 @@ fn nothing_missing_is_not_said_above_an_error_that_is_large() {
         sample[1] += 100.0;
     }
     let outcome = said(&table, false);
-    let errors = [&outcome.after, &outcome.noise_floor].map(|score| score.acceleration.total);
-    assert!(errors[0] > 3.0 * errors[1], "{errors:?}");
-    assert_eq!(outcome.verdict, Verdict::Unknown, "{errors:?}");
+    assert_eq!(outcome.verdict, Verdict::Unknown, "{:?}", outcome.after);
     let told = |w: &String| w.starts_with("the search found nothing missing, but");
     assert!(outcome.warnings.iter().any(told), "{:?}", outcome.warnings);
 }

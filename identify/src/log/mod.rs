@@ -16,8 +16,7 @@
 //! the line, the column, what was expected and how to mend it, several
 //! problems at once. What can be used but should be known — gaps, jitter,
 //! wrapped angles, wild samples, stuck or quantised channels, saturated inputs — comes
-//! back
-//! as a [`Warning`].
+//! back as a [`Warning`].
 //!
 //! ```
 //! use identify::log::Log;

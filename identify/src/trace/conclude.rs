@@ -4,7 +4,7 @@
 use super::error::TraceError;
 use super::finding::{Finding, Verdict, findings, verdict};
 use super::forces;
-use super::judge::{is_worse, judge};
+use super::judge::{is_worse, judge, trained};
 use super::learn::Learnt;
 use super::outcome::{AT_FLOOR, Basis, HoldIs, Nearest, Outcome, Split, is_far, sensor_noise};
 use super::patch::patch;
@@ -30,6 +30,8 @@ pub(super) struct Judgement {
     series: Series,
     /// Whether what was learnt predicts worse than the model as given.
     is_worse: bool,
+    /// Where nothing was found, errors on what was learnt from.
+    trained: Option<Score>,
 }
 
 /// Judges what was learnt.
@@ -52,6 +54,10 @@ pub(super) fn judged(
         Basis::Motion => judge(dictionary, selection, test, request, hold),
     }?;
     let is_worse = is_worse(*basis, &scores);
+    let trained = match selection.terms.is_empty() && *basis == Basis::Motion {
+        true => Some(trained(dictionary, selection, request)?),
+        false => None,
+    };
     let [before, learnt_errors, noise_floor] = scores;
     Ok(Judgement {
         learnt,
@@ -60,6 +66,7 @@ pub(super) fn judged(
         noise_floor,
         series,
         is_worse,
+        trained,
     })
 }
 
@@ -85,22 +92,25 @@ impl Judgement {
 
     /// Whether the log cannot agree with what was learnt, whatever the search says of it.
     fn is_far(&self) -> bool {
-        is_far(&self.learnt_errors, &self.noise_floor)
+        let is_far = |trained| is_far(&self.learnt_errors, &self.noise_floor, trained);
+        self.trained.as_ref().is_some_and(is_far)
     }
 
     /// What a reader must know who sees that nothing was found, and errors that say otherwise.
     pub fn contradiction(&self) -> Option<String> {
-        let found_nothing = self.learnt.selection.terms.is_empty() && !self.is_worse;
         let share = |score: &Score| short(100.0 * score.acceleration.total);
-        (found_nothing && self.is_far()).then(|| {
-            format!(
-                "the search found nothing missing, but the model's acceleration errs by {} % where \
-                 sensor noise makes {} %: look for samples that are no measurements, and for a \
-                 part of the log that is unlike the rest",
-                share(&self.learnt_errors),
-                share(&self.noise_floor)
-            )
-        })
+        let trained = self
+            .trained
+            .as_ref()
+            .filter(|_| self.is_far() && !self.is_worse)?;
+        Some(format!(
+            "the search found nothing missing, but the model's acceleration errs by {} % where it is \
+             judged and by {} % where it was learnt from (the noise floor is {} %): look for samples \
+             that are no measurements, and for a part of the log that is unlike the rest",
+            share(&self.learnt_errors),
+            share(trained),
+            share(&self.noise_floor)
+        ))
     }
 
     /// The outcome. What does not explain the log is not written into the model, and the model

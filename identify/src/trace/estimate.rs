@@ -245,7 +245,6 @@ mod tests {
     use super::super::refine::{SMALLEST_SHARE, noise};
     use super::super::select::linearised;
     use super::super::select::wheel::{WHEEL, begun, rectangular};
-    use super::*;
     use crate::regression::Whitener;
     use std::fmt::Write;
 

@@ -49,21 +49,29 @@ pub enum HoldIs {
     Assumed,
 }
 
-/// A model that agrees with a log errs at most this many times as much as sensor noise makes it,
-/// unless it errs by less than this share of the signal.
+/// A model that agrees with a log errs at most this many times as much as sensor noise makes it, and
+/// as on what was learnt from, unless it errs by less than this share of the signal.
 const FAR: (f64, f64) = (3.0, 3e-3);
 /// One whose accelerations err at most this many times as much as sensor noise makes them is right,
 /// however far from the log its predictions run.
 pub(super) const AT_FLOOR: f64 = 1.05;
 
 /// Whether a model's errors on data that nothing was fitted to are too large for one that agrees
-/// with the log: many times those of a model that is exactly right, the `floor`.
-pub(super) fn is_far(errors: &Score, floor: &Score) -> bool {
+/// with the log: many times those of a model that is exactly right, the `floor`, or those on what
+/// was learnt from, as shares and in the coordinates' own units. A floor follows the log, and with
+/// it samples that are no measurements; a log that is slower shows the same noise as a larger share.
+pub(super) fn is_far(errors: &Score, floor: &Score, trained: &Score) -> bool {
     let far = |error: f64, floor: f64| error > FAR.0 * floor && error > FAR.1;
     let accelerations = [errors, floor].map(|score| score.acceleration.total);
     let predictions = [errors, floor].map(|score| score.rollout.errors.total);
     let at_floor = accelerations[0] < AT_FLOOR * accelerations[1];
-    far(accelerations[0], accelerations[1]) || !at_floor && far(predictions[0], predictions[1])
+    let own = errors.acceleration.per_coordinate.iter();
+    let mut own = own.map(|(name, error)| (error, trained.acceleration.per_coordinate.get(name)));
+    let is_unlike = far(accelerations[0], trained.acceleration.total)
+        && own.any(|(error, trained)| trained.is_some_and(|trained| *error > FAR.0 * trained));
+    is_unlike
+        || far(accelerations[0], accelerations[1])
+        || !at_floor && far(predictions[0], predictions[1])
 }
 
 /// What comes nearest to an explanation where nothing is one, and what it would do. Nothing of it
@@ -158,7 +166,7 @@ mod tests {
 
     fn score(acceleration: f64, rollout: f64) -> Score {
         let errors = |total| Errors {
-            per_coordinate: BTreeMap::new(),
+            per_coordinate: BTreeMap::from([("j".to_string(), total)]),
             total,
         };
         Score {
@@ -176,12 +184,23 @@ mod tests {
     #[test]
     fn errors_at_the_floor_or_too_small_to_matter_are_not_far() {
         let floor = score(0.0065, 0.002);
+        let is_far = |errors: &Score, floor: &Score| super::is_far(errors, floor, floor);
         assert!(is_far(&score(0.258, 0.002), &floor));
         assert!(is_far(&score(0.01, 0.1), &floor));
         // Of an unstable machine.
         assert!(!is_far(&score(0.0065, 0.1), &floor));
         assert!(!is_far(&score(0.01, f64::NAN), &floor));
         assert!(!is_far(&score(0.002, 0.002), &score(1e-5, 1e-5)));
+    }
+
+    #[test]
+    fn a_floor_that_follows_the_log_does_not_hide_that_it_is_unlike_the_other() {
+        let (errors, floor) = (score(0.5, 0.03), score(0.5, 0.03));
+        let mut trained = score(0.01, 0.03);
+        assert!(is_far(&errors, &floor, &trained));
+        // As much noise beside more motion.
+        trained.acceleration.per_coordinate.insert("j".into(), 0.4);
+        assert!(!is_far(&errors, &floor, &trained));
     }
 
     proptest! {
@@ -195,10 +214,11 @@ mod tests {
             less in 0.0..1.0_f64,
         ) {
             let (errors, floor) = (score(a, r), score(floor_a, floor_r));
-            if !is_far(&errors, &floor) {
+            if !is_far(&errors, &floor, &floor) {
                 prop_assert!(a <= 3.0 * floor_a || a <= 3e-3);
-                prop_assert!(!is_far(&score(less * a, less * r), &floor));
-                prop_assert!(!is_far(&errors, &score(floor_a / less.max(1e-3), floor_r / less.max(1e-3))));
+                prop_assert!(!is_far(&score(less * a, less * r), &floor, &floor));
+                let more = score(floor_a / less.max(1e-3), floor_r / less.max(1e-3));
+                prop_assert!(!is_far(&errors, &more, &more));
             }
         }
     }
