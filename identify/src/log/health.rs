@@ -5,6 +5,7 @@ use super::quantum::quantisation_step;
 use super::record::{GAP, Record, median_step};
 use super::statistics::quantile;
 use super::warning::Warning;
+use super::{Log, spikes};
 use std::f64::consts::TAU;
 
 /// Relative deviation from the median above which a step is irregular.
@@ -25,12 +26,14 @@ const STUCK_SHARE: f64 = 0.1;
 /// Share of samples at the extreme value that is called saturation.
 const SATURATED_SHARE: f64 = 0.01;
 
-/// Unwraps angles and appends all warnings to the record.
-pub(super) fn examine(record: &mut Record) {
+/// Unwraps angles, sets wild samples aside and appends all warnings to the record, which has the
+/// samples of `log`.
+pub(super) fn examine(record: &mut Record, log: &Log) {
     let mut warnings = sampling(&record.t);
     for (name, values) in record.coordinates.iter().zip(&mut record.q) {
         warnings.extend(unwrap(&format!("q_{name}"), &record.t, values, TAU));
     }
+    warnings.extend(spikes::set_aside(record, log));
     let mut moving = Vec::new();
     for (i, name) in record.coordinates.iter().enumerate() {
         moving.push((format!("q_{name}"), &record.q[i]));
@@ -101,30 +104,41 @@ fn sampling(t: &[f64]) -> Vec<Warning> {
 /// Removes jumps of a full `turn` from a channel that stays within one turn.
 ///
 /// A jump is a wrap when it is within a fifth of a turn of a whole one while nine in
-/// ten steps of the channel are shorter than a tenth of a turn.
+/// ten steps of the channel are shorter than a tenth of a turn. Wild samples hide none: they
+/// come as near to the sample before as whole turns bring them.
 pub(super) fn unwrap(column: &str, t: &[f64], values: &mut [f64], turn: f64) -> Option<Warning> {
-    let (least, most) = extremes(values);
-    let steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let is_jump = |step: f64| (step.abs() - turn).abs() < 0.2 * turn;
+    let mut wild = spikes::of_angle(t, values);
+    for k in 1..values.len().saturating_sub(1) {
+        let (to, back) = (values[k] - values[k - 1], values[k + 1] - values[k]);
+        wild[k] |= is_jump(to) && is_jump(back) && to * back < 0.0;
+    }
+    let tame: Vec<usize> = (0..values.len()).filter(|&k| !wild[k]).collect();
+    let raw: Vec<f64> = tame.iter().map(|&k| values[k]).collect();
+    let (least, most) = extremes(&raw);
+    let steps: Vec<f64> = raw.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let magnitudes: Vec<f64> = steps.iter().map(|step| step.abs()).collect();
     let ordinary = quantile(&magnitudes, 0.9)?;
     if most - least > 1.01 * turn || most - least < 0.5 * turn || ordinary > 0.1 * turn {
         return None;
     }
-    let is_jump = |step: f64| (step.abs() - turn).abs() < 0.2 * turn;
     let first = steps.iter().position(|step| is_jump(*step))?;
     let mut turns = 0.0;
     let mut jumps = 0;
-    for (value, step) in values[1..].iter_mut().zip(&steps) {
+    for (&k, step) in tame[1..].iter().zip(&steps) {
         if is_jump(*step) {
             turns -= step.signum();
             jumps += 1;
         }
-        *value += turns * turn;
+        values[k] += turns * turn;
+    }
+    for k in (1..values.len()).filter(|&k| wild[k]) {
+        values[k] -= ((values[k] - values[k - 1]) / turn).round() * turn;
     }
     Some(Warning::Unwrapped {
         column: column.to_owned(),
         jumps,
-        first: t[first + 1],
+        first: t[tame[first + 1]],
     })
 }
 

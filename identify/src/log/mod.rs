@@ -15,8 +15,8 @@
 //! Everything else that is not a finite number in its place is refused with
 //! the line, the column, what was expected and how to mend it, several
 //! problems at once. What can be used but should be known — gaps, jitter,
-//! wrapped angles, stuck or quantised channels, saturated inputs — comes back
-//! as a [`Warning`].
+//! wrapped angles, wild samples, stuck or quantised channels, saturated inputs — comes
+//! back as a [`Warning`].
 //!
 //! ```
 //! use identify::log::Log;
@@ -34,6 +34,7 @@
 //! # Ok::<(), identify::log::LogError>(())
 //! ```
 
+mod aside;
 mod assumed;
 mod error;
 mod frozen;
@@ -49,11 +50,14 @@ mod quantum;
 mod record;
 mod said;
 mod source;
+mod spikes;
 mod statistics;
 mod table;
 mod time;
 mod warning;
 
+pub use aside::Aside;
+pub(crate) use aside::is_aside;
 pub use error::{LogError, Problem, ProblemKind};
 pub use limits::{Counted, MOST_CELLS};
 pub use map::{Map, MapError, template};

@@ -1,7 +1,7 @@
 //! The channels of a log that belong to a model.
 
 use super::error::{LogError, ProblemKind, Problems};
-use super::{Log, MINIMUM_SAMPLES, Warning, health, median};
+use super::{Aside, Log, MINIMUM_SAMPLES, Warning, health, median};
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -30,6 +30,8 @@ pub struct Record {
     pub u: Vec<Vec<f64>>,
     /// The inputs as commanded \[N or N·m\], where that was logged, `ucmd_<input>` (p × n).
     pub commanded: Vec<Option<Vec<f64>>>,
+    /// Samples that are no measurements.
+    pub aside: Aside,
     /// What should be known about these channels.
     pub warnings: Vec<Warning>,
 }
@@ -71,6 +73,7 @@ impl Record {
             ddq: self.ddq.iter().map(thin_optional).collect(),
             u: self.u.iter().map(thin).collect(),
             commanded: self.commanded.iter().map(thin_optional).collect(),
+            aside: self.aside.thinned(stride),
             warnings: self.warnings.clone(),
         }
     }
@@ -96,13 +99,14 @@ impl Record {
             ddq: self.ddq.iter().map(cut_optional).collect(),
             u: self.u.iter().map(cut).collect(),
             commanded: self.commanded.iter().map(cut_optional).collect(),
+            aside: self.aside.stretches(ranges),
             warnings: self.warnings.clone(),
         }
     }
 }
 
 /// The values of some ranges, one after the other.
-pub(crate) fn stretches(values: &[f64], ranges: &[Range<usize>]) -> Vec<f64> {
+pub(crate) fn stretches<T: Copy>(values: &[T], ranges: &[Range<usize>]) -> Vec<T> {
     let there = |range: &Range<usize>| {
         let end = range.end.min(values.len());
         values[range.start.min(end)..end].iter().copied()
@@ -180,9 +184,10 @@ pub(super) fn select(
         ddq: optional("ddq_", coordinates),
         u,
         commanded: optional("ucmd_", inputs),
+        aside: Aside::nothing(coordinates.len()),
         warnings: log.warnings.clone(),
     };
-    health::examine(&mut record);
+    health::examine(&mut record, log);
     // The log itself was long enough, or it would not have been read.
     if record.len() < MINIMUM_SAMPLES {
         let frozen = record.warnings.iter().filter_map(|warning| match warning {

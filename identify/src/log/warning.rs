@@ -1,5 +1,6 @@
 //! What can be used but should be known.
 
+use crate::number::short;
 use serde::Serialize;
 use std::fmt;
 
@@ -60,6 +61,19 @@ pub enum Warning {
         jumps: usize,
         /// Stamp of the first.
         first: f64,
+    },
+    /// Single samples that their neighbours contradict: what these say stands in their place.
+    Wild {
+        /// The column.
+        column: String,
+        /// Line of the first.
+        line: u64,
+        /// What stands there.
+        value: f64,
+        /// What its neighbours say.
+        beside: f64,
+        /// How many there are.
+        samples: usize,
     },
     /// A velocity or acceleration that somebody filtered before it was logged.
     Filtered {
@@ -153,6 +167,16 @@ pub enum Warning {
     },
 }
 
+/// Two numbers with as many digits as it takes to see them apart.
+fn apart(a: f64, b: f64) -> [String; 2] {
+    let few = [a, b].map(short);
+    if few[0] != few[1] || a == b {
+        return few;
+    }
+    let digits = (a.abs().max(b.abs()) / (a - b).abs()).log10().ceil();
+    [a, b].map(|value| format!("{value:.0$e}", digits.clamp(4.0, 16.0) as usize))
+}
+
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -204,6 +228,23 @@ impl fmt::Display for Warning {
                 f,
                 "`{column}` jumps by a full turn {jumps} times, first at t = {first:.6} s; it was unwrapped"
             ),
+            Self::Wild {
+                column,
+                line,
+                value,
+                beside,
+                samples,
+            } => {
+                let [value, beside] = apart(*value, *beside);
+                write!(
+                    f,
+                    "line {line}: `{column}` is {value} where its neighbours say {beside}"
+                )?;
+                match samples {
+                    1 => write!(f, "; this sample is set aside"),
+                    _ => write!(f, "; {samples} such samples of `{column}` are set aside"),
+                }
+            }
             Self::Filtered { column } => write!(
                 f,
                 "the errors of `{column}` follow one another: it was filtered before it was logged, \

@@ -3,7 +3,7 @@
 use super::error_dynamics::{CORRELATION, ErrorDynamics};
 use super::gram::{BLOCKS, Gram};
 use super::small::congruence;
-use crate::log::longest_step;
+use crate::log::{Aside, is_aside, longest_step};
 use nalgebra::{DMatrix, DMatrixViewMut, DVector, DVectorView};
 use rayon::prelude::*;
 
@@ -22,6 +22,8 @@ pub struct Readings {
     pub acceleration: Vec<Option<Vec<f64>>>,
     /// Standard deviation of the acceleration sensors.
     pub acceleration_sd: Vec<f64>,
+    /// Samples that no sensor read.
+    pub aside: Aside,
     /// `Σ ln |∂y/∂x|` over all readings `y` of sensors that do not show `x` itself: what makes
     /// densities of corrected readings comparable with those of others. Without it a sensor
     /// that is thought to magnify would always be right, as all errors shrink.
@@ -29,14 +31,17 @@ pub struct Readings {
 }
 
 impl Readings {
-    /// Every sensor of the `n` coordinates, with how noisy it is.
-    fn each(&self, n: usize, update: &mut impl FnMut(Sensor, f64)) {
+    /// Every sensor of the `n` coordinates that was read at a sample, with how noisy it is.
+    fn each(&self, n: usize, sample: usize, update: &mut impl FnMut(Sensor, f64)) {
         for i in 0..n {
-            update(Sensor::Position(i), self.position_sd[i]);
-            if self.velocity[i].is_some() {
+            let [q, v, a] = self.aside.of(i).map(|flags| !is_aside(flags, sample));
+            if q {
+                update(Sensor::Position(i), self.position_sd[i]);
+            }
+            if v && self.velocity[i].is_some() {
                 update(Sensor::Velocity(i), self.velocity_sd[i]);
             }
-            if self.acceleration[i].is_some() {
+            if a && self.acceleration[i].is_some() {
                 update(Sensor::Acceleration(i), self.acceleration_sd[i]);
             }
         }
@@ -153,7 +158,7 @@ impl<'a> Whitener<'a> {
                     (&mut row, &mut column),
                 );
             };
-            readings.each(n, &mut update);
+            readings.each(n, sample, &mut update);
             for (row, &sd) in noise.closure_sd.iter().enumerate() {
                 update(Sensor::Closure(row), sd);
             }

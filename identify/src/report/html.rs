@@ -3,8 +3,8 @@
 use super::figures::{Figure, Figures};
 use super::unnamed;
 use super::{
-    BY_FORCES, after_name, at, headline, is_open, is_stopped, scores, stated_unit, with_places,
-    would_tell,
+    BY_FORCES, after_name, at, headline, hold, is_open, is_stopped, scores, stated_unit,
+    with_places, would_tell,
 };
 use crate::number::{short, unsigned_zero};
 use crate::trace::{Basis, Finding, Outcome, Score, Verdict};
@@ -190,13 +190,6 @@ fn remains(outcome: &Outcome) -> &'static str {
 
 /// Mean squared prediction errors in units of sensor noise that count as noise.
 const NEARLY_NOISE: f64 = 1.2;
-
-fn hold(outcome: &Outcome) -> &'static str {
-    match outcome.input_hold {
-        crate::regression::Hold::Linear => "go straight from one sample to the next",
-        crate::regression::Hold::Previous => "stay at the earlier sample's value",
-    }
-}
 
 fn rows(outcome: &Outcome, model: &Model) -> Vec<Row> {
     let scores = scores(outcome);

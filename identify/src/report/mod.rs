@@ -14,8 +14,9 @@ pub use portable::{EFFECTS, Portable, portable};
 
 use crate::log::Map;
 use crate::number::short;
+use crate::regression::Hold;
 use crate::trace::{
-    Basis, Errors, Finding, Outcome, ParameterEstimate, Score, SeparatingMotion, Verdict,
+    Basis, Errors, Finding, HoldIs, Outcome, ParameterEstimate, Score, SeparatingMotion, Verdict,
 };
 use dynamics_codegen::Model;
 use dynamics_codegen::dimension::shown_unit;
@@ -65,6 +66,9 @@ pub fn summary(outcome: &Outcome, model: &Model) -> String {
         lines.extend([BY_FORCES.to_string(), String::new()]);
     }
     lines.push(learnt(outcome));
+    if !is_stopped(outcome) {
+        lines.extend(hold(outcome).map(|hold| format!("Between samples inputs {hold}.")));
+    }
     lines.join("\n") + "\n"
 }
 
@@ -170,6 +174,23 @@ fn table(outcome: &Outcome, model: &Model) -> Vec<String> {
         s.rollout.errors.total
     });
     lines
+}
+
+/// What inputs are taken to do between samples, and why.
+fn hold(outcome: &Outcome) -> Option<String> {
+    let first = outcome.details.series.inputs.first();
+    first.map(|_| {
+        let hold = match outcome.input_hold {
+            Hold::Linear => "go straight from one sample to the next",
+            Hold::Previous => "stay at the earlier sample's value",
+        };
+        let why = match outcome.input_hold_is {
+            HoldIs::Stated => "as stated",
+            HoldIs::Found => "as the log shows best",
+            HoldIs::Assumed => "which was assumed",
+        };
+        format!("{hold}, {why}")
+    })
 }
 
 /// What was learnt from, and what that leaves.

@@ -1,7 +1,7 @@
 //! The measurements of one coordinate.
 
 use super::SmoothError;
-use crate::log::Record;
+use crate::log::{Record, is_aside};
 
 /// Names of the channels in messages, by the derivative they measure.
 pub(super) const NAMES: [&str; 3] = ["q", "dq", "ddq"];
@@ -18,6 +18,8 @@ pub struct Channels<'a> {
     pub dq: Option<&'a [f64]>,
     /// Accelerations (n).
     pub ddq: Option<&'a [f64]>,
+    /// Samples of each that are no measurements, as [`Aside::of`](crate::log::Aside::of) has them.
+    pub aside: [&'a [bool]; 3],
 }
 
 impl<'a> Channels<'a> {
@@ -33,7 +35,14 @@ impl<'a> Channels<'a> {
         dq: Option<&'a [f64]>,
         ddq: Option<&'a [f64]>,
     ) -> Result<Self, SmoothError> {
-        let channels = Channels { t, q, dq, ddq };
+        let aside = [&[][..]; 3];
+        let channels = Channels {
+            t,
+            q,
+            dq,
+            ddq,
+            aside,
+        };
         let named = [("t", Some(t)), ("q", Some(q)), ("dq", dq), ("ddq", ddq)];
         for (channel, values) in named {
             let values = values.unwrap_or(t);
@@ -67,7 +76,16 @@ impl<'a> Channels<'a> {
             });
         };
         let optional = |channels: &'a [Option<Vec<f64>>]| channels.get(i)?.as_deref();
-        Channels::new(&record.t, q, optional(&record.dq), optional(&record.ddq))
+        let channels = Channels::new(&record.t, q, optional(&record.dq), optional(&record.ddq))?;
+        Ok(Channels {
+            aside: record.aside.of(i),
+            ..channels
+        })
+    }
+
+    /// Whether the `i`-th derivative was measured at sample `k`.
+    pub(super) fn is_measured(&self, i: usize, k: usize) -> bool {
+        !is_aside(self.aside[i], k)
     }
 
     /// The channel that measures the `i`-th derivative.

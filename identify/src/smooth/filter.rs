@@ -84,6 +84,9 @@ impl<const N: usize> Wiener<N> {
                 let (Some(noise), Some(values)) = (self.noise[i], channels.derivative(i)) else {
                     continue;
                 };
+                if !channels.is_measured(i, k) {
+                    continue;
+                }
                 let innovation = values[k] / self.si(i) - mean[i];
                 let (gain, variance) = Self::take_in(&mut covariance, i, noise);
                 mean += gain * innovation;
@@ -123,6 +126,8 @@ impl<const N: usize> Wiener<N> {
         let mut gains = [(SVector::<f64, N>::zeros(), 1.0, 0.0); 3];
         let mut stationary = false;
         for k in range.clone() {
+            let is_whole = used.iter().all(|u| channels.is_measured(u.component, k));
+            stationary &= is_whole;
             if k > range.start {
                 let step = channels.t[k] - channels.t[k - 1];
                 mean = self.advance(&mean, step);
@@ -136,10 +141,18 @@ impl<const N: usize> Wiener<N> {
             if !stationary {
                 let before = gains;
                 for (used, gain) in used.iter().zip(&mut gains) {
+                    if !channels.is_measured(used.component, k) {
+                        *gain = (
+                            SVector::zeros(),
+                            0.0,
+                            2.0 * used.component as f64 * self.unit.ln(),
+                        );
+                        continue;
+                    }
                     let (k, variance) = Self::take_in(&mut covariance, used.component, used.noise);
                     *gain = (k, 1.0 / variance, (std::f64::consts::TAU * variance).ln());
                 }
-                stationary = settled(&before, &gains[..used.len()]);
+                stationary = is_whole && settled(&before, &gains[..used.len()]);
             }
             for (used, (gain, precision, log)) in used.iter().zip(&gains) {
                 let innovation = used.values[k] * used.scale - mean[used.component];

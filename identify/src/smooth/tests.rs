@@ -278,6 +278,47 @@ fn stationary_gains_do_not_change_the_likelihood() {
     assert!((fast - full).abs() < 1e-4, "{fast} against {full}");
 }
 
+/// Whatever stands in a sample that is set aside, on one channel or on both.
+#[test]
+fn what_is_set_aside_has_no_weight() {
+    let sim = simulate(even(2000, 0.005), SD, 5);
+    let hyper = Hyper {
+        density: 4e3,
+        sd: [Some(2e-4), Some(0.02), None],
+        prior_sd: [3.0, 10.0, 60.0, 400.0, 3e3],
+    };
+    let model = Wiener::<3>::new(&hyper, 0.005, 10.0);
+    let mut flags = [vec![false; 2000], vec![false; 2000]];
+    for (k, channels) in [
+        (700, [true, false]),
+        (900, [false, true]),
+        (1200, [true, true]),
+    ] {
+        for (flags, is_aside) in flags.iter_mut().zip(channels) {
+            flags[k] = is_aside;
+            flags[k + 1] = is_aside;
+        }
+    }
+    let run = |by: f64| {
+        let mut values = [sim.measured[0].clone(), sim.measured[1].clone()];
+        for (values, flags) in values.iter_mut().zip(&flags) {
+            let aside = values.iter_mut().zip(flags).filter(|(_, aside)| **aside);
+            aside.for_each(|(value, _)| *value += by);
+        }
+        let channels = Channels {
+            aside: [&flags[0], &flags[1], &[]],
+            ..Channels::new(&sim.t, &values[0], Some(&values[1]), None).unwrap()
+        };
+        let steps = model.filter(&channels, 0..2000);
+        let q: Vec<f64> = steps.iter().map(|step| step.mean[0]).collect();
+        let fast = model.log_likelihood(&channels, 0..2000, 0.005);
+        let full = model.log_likelihood(&channels, 0..2000, 1.0);
+        assert!((fast - full).abs() < 1e-4, "{fast} against {full}");
+        (q, fast)
+    };
+    assert_eq!(run(0.0), run(100.0));
+}
+
 #[test]
 fn midpoints_follow_the_motion() {
     let sim = simulate(jittered(2000, 0.005), SD, 3);

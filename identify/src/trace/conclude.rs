@@ -4,17 +4,16 @@
 use super::error::TraceError;
 use super::finding::{Finding, Verdict, findings, verdict};
 use super::forces;
-use super::judge::{is_worse, judge};
+use super::judge::{is_worse, judge, trained};
 use super::learn::Learnt;
-use super::outcome::{Basis, Nearest, Outcome, Split, sensor_noise};
+use super::outcome::{AT_FLOOR, Basis, HoldIs, Nearest, Outcome, Split, is_far, sensor_noise};
 use super::patch::patch;
 use super::run::Request;
 use super::score::Score;
 use super::series::{Details, Series, weighed};
 use crate::log::Record;
+use crate::number::short;
 
-/// An error below this many times the noise floor is the floor.
-const AT_FLOOR: f64 = 1.05;
 /// The same of open-loop predictions, of which a log holds few; where there are none, they say
 /// nothing.
 const ROLLOUT_AT_FLOOR: f64 = 1.5;
@@ -31,6 +30,8 @@ pub(super) struct Judgement {
     series: Series,
     /// Whether what was learnt predicts worse than the model as given.
     is_worse: bool,
+    /// Where nothing was found, errors on what was learnt from.
+    trained: Option<Score>,
 }
 
 /// Judges what was learnt.
@@ -53,6 +54,10 @@ pub(super) fn judged(
         Basis::Motion => judge(dictionary, selection, test, request, hold),
     }?;
     let is_worse = is_worse(*basis, &scores);
+    let trained = match selection.terms.is_empty() && *basis == Basis::Motion {
+        true => Some(trained(dictionary, selection, request)?),
+        false => None,
+    };
     let [before, learnt_errors, noise_floor] = scores;
     Ok(Judgement {
         learnt,
@@ -61,6 +66,7 @@ pub(super) fn judged(
         noise_floor,
         series,
         is_worse,
+        trained,
     })
 }
 
@@ -78,9 +84,33 @@ impl Judgement {
         } = &self.learnt;
         let at_floor = is_at_floor(&self.learnt_errors, &self.noise_floor);
         match verdict(dictionary, selection, *basis == Basis::Forces || at_floor) {
+            Verdict::None if self.is_far() => Verdict::Unknown,
             Verdict::None | Verdict::Parameter if !drives.is_empty() => Verdict::Channel,
             verdict => verdict,
         }
+    }
+
+    /// Whether the log cannot agree with what was learnt, whatever the search says of it.
+    fn is_far(&self) -> bool {
+        let is_far = |trained| is_far(&self.learnt_errors, &self.noise_floor, trained);
+        self.trained.as_ref().is_some_and(is_far)
+    }
+
+    /// What a reader must know who sees that nothing was found, and errors that say otherwise.
+    pub fn contradiction(&self) -> Option<String> {
+        let share = |score: &Score| short(100.0 * score.acceleration.total);
+        let trained = self
+            .trained
+            .as_ref()
+            .filter(|_| self.is_far() && !self.is_worse)?;
+        Some(format!(
+            "the search found nothing missing, but the model's acceleration errs by {} % where it is \
+             judged and by {} % where it was learnt from (the noise floor is {} %): look for samples \
+             that are no measurements, and for a part of the log that is unlike the rest",
+            share(&self.learnt_errors),
+            share(trained),
+            share(&self.noise_floor)
+        ))
     }
 
     /// The outcome. What does not explain the log is not written into the model, and the model
@@ -135,6 +165,11 @@ impl Judgement {
             misfit_after,
             sensor_noise: sensor_noise(&selection.observed),
             input_hold: selection.observed.hold,
+            input_hold_is: match (request.hold, basis) {
+                (Some(_), _) => HoldIs::Stated,
+                (None, Basis::Motion) => HoldIs::Found,
+                (None, Basis::Forces) => HoldIs::Assumed,
+            },
             split,
             seed: request.seed,
             misread: None,

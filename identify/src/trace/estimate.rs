@@ -161,6 +161,7 @@ impl Observed {
             velocity_sd: self.velocity_sd.clone(),
             acceleration: self.record.ddq.clone(),
             acceleration_sd: self.acceleration_sd.clone(),
+            aside: self.record.aside.clone(),
             log_slope: 0.0,
         }
     }
@@ -237,4 +238,43 @@ fn drop_filtered_channels(record: &mut Record, smoothed: &[Smoothed]) -> bool {
         }
     }
     dropped
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::refine::{SMALLEST_SHARE, noise};
+    use super::super::select::linearised;
+    use super::super::select::wheel::{WHEEL, begun, rectangular};
+    use crate::regression::Whitener;
+    use std::fmt::Write;
+
+    /// Whatever stands in a sample that is set aside, the fit is the same.
+    #[test]
+    fn what_is_set_aside_has_no_weight() {
+        let mut text = String::from("t,q_angle,u_motor\n");
+        let mut random = rectangular(9);
+        for k in 0..300 {
+            let t = 0.01 * f64::from(k);
+            let q = 0.3 * (3.0 * t).sin() + 1e-3 * random();
+            writeln!(text, "{t},{q},{}", -0.054 * (3.0 * t).sin()).unwrap();
+        }
+        let (dictionary, start) = begun(WHEEL, &text, ["angle", "motor"]);
+        let focus = dictionary.focus(&[]);
+        let mut observed = start.observed;
+        observed.record.aside.q[0] = (0..300).map(|k| k == 120).collect();
+        let mut innovations = |by: f64| {
+            observed.record.q[0][120] += by;
+            let dynamics = linearised(&focus, &observed, &start.values).unwrap();
+            let accelerations = dynamics.accelerations();
+            let readings = observed.readings(&focus, &start.values, &accelerations);
+            let noise = noise(&dynamics, SMALLEST_SHARE);
+            let whitener = Whitener::new(&dynamics, &readings, &noise);
+            assert_eq!(whitener.reading_count(), 299);
+            let all = whitener.position_innovations().into_iter();
+            all.map(|one| (one.sample, one.value)).collect::<Vec<_>>()
+        };
+        let (without, with) = (innovations(0.0), innovations(100.0));
+        assert_eq!(without, with);
+        assert!(with.iter().all(|(sample, _)| *sample != 120));
+    }
 }

@@ -109,6 +109,23 @@ pub(super) fn judge(
     Ok(([before.score, after.score, floor], series))
 }
 
+/// The errors of the patched model on what was learnt from.
+pub(super) fn trained(
+    dictionary: &Dictionary,
+    selection: &Selection,
+    request: &Request<'_>,
+) -> Result<Score, TraceError> {
+    let record = &selection.observed.record;
+    let failed = |error: ScoreError| match error {
+        ScoreError::Smooth(error) => TraceError::Smooth(error),
+        ScoreError::Solve(error) => TraceError::at(error, &record.t),
+    };
+    let patched = Models::new(dictionary, selection).patched;
+    let faultless = corrected(record, &patched.focus, &patched.values)?;
+    let scoring = patched.scoring(selection.observed.hold, request.horizon);
+    scoring.score(&faultless).map_err(failed)
+}
+
 /// The look of a model that cannot move.
 pub(super) fn motionless(record: &Record, horizon: f64) -> Result<Look, SmoothError> {
     let states = savgol_states(record)?;

@@ -41,7 +41,7 @@ pub use finding::{Finding, ParameterEstimate, Rival, Verdict};
 pub use focus::Focus;
 pub use microscope::{Dependence, Tried, Unnamed, UnnamedForce};
 pub use misread::{Misread, MistakenColumns};
-pub use outcome::{Basis, Nearest, Outcome, Split};
+pub use outcome::{Basis, HoldIs, Nearest, Outcome, Split};
 pub use patch::patch;
 pub use progress::{Progress, Silent, Stage};
 pub use refine::{Estimate, Explanation, SMALLEST_SHARE};

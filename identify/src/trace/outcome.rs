@@ -37,6 +37,43 @@ pub enum Basis {
     Forces,
 }
 
+/// How it is known what inputs do between samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum HoldIs {
+    /// The request says so.
+    Stated,
+    /// The log is likelier so, or as likely.
+    Found,
+    /// Nothing asked the log.
+    Assumed,
+}
+
+/// A model that agrees with a log errs at most this many times as much as sensor noise makes it, and
+/// as on what was learnt from, unless it errs by less than this share of the signal.
+const FAR: (f64, f64) = (3.0, 3e-3);
+/// One whose accelerations err at most this many times as much as sensor noise makes them is right,
+/// however far from the log its predictions run.
+pub(super) const AT_FLOOR: f64 = 1.05;
+
+/// Whether a model's errors on data that nothing was fitted to are too large for one that agrees
+/// with the log: many times those of a model that is exactly right, the `floor`, or those on what
+/// was learnt from, as shares and in the coordinates' own units. A floor follows the log, and with
+/// it samples that are no measurements; a log that is slower shows the same noise as a larger share.
+pub(super) fn is_far(errors: &Score, floor: &Score, trained: &Score) -> bool {
+    let far = |error: f64, floor: f64| error > FAR.0 * floor && error > FAR.1;
+    let accelerations = [errors, floor].map(|score| score.acceleration.total);
+    let predictions = [errors, floor].map(|score| score.rollout.errors.total);
+    let at_floor = accelerations[0] < AT_FLOOR * accelerations[1];
+    let own = errors.acceleration.per_coordinate.iter();
+    let mut own = own.map(|(name, error)| (error, trained.acceleration.per_coordinate.get(name)));
+    let is_unlike = far(accelerations[0], trained.acceleration.total)
+        && own.any(|(error, trained)| trained.is_some_and(|trained| *error > FAR.0 * trained));
+    is_unlike
+        || far(accelerations[0], accelerations[1])
+        || !at_floor && far(predictions[0], predictions[1])
+}
+
 /// What comes nearest to an explanation where nothing is one, and what it would do. Nothing of it
 /// is written into the model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -86,6 +123,8 @@ pub struct Outcome {
     pub sensor_noise: BTreeMap<String, f64>,
     /// What inputs do between samples.
     pub input_hold: Hold,
+    /// How that is known.
+    pub input_hold_is: HoldIs,
     /// Which samples served what.
     pub split: Split,
     /// Seed of everything random.
@@ -117,4 +156,70 @@ pub(super) fn sensor_noise(observed: &Observed) -> BTreeMap<String, f64> {
         }
     }
     noise
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trace::score::{Errors, RolloutErrors};
+    use proptest::prelude::*;
+
+    fn score(acceleration: f64, rollout: f64) -> Score {
+        let errors = |total| Errors {
+            per_coordinate: BTreeMap::from([("j".to_string(), total)]),
+            total,
+        };
+        Score {
+            acceleration: errors(acceleration),
+            force: errors(f64::NAN),
+            rollout: RolloutErrors {
+                horizon: 0.5,
+                windows: 1,
+                diverged: 0,
+                errors: errors(rollout),
+            },
+        }
+    }
+
+    #[test]
+    fn errors_at_the_floor_or_too_small_to_matter_are_not_far() {
+        let floor = score(0.0065, 0.002);
+        let is_far = |errors: &Score, floor: &Score| super::is_far(errors, floor, floor);
+        assert!(is_far(&score(0.258, 0.002), &floor));
+        assert!(is_far(&score(0.01, 0.1), &floor));
+        // Of an unstable machine.
+        assert!(!is_far(&score(0.0065, 0.1), &floor));
+        assert!(!is_far(&score(0.01, f64::NAN), &floor));
+        assert!(!is_far(&score(0.002, 0.002), &score(1e-5, 1e-5)));
+    }
+
+    #[test]
+    fn a_floor_that_follows_the_log_does_not_hide_that_it_is_unlike_the_other() {
+        let (errors, floor) = (score(0.5, 0.03), score(0.5, 0.03));
+        let mut trained = score(0.01, 0.03);
+        assert!(is_far(&errors, &floor, &trained));
+        // As much noise beside more motion.
+        trained.acceleration.per_coordinate.insert("j".into(), 0.4);
+        assert!(!is_far(&errors, &floor, &trained));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// What is not far stays so with smaller errors, and with more noise.
+        #[test]
+        fn less_is_never_farther(
+            [a, r] in prop::array::uniform2(0.0..1.0_f64),
+            [floor_a, floor_r] in prop::array::uniform2(1e-4..1.0_f64),
+            less in 0.0..1.0_f64,
+        ) {
+            let (errors, floor) = (score(a, r), score(floor_a, floor_r));
+            if !is_far(&errors, &floor, &floor) {
+                prop_assert!(a <= 3.0 * floor_a || a <= 3e-3);
+                prop_assert!(!is_far(&score(less * a, less * r), &floor, &floor));
+                let more = score(floor_a / less.max(1e-3), floor_r / less.max(1e-3));
+                prop_assert!(!is_far(&errors, &more, &more));
+            }
+        }
+    }
 }

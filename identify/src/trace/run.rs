@@ -112,6 +112,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     let drives = drives(dictionary, record);
     let verdict = judged.verdict(&drives);
     let mut warnings = said_of(record, &test, request.test.is_some());
+    warnings.extend(judged.contradiction());
     let unnamed = match verdict {
         Verdict::Unknown => {
             progress.enter(Stage::Look, &[]);

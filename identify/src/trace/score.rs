@@ -1,7 +1,7 @@
 //! How far the model is from a log: the figures that are reported before and after.
 
 use super::estimate::Observed;
-use crate::log::{Record, rms};
+use crate::log::{Record, is_aside, rms};
 use crate::machine::{Machine, Motion, Rollout, RolloutOptions, Simulated, SolveError, States};
 use crate::regression::Hold;
 use crate::smooth::{SgStates, SmoothError, savgol_states};
@@ -280,7 +280,7 @@ impl Scoring<'_> {
             ..Default::default()
         };
         let rollout = Rollout::new(self.machine, self.values, options);
-        let mut count = 0_usize;
+        let mut count = vec![0_usize; n];
         let mut predicted = Predicted {
             q: vec![vec![f64::NAN; record.len()]; n],
             starts: starts.clone(),
@@ -313,18 +313,21 @@ impl Scoring<'_> {
                     state.z.iter_mut().for_each(|z| z[window] = 0.0);
                     continue;
                 }
-                count += 1;
                 for i in 0..n {
                     let measured = record.q[i][start + k + 1];
                     predicted.q[i][start + k + 1] = state.q[i][window];
+                    if is_aside(&record.aside.q[i], start + k + 1) {
+                        continue;
+                    }
+                    count[i] += 1;
                     squares[i] += (state.q[i][window] - measured).powi(2);
                     travel[i] += (measured - record.q[i][start]).powi(2);
                 }
             }
         }
-        let mean = |sum: &f64| (sum / count.max(1) as f64).sqrt();
-        let rms: Vec<f64> = squares.iter().map(mean).collect();
-        predicted.travel = travel.iter().map(mean).collect();
+        let mean = |(sum, count): (&f64, &usize)| (sum / (*count).max(1) as f64).sqrt();
+        let rms: Vec<f64> = squares.iter().zip(&count).map(mean).collect();
+        predicted.travel = travel.iter().zip(&count).map(mean).collect();
         let errors = RolloutErrors {
             horizon: length as f64 * step,
             windows: starts.len(),
@@ -513,6 +516,7 @@ pub(super) fn with_noise(mut record: Record, observed: &Observed, seed: u64) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::log::Aside;
 
     /// The round-off of a filter along a locked joint is not its size.
     #[test]
@@ -533,6 +537,7 @@ mod tests {
             ddq: vec![None; 2],
             u: Vec::new(),
             commanded: Vec::new(),
+            aside: Aside::default(),
             warnings: Vec::new(),
         };
         let shares = |scale: [f64; 2]| combine(&record, &[0.5, 0.5], &scale).total;

@@ -3,6 +3,7 @@
 use super::{Fill, Map, Term, Wrap};
 use crate::log::error::{ProblemKind, Problems};
 use crate::log::health::unwrap;
+use crate::log::spikes::of_angle;
 use crate::log::table::{Column, Table};
 use crate::log::warning::Warning;
 use std::collections::BTreeMap;
@@ -105,7 +106,7 @@ impl Term {
                 let found = unwrap(&self.column, t, &mut values, turn);
                 table.warnings.extend(found);
             }
-            Wrap::Stated(turn) => join(turn, &mut values),
+            Wrap::Stated(turn) => join(t, turn, &mut values),
         }
         values
     }
@@ -127,15 +128,17 @@ fn close(name: &str, found: &[String]) -> Option<String> {
     same.cloned().or_else(near)
 }
 
-/// Takes every step as the shorter way around.
-fn join(turn: f64, values: &mut [f64]) {
+/// Takes every step as the shorter way around; those to wild samples and back are none.
+fn join(t: &[f64], turn: f64, values: &mut [f64]) {
+    let wild = of_angle(t, values);
     let mut turns = 0.0;
     let mut previous = values.first().copied().unwrap_or(0.0);
-    for value in values {
-        let step = *value - previous;
-        previous = *value;
-        turns -= (step / turn).round();
-        *value += turns * turn;
+    for (value, is_wild) in values.iter_mut().zip(wild) {
+        let around = turns - ((*value - previous) / turn).round();
+        if !is_wild {
+            (previous, turns) = (*value, around);
+        }
+        *value += around * turn;
     }
 }
 

@@ -10,7 +10,7 @@ use crate::trace::estimate::Observed;
 use crate::trace::finding::Verdict;
 use crate::trace::judge::motionless;
 use crate::trace::logs::Logs;
-use crate::trace::outcome::{Basis, Outcome, sensor_noise};
+use crate::trace::outcome::{Basis, HoldIs, Outcome, sensor_noise};
 use crate::trace::run::Request;
 use crate::trace::score::{Look, ScoreError, Scoring};
 use crate::trace::select::Remaining;
@@ -69,6 +69,10 @@ pub(in crate::trace) fn outcome(
         misfit_after: f64::NAN,
         sensor_noise: sensor_noise(&observed),
         input_hold: hold,
+        input_hold_is: match request.hold {
+            Some(_) => HoldIs::Stated,
+            None => HoldIs::Assumed,
+        },
         split,
         seed: request.seed,
         misread: Some(misread),

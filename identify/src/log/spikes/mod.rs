@@ -1,0 +1,164 @@
+//! Wild samples: single values that their neighbours contradict, as a lost bit, a counter that
+//! skipped or a line that was written twice leaves them.
+//!
+//! A machine has inertia: its position, and what its sensors say, goes on smoothly. Each sample is
+//! held against the cubic through two neighbours on each side. One that is far off, by the measure
+//! of what is usual there, is wild if all is usual without it. Corners and steps of a signal
+//! remain: without the first sample after a step its neighbours do not agree either. An input, or
+//! an acceleration, may well jump for a sample and return; if so, a velocity jumps with it.
+
+mod answer;
+mod examine;
+mod stretch;
+#[cfg(test)]
+mod tests;
+
+use super::statistics::{mad_sd, quantile};
+use super::{Log, Record, Warning, segments};
+use answer::Answers;
+use std::ops::Range;
+use stretch::Stretch;
+
+/// What is smaller than this share of a channel's spread is rounding.
+const ROUNDING: f64 = 1e-9;
+/// What is smaller than this share of an input's or an acceleration's spread moves nothing.
+const MOVES: f64 = 1e-3;
+/// A drive follows its command where its output changes by this many times as much as it does from
+/// one sample to the next at nearly all times, within so many samples.
+const FOLLOWS: (f64, f64, usize) = (2.0, 0.9, 4);
+/// Shares of an input's samples below which, and above which, none need be looked at to know
+/// where it usually is.
+const USUAL: (f64, f64) = (0.02, 0.98);
+/// An input that steps is wild this share of its usual range outside it.
+const OUTSIDE: f64 = 0.5;
+
+/// The wild samples of an angle as it was read, which may jump by whole turns.
+pub(super) fn of_angle(t: &[f64], values: &[f64]) -> Vec<bool> {
+    examine::wild(t, values, &segments(t), ROUNDING, &|_| false)
+}
+
+/// Puts what neighbours say in the place of wild samples, and marks them in [`Record::aside`].
+/// The record has the samples of `log`.
+pub(super) fn set_aside(record: &mut Record, log: &Log) -> Vec<Warning> {
+    let segments = segments(&record.t);
+    let t = &record.t;
+    let mut warnings = Vec::new();
+    let mut mend = |column: String, values: &mut [f64], kind: &Kind<'_>| {
+        let wild = kind.wild(t, values, &segments);
+        if let Some(first) = wild.iter().position(|&w| w) {
+            let found = values[first];
+            kind.replace(t, values, &wild, &segments);
+            warnings.push(Warning::Wild {
+                column,
+                line: log.lines[first],
+                value: found,
+                beside: values[first],
+                samples: wild.iter().filter(|&&w| w).count(),
+            });
+        }
+        wild
+    };
+    for (i, name) in record.coordinates.iter().enumerate() {
+        let column = |prefix| log.column(prefix, name);
+        record.aside.q[i] = mend(column("q_"), &mut record.q[i], &Kind::Motion);
+        if let Some(values) = &mut record.dq[i] {
+            record.aside.dq[i] = mend(column("dq_"), values, &Kind::Motion);
+        }
+    }
+    let answers = Answers::new(t, &record.q);
+    for (i, name) in record.coordinates.iter().enumerate() {
+        if let Some(values) = &mut record.ddq[i] {
+            let column = log.column("ddq_", name);
+            record.aside.ddq[i] = mend(column, values, &Kind::Acceleration(&answers));
+        }
+    }
+    for (i, name) in record.inputs.iter().enumerate() {
+        let kind = Kind::Input(&answers);
+        mend(log.input_column(name), &mut record.u[i], &kind);
+        if let Some(values) = &mut record.commanded[i] {
+            let kind = Kind::Command(&answers, &record.u[i]);
+            mend(log.column("ucmd_", name), values, &kind);
+        }
+    }
+    warnings
+}
+
+/// What a channel may do.
+enum Kind<'a> {
+    /// It goes on as it was.
+    Motion,
+    /// It may jump for a sample where the machine is hit.
+    Acceleration(&'a Answers<'a>),
+    /// It may do as it likes, and the machine answers.
+    Input(&'a Answers<'a>),
+    /// The same, and its drive may follow it: what that puts out.
+    Command(&'a Answers<'a>, &'a [f64]),
+}
+
+impl Kind<'_> {
+    fn wild(&self, t: &[f64], values: &[f64], segments: &[Range<usize>]) -> Vec<bool> {
+        let is_real = |group: &Range<usize>| match self {
+            Self::Motion => false,
+            Self::Acceleration(answers) => answers.to(group),
+            Self::Command(_, driven) if *driven != values && follows(driven, group) => true,
+            Self::Input(answers) | Self::Command(answers, _) => {
+                let at_end = segments
+                    .iter()
+                    .any(|s| s.start == group.start || s.end == group.end);
+                let may_be = (at_end || steps(values)) && is_usual(values, group);
+                may_be || answers.to(group)
+            }
+        };
+        let share = match self {
+            Self::Motion => ROUNDING,
+            _ => MOVES,
+        };
+        examine::wild(t, values, segments, share, &is_real)
+    }
+
+    /// Puts what the other samples say in the place of wild ones.
+    fn replace(&self, t: &[f64], values: &mut [f64], wild: &[bool], segments: &[Range<usize>]) {
+        let stays = matches!(self, Self::Input(_) | Self::Command(..)) && steps(values);
+        let read = values.to_vec();
+        for range in segments {
+            let stretch = Stretch {
+                t: &t[range.clone()],
+                values: &read[range.clone()],
+                aside: &wild[range.clone()],
+            };
+            for k in range.clone().filter(|&k| wild[k]) {
+                let mut before = (range.start..k).rev().filter(|&j| !wild[j]);
+                let held = before.next().filter(|_| stays).map(|j| values[j]);
+                let own = k - range.start;
+                let drawn = || stretch.said(own, &(own..own)).map(|said| said.value);
+                if let Some(value) = held.or_else(drawn) {
+                    values[k] = value;
+                }
+            }
+        }
+    }
+}
+
+/// Whether a signal stays at most of its samples what it was at the one before.
+fn steps(values: &[f64]) -> bool {
+    let changes: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    mad_sd(&changes) == Some(0.0)
+}
+
+/// Whether what a drive puts out changes with a command, or soon after.
+fn follows(driven: &[f64], group: &Range<usize>) -> bool {
+    let changes: Vec<f64> = driven.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
+    let usual = quantile(&changes, FOLLOWS.1).unwrap_or(0.0);
+    let last = (group.end + FOLLOWS.2).min(changes.len());
+    let mut soon = changes[group.start.saturating_sub(1).min(last)..last].iter();
+    soon.any(|change| *change > FOLLOWS.0 * usual)
+}
+
+/// Whether some samples of a signal are where it is at other times.
+fn is_usual(values: &[f64], group: &Range<usize>) -> bool {
+    let at = |share| quantile(values, share).unwrap_or(0.0);
+    let (low, high) = (at(USUAL.0), at(USUAL.1));
+    let beyond = OUTSIDE * (high - low);
+    let usual = low - beyond..=high + beyond;
+    group.clone().all(|k| usual.contains(&values[k]))
+}
