@@ -1,7 +1,7 @@
 //! What an input does between its samples, and before the first one.
 
 /// What the input does between two samples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Hold {
     /// Linear from one sample to the next.

@@ -121,6 +121,14 @@ impl Gram {
         self.total[(j + 1, j + 1)]
     }
 
+    /// Products of `columns` with each other (without the data).
+    pub fn information(&self, columns: &[usize]) -> DMatrix<f64> {
+        let size = columns.len();
+        DMatrix::from_fn(size, size, |i, j| {
+            self.total[(columns[i] + 1, columns[j] + 1)]
+        })
+    }
+
     /// The data with known multiples of columns put back: `data + Σ cⱼ columnⱼ`.
     #[must_use]
     pub fn with_data_shifted(&self, shift: &[(usize, f64)]) -> Self {

@@ -45,6 +45,22 @@ impl Sensed {
         }
     }
 
+    /// Per column that sensors know of, counted from zero: root mean square of what a unit of it
+    /// changes in the readings of each position.
+    pub fn sizes(&self) -> Vec<(usize, Vec<f64>)> {
+        let samples = self.values.len().max(1) as f64;
+        let size = |place: usize, row: usize| {
+            let squares = self.values.iter().map(|at| at[(row, place)].powi(2));
+            (squares.sum::<f64>() / samples).sqrt()
+        };
+        let coordinates = self.values.first().map_or(0, |at| at.nrows() / 3);
+        let sizes = |place: usize| (0..coordinates).map(|row| size(place, row)).collect();
+        let known = self.columns.iter().enumerate();
+        known
+            .map(|(place, &column)| (column, sizes(place)))
+            .collect()
+    }
+
     /// What a mix of columns adds to the readings of a sample, `3n × count`; `None` if no
     /// sensor knows of any column.
     pub(super) fn of(&self, sample: usize, mix: &Mix<'_>) -> Option<DMatrix<f64>> {

@@ -73,7 +73,8 @@ impl Learner<'_> {
 
     fn by_motion(&self, dictionary: &Dictionary) -> Result<Selection, SolveError> {
         let mut observed = self.observed.clone();
-        if self.free_hold {
+        // The other search asks about it itself.
+        if self.free_hold && cfg!(not(feature = "evidence")) {
             observed.hold = likelier_hold(dictionary, &observed)?;
         }
         select_with_slow_errors(dictionary, observed, self.free_hold, self.progress)

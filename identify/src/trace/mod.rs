@@ -27,6 +27,8 @@ mod rivals;
 mod run;
 mod score;
 mod screen;
+#[cfg(feature = "evidence")]
+mod search;
 mod select;
 mod separate;
 mod series;

@@ -4,7 +4,7 @@
 use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use super::score::NEGLIGIBLE;
-use crate::machine::SolveError;
+use crate::machine::{SolveError, States};
 use crate::regression::{Columns, ErrorDynamics, Fit, Gram, ProcessNoise, Readings, Whitener};
 use nalgebra::{DMatrix, DVector};
 
@@ -36,6 +36,20 @@ pub struct Estimate {
     pub unexplained: f64,
 }
 
+/// Estimates with what the evidence for them is taken from.
+#[derive(Debug, Clone)]
+pub struct Refined {
+    /// The estimates.
+    pub estimate: Estimate,
+    /// Products of the parameters' whitened columns: the Hessian of the cost (Gauss–Newton).
+    #[cfg_attr(not(feature = "evidence"), expect(dead_code))]
+    pub information: DMatrix<f64>,
+    /// Per parameter the change that moves the machine, or what its sensors read, as much as it
+    /// moves; infinite where nothing of that is seen.
+    #[cfg_attr(not(feature = "evidence"), expect(dead_code))]
+    pub reach: Vec<f64>,
+}
+
 /// A force error below this share of a coordinate's forces is not worth a name: what no
 /// rigid-body model of a machine is claimed to reach.
 pub const SMALLEST_SHARE: f64 = 1e-3;
@@ -46,6 +60,11 @@ const SMALLEST_CLOSURE: f64 = 1e-4;
 const ROUND_OFF: f64 = 1e-12;
 /// Steps at most.
 const STEPS: usize = 12;
+/// Steps that every fit may take.
+const LEAST_STEPS: usize = 2;
+/// A fit is given up that would have to gain more than this many times what its last step gained,
+/// or what the next one promises.
+const PATIENCE: f64 = 5.0;
 /// Nats; a smaller improvement ends the iteration.
 const SMALL_IMPROVEMENT: f64 = 0.5;
 /// How often the noise is adapted per linearisation.
@@ -176,9 +195,32 @@ const LARGEST: f64 = 3.0 / SMALLEST_SHARE;
 /// Change of `ln σ` below which nothing is adapted further.
 const SETTLED: f64 = 0.03;
 
+/// How much a fit is worth.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Effort {
+    /// Steps before the noise is adapted.
+    pub held: usize,
+    /// A fit that cannot come below this cost is given up.
+    pub bar: f64,
+}
+
+impl Effort {
+    /// Whatever it takes.
+    pub const FULL: Self = Self {
+        held: 0,
+        bar: f64::INFINITY,
+    };
+
+    /// Whether a fit at `cost`, whose last step gained some nats, ends above the bar even if the
+    /// steps that are left gain several times as much.
+    fn is_hopeless(&self, cost: f64, gained: f64, step: usize) -> bool {
+        step > self.held + LEAST_STEPS && cost - PATIENCE * gained > self.bar
+    }
+}
+
 /// Fits the parameters of `candidates`, starting at and writing to `explanation`, and
 /// moves the curve to where the model and the sensors agree best. The noise is adapted on
-/// the way, but for the first `held` steps.
+/// the way.
 ///
 /// # Errors
 /// If the equation of motion cannot be solved along the curve.
@@ -186,10 +228,10 @@ pub fn refine(
     dictionary: &Dictionary,
     candidates: &[usize],
     explanation: &mut Explanation,
-    held: usize,
-) -> Result<Estimate, SolveError> {
+    effort: Effort,
+) -> Result<Refined, SolveError> {
     let parameters = dictionary.parameters_of(candidates);
-    refine_some(dictionary, candidates, &parameters, explanation, held)
+    refine_some(dictionary, candidates, &parameters, explanation, effort)
 }
 
 /// As [`refine`], with all parameters as they are: only the curve and the noise move.
@@ -200,8 +242,8 @@ pub fn refine_curve(
     dictionary: &Dictionary,
     candidates: &[usize],
     explanation: &mut Explanation,
-) -> Result<Estimate, SolveError> {
-    refine_some(dictionary, candidates, &[], explanation, 0)
+) -> Result<Refined, SolveError> {
+    refine_some(dictionary, candidates, &[], explanation, Effort::FULL)
 }
 
 /// `parameters`: those of `candidates`, or none.
@@ -210,8 +252,9 @@ fn refine_some(
     candidates: &[usize],
     parameters: &[usize],
     explanation: &mut Explanation,
-    held: usize,
-) -> Result<Estimate, SolveError> {
+    effort: Effort,
+) -> Result<Refined, SolveError> {
+    let held = effort.held;
     let focus = dictionary.focus(candidates);
     let all: Vec<usize> = (0..parameters.len()).collect();
     let mut best: Option<Step> = None;
@@ -250,7 +293,8 @@ fn refine_some(
                 Adapt::Not
             };
             let settled = settle(&dynamics, &readings, &all, noise, adapt);
-            let (cost, fit) = (settled.cost(), settled.fit);
+            let (cost, promised) = (settled.cost(), settled.cost() - settled.cost_of_fit());
+            let fit = settled.fit;
             let finite = cost.is_finite() && fit.coefficients.iter().all(|x| x.is_finite());
             let gram = settled.gram;
             let estimate = Estimate {
@@ -267,6 +311,7 @@ fn refine_some(
                 dynamics,
                 readings,
                 gram,
+                promised,
             })
         });
         let known = best
@@ -275,8 +320,11 @@ fn refine_some(
         match next {
             Some(next) if next.estimate.cost < known => {
                 let improvement = known - next.estimate.cost;
+                let gained = improvement.max(next.promised);
                 best = Some(next);
-                if step > 1 + held && uphill == 0 && improvement < SMALL_IMPROVEMENT {
+                if step > 1 + held && uphill == 0 && improvement < SMALL_IMPROVEMENT
+                    || effort.is_hopeless(known - improvement, gained, step)
+                {
                     break;
                 }
                 (uphill, detour) = (0, false);
@@ -304,8 +352,14 @@ fn refine_some(
     // The best state seen, not the last one: a linearisation may mislead.
     match best {
         Some(best) => {
+            let curve = &best.from.observed.curve;
+            let refined = Refined {
+                information: best.gram.information(&all),
+                reach: reach(&best.dynamics, parameters.len(), curve),
+                estimate: best.estimate,
+            };
             *explanation = best.from;
-            Ok(best.estimate)
+            Ok(refined)
         }
         None => Err(SolveError::NotFinite { sample: 0 }),
     }
@@ -322,6 +376,8 @@ struct Step {
     dynamics: ErrorDynamics,
     readings: Readings,
     gram: Gram,
+    /// Nats that the linear equation promises.
+    promised: f64,
 }
 
 impl Step {
@@ -370,6 +426,46 @@ pub fn unexplained(dynamics: &ErrorDynamics, noise: &ProcessNoise) -> f64 {
         }
     });
     shares.sum::<f64>() / n as f64
+}
+
+/// Per parameter the change that moves some coordinate, or what is read of it, as much as it
+/// moves itself.
+fn reach(dynamics: &ErrorDynamics, count: usize, curve: &States) -> Vec<f64> {
+    let samples = dynamics.acceleration.len() as f64;
+    let largest = dynamics.acceleration_scale.max();
+    let spreads: Vec<f64> = curve.q.iter().map(|q| spread(q)).collect();
+    let read = dynamics.sensed.sizes();
+    let reach = |column: usize| {
+        let accelerated = (0..dynamics.coordinate_count()).map(|i| {
+            let own = dynamics.acceleration_scale[i];
+            if own <= NEGLIGIBLE * largest {
+                return 0.0;
+            }
+            let squares = dynamics
+                .acceleration
+                .iter()
+                .map(|a| a[(i, column + 1)].powi(2));
+            (squares.sum::<f64>() / samples).sqrt() / own
+        });
+        let shown = read.iter().filter(|(known, _)| *known == column);
+        let shown = shown.flat_map(|(_, sizes)| {
+            let each = sizes
+                .iter()
+                .zip(&spreads)
+                .filter(|(_, spread)| **spread > 0.0);
+            each.map(|(size, spread)| size / spread)
+        });
+        1.0 / accelerated.chain(shown).fold(0.0, f64::max)
+    };
+    (0..count).map(reach).collect()
+}
+
+/// Standard deviation.
+fn spread(x: &[f64]) -> f64 {
+    let count = x.len().max(1) as f64;
+    let mean = x.iter().sum::<f64>() / count;
+    let squares: f64 = x.iter().map(|x| (x - mean).powi(2)).sum();
+    (squares / count).sqrt()
 }
 
 /// A step that keeps the values inside their bounds and not too far from the old ones.

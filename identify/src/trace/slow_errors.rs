@@ -6,7 +6,11 @@ use super::estimate::Observed;
 use super::finding::{Verdict, verdict};
 use super::progress::Progress;
 use super::score::Scoring;
-use super::select::{Selection, select};
+#[cfg(feature = "evidence")]
+use super::search::select;
+use super::select::Selection;
+#[cfg(not(feature = "evidence"))]
+use super::select::select;
 use crate::machine::SolveError;
 
 /// Share of the accelerations below which what remains may be a sensor's slow error.

@@ -6,7 +6,7 @@ use crate::regression::{Columns, ErrorDynamics, ProcessNoise};
 use crate::trace::dictionary::Dictionary;
 use crate::trace::estimate::Observed;
 use crate::trace::focus::Focus;
-use crate::trace::refine::{Explanation, noise, refine, refine_curve};
+use crate::trace::refine::{Effort, Explanation, noise, refine, refine_curve};
 
 /// Some unexplained force to begin with.
 pub(in crate::trace) fn first_noise(
@@ -53,7 +53,11 @@ pub(super) fn fit_holding(
     mut explanation: Explanation,
     held: usize,
 ) -> Result<Attempt, SolveError> {
-    let estimate = refine(dictionary, candidates, &mut explanation, held)?;
+    let effort = Effort {
+        held,
+        ..Effort::FULL
+    };
+    let estimate = refine(dictionary, candidates, &mut explanation, effort)?.estimate;
     Ok(Attempt {
         candidates: candidates.to_vec(),
         cost: estimate.cost + 0.5 * estimate.parameters.len() as f64 * (estimate.rows as f64).ln(),

@@ -1,0 +1,118 @@
+//! What a search says: terms with their evidence, rivals, and what remains.
+
+use super::beam::Search;
+use super::channel::is_time;
+use super::explored::Explored;
+use super::fit::Fitted;
+use super::hypothesis::Hypothesis;
+use super::settings::TIE;
+use crate::machine::SolveError;
+use crate::trace::finding::Rival;
+use crate::trace::select::{Remaining, Selection, Term};
+use crate::trace::separate::separating_motion;
+use nalgebra::{DMatrix, DVector};
+use std::sync::Arc;
+
+/// For how many rivals of a term a motion is sought that tells them apart.
+const TOLD_APART: usize = 4;
+
+/// The answer of a finished search.
+///
+/// # Errors
+/// If the equation of motion cannot be solved along the curve.
+pub fn answer(search: &Search<'_>) -> Result<Selection, SolveError> {
+    let dictionary = search.dictionary;
+    let best = search.best();
+    let nothing = Hypothesis::nothing(best.hypothesis.hold);
+    let mut given = search.given.iter();
+    let given = given.find(|given| given.hypothesis == nothing);
+    let given = match given {
+        Some(given) => Arc::clone(given),
+        None => Arc::new(search.as_given(best)?),
+    };
+    let mut estimate = best.estimate.clone();
+    if let Some(doubt) = doubt_about_hold(search, best) {
+        estimate.covariance += doubt;
+    }
+    let (nominal_misfit, _) = given.at_floor(dictionary)?;
+    let (reduced_misfit, cost_at_floor) = best.at_floor(dictionary)?;
+    let share = |fitted: &Fitted| fitted.estimate.unexplained.max(0.0).sqrt();
+    let term = |&candidate: &usize| Term {
+        candidate,
+        evidence: evidence(&search.explored, best, candidate),
+        rivals: rivals(search, best, candidate),
+    };
+    let mut terms: Vec<Term> = best.hypothesis.candidates().iter().map(term).collect();
+    terms.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    Ok(Selection {
+        terms,
+        reduced_misfit,
+        nominal_misfit,
+        remaining: Remaining {
+            share_before: share(&given),
+            share_after: share(best),
+            evidence: cost_at_floor - best.estimate.cost,
+        },
+        considered: search.fresh.to_vec(),
+        values: best.explanation.values.clone(),
+        estimate,
+        observed: best.explanation.observed.clone(),
+    })
+}
+
+/// Nats by which the log is less likely without a term, after all prices.
+fn evidence(explored: &Explored, best: &Fitted, term: usize) -> f64 {
+    let without = best.hypothesis.exchange(&[term], &[]);
+    // Where the machine cannot move without it, it is needed.
+    explored
+        .of(&without)
+        .map_or(f64::INFINITY, |without| without.score - best.score)
+}
+
+/// What the log cannot tell from a term, the best first, with motions that would tell.
+fn rivals(search: &Search<'_>, found: &Fitted, term: usize) -> Vec<Rival> {
+    let best = &found.explanation;
+    let others = search.explored.all().filter_map(|(other, outline)| {
+        let (own, instead) = found.hypothesis.differs_by_one(other)?;
+        let better = found.score - outline.score;
+        (own == term && better > -TIE).then_some((better, instead, &outline.values))
+    });
+    let mut others: Vec<(f64, usize, &Vec<f64>)> = others.collect();
+    others.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let each = others
+        .into_iter()
+        .enumerate()
+        .map(|(i, (better, instead, values))| {
+            let subject = &search.dictionary.candidates[instead].subject;
+            let mut rival = Rival::new(subject, better);
+            if i < TOLD_APART {
+                let both = found.hypothesis.exchange(&[], &[instead]);
+                let values = [best.values.as_slice(), values];
+                rival.separating_motion =
+                    separating_motion(search.dictionary, &best.observed, both.candidates(), values);
+            }
+            rival
+        });
+    each.collect()
+}
+
+/// What a doubt about inputs between samples adds to the covariance of times and all else, where
+/// the log is about as likely under the other assumption: `½ Δ Δᵀ`, with how far `Δ` the estimate
+/// moves under it. An input that is held is as late as one that is drawn straight and half a sample
+/// later.
+fn doubt_about_hold(search: &Search<'_>, found: &Fitted) -> Option<DMatrix<f64>> {
+    let mut terms = found.hypothesis.candidates().iter();
+    terms.find(|&&term| is_time(search.dictionary, term))?;
+    let otherwise = search.explored.of(&found.hypothesis.held_otherwise())?;
+    // What is believed of the two beforehand says nothing of how well the log tells them apart.
+    let apart = otherwise.cost - found.estimate.cost;
+    if apart.is_nan() || apart > TIE {
+        return None;
+    }
+    let parameters = &found.estimate.parameters;
+    let moved = parameters
+        .iter()
+        .map(|&p| otherwise.values[p] - found.explanation.values[p]);
+    let moved = DVector::from_iterator(parameters.len(), moved);
+    Some(0.5 * &moved * moved.transpose())
+}

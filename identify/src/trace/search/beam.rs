@@ -1,0 +1,352 @@
+//! The search: from the best hypothesis to its neighbours, until none of them is better.
+
+use super::explored::Explored;
+use super::fit::{Fitted, bar, by_score, fit, fit_with, sharpened};
+use super::hypothesis::Hypothesis;
+use super::moves::merge::is_on_a_body;
+use super::moves::{EXCHANGE, LEAP, Move, STEP};
+use super::neighbourhood::Neighbourhood;
+use super::placement::placed;
+use super::proposal::Proposal;
+use super::score::structure;
+use super::settings::{BEAM, KEPT, NEAR_MISS, SPARED, TIE};
+use crate::machine::SolveError;
+use crate::regression::Hold;
+use crate::trace::dictionary::Dictionary;
+use crate::trace::estimate::Observed;
+use crate::trace::progress::{Progress, Stage};
+use crate::trace::refine::{Effort, Explanation};
+use crate::trace::screen::Considered;
+use crate::trace::select::first_noise;
+use rayon::prelude::*;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// What to do next, and with which hypothesis.
+enum Next {
+    /// All moves, as far as one leads on.
+    Expand(Arc<Fitted>),
+    /// The leaps alone.
+    Leap(Arc<Fitted>),
+}
+
+/// A search in a part of a log.
+pub struct Search<'a> {
+    /// What may be there.
+    pub dictionary: &'a Dictionary,
+    /// Who is told how far it is.
+    pub progress: &'a dyn Progress,
+    /// Whether the log says what inputs do between samples.
+    pub free_hold: bool,
+    /// The model as given, under each assumption about inputs that is open.
+    pub given: Vec<Arc<Fitted>>,
+    /// Everything that was fitted.
+    pub explored: Explored,
+    /// What each candidate is worth beside the model as given.
+    pub fresh: Arc<[Considered]>,
+    /// Which hypotheses were expanded.
+    expanded: BTreeSet<Hypothesis>,
+    /// From which ones leaps were tried.
+    leapt: BTreeSet<Hypothesis>,
+}
+
+impl<'a> Search<'a> {
+    /// Begins with the model as given, under each assumption about inputs that is open.
+    ///
+    /// # Errors
+    /// If the equation of motion cannot be solved along the curve.
+    pub fn begin(
+        dictionary: &'a Dictionary,
+        observed: &Observed,
+        free_hold: bool,
+        progress: &'a dyn Progress,
+    ) -> Result<Self, SolveError> {
+        let mut search = Self {
+            dictionary,
+            progress,
+            free_hold,
+            given: Vec::new(),
+            explored: Explored::default(),
+            fresh: Arc::default(),
+            expanded: BTreeSet::new(),
+            leapt: BTreeSet::new(),
+        };
+        let other = Hypothesis::nothing(observed.hold).held_otherwise().hold;
+        let is_open = free_hold && !observed.record.u.is_empty();
+        let holds: &[Hold] = if is_open {
+            &[observed.hold, other]
+        } else {
+            &[observed.hold]
+        };
+        for &hold in holds {
+            let given = Arc::new(as_given(dictionary, observed, hold)?);
+            search.explored.add(dictionary, Arc::clone(&given));
+            search.given.push(given);
+        }
+        Ok(search)
+    }
+
+    /// The model as given beside the log of a hypothesis, with inputs as they are there.
+    ///
+    /// # Errors
+    /// If the equation of motion cannot be solved along the curve.
+    pub fn as_given(&self, of: &Fitted) -> Result<Fitted, SolveError> {
+        let observed = &self.given[0].explanation.observed;
+        as_given(self.dictionary, observed, of.hypothesis.hold)
+    }
+
+    /// A search in the whole of a log whose part this has searched: from its answer, and from what
+    /// the whole may say is as good.
+    ///
+    /// # Errors
+    /// If the equation of motion cannot be solved along the curve.
+    pub fn on_the_whole(self, whole: &Observed) -> Result<Self, SolveError> {
+        let found = Arc::clone(self.best());
+        let dictionary = self.dictionary;
+        let observed = Observed {
+            hold: found.hypothesis.hold,
+            ..whole.clone()
+        };
+        let given = Self::begin(dictionary, &observed, false, self.progress)?;
+        self.enter(Stage::Settle);
+        let start = Explanation {
+            observed,
+            ..found.explanation.clone()
+        };
+        let best = fit(dictionary, &found.hypothesis, start)?;
+        let best = Arc::new(sharpened(dictionary, best, f64::INFINITY));
+        let part = found.explanation.observed.record.len();
+        let times = whole.record.len() as f64 / part as f64;
+        let mut explored = self.explored.carried_over(&found, &best, times);
+        let likely = explored.take_below(best.score + TIE);
+        let mut search = Self {
+            free_hold: self.free_hold,
+            fresh: self.fresh,
+            explored,
+            ..given
+        };
+        for given in &search.given {
+            search.explored.replace(dictionary, Arc::clone(given));
+        }
+        search.explored.replace(dictionary, Arc::clone(&best));
+        // Forces too small to be worth a name are not looked into again.
+        if !best.leaves_forces() {
+            search.expanded.insert(best.hypothesis.clone());
+        }
+        let likely = likely.into_iter().take(KEPT);
+        let likely = likely.map(|(hypothesis, outline)| Proposal {
+            hypothesis,
+            values: outline.values,
+            promise: outline.score,
+        });
+        search.try_all(&best, likely.collect());
+        Ok(search)
+    }
+
+    /// Goes on until no hypothesis is left that may lead on.
+    ///
+    /// # Errors
+    /// If the equation of motion cannot be solved along the curve of a hypothesis.
+    pub fn run(&mut self) -> Result<(), SolveError> {
+        while let Some(next) = self.next() {
+            match next {
+                Next::Expand(from) => self.expand(&from)?,
+                Next::Leap(from) => self.leap(&from)?,
+            }
+        }
+        Ok(())
+    }
+
+    /// The best hypothesis so far.
+    pub fn best(&self) -> &Arc<Fitted> {
+        // The model as given is there from the beginning, and the best is never forgotten.
+        &self.explored.kept()[0]
+    }
+
+    /// What to do next: with the best hypothesis, and where that is spent and the answer is not
+    /// simple, from the model as given and from the next best ones.
+    fn next(&self) -> Option<Next> {
+        let kept = self.explored.kept();
+        let best = self.best();
+        let is_expanded = |fitted: &Arc<Fitted>| self.expanded.contains(&fitted.hypothesis);
+        let mut as_good = kept.iter().filter(|k| k.score < best.score + SPARED);
+        if !as_good.any(is_expanded) {
+            return Some(Next::Expand(Arc::clone(best)));
+        }
+        let forces_remain = best.leaves_forces();
+        let given = Hypothesis::nothing(best.hypothesis.hold);
+        let is_simple = best.hypothesis.candidates().len() < 2 && !forces_remain;
+        if !is_simple
+            && !self.leapt.contains(&given)
+            && let Some(given) = self.given.iter().find(|fitted| fitted.hypothesis == given)
+        {
+            return Some(Next::Leap(Arc::clone(given)));
+        }
+        let others = || {
+            kept.iter()
+                .filter(|k| k.hypothesis.hold == best.hypothesis.hold)
+        };
+        if !forces_remain || others().filter(|k| is_expanded(k)).count() > BEAM {
+            return None;
+        }
+        let next = others().find(|k| !is_expanded(k));
+        next.map(|next| Next::Expand(Arc::clone(next)))
+    }
+
+    fn enter(&self, stage: Stage) {
+        let subject = |&c: &usize| self.dictionary.candidates[c].subject.to_string();
+        let found: Vec<String> = match self.explored.kept().first() {
+            Some(best) => best.hypothesis.candidates().iter().map(subject).collect(),
+            None => Vec::new(),
+        };
+        self.progress.enter(stage, &found);
+    }
+
+    /// Tries what leads on from a hypothesis; where nothing did, what questions its terms.
+    fn expand(&mut self, from: &Fitted) -> Result<(), SolveError> {
+        self.expanded.insert(from.hypothesis.clone());
+        self.enter(Stage::Screen);
+        let (dictionary, fresh) = (self.dictionary, Arc::clone(&self.fresh));
+        let at = Neighbourhood::new(dictionary, from, &fresh, self.free_hold)?;
+        if self.fresh.is_empty() {
+            self.fresh = at.considered.clone().into();
+        }
+        self.try_moves(STEP, &at, Stage::Fit);
+        if self.best().score < from.score {
+            return Ok(());
+        }
+        if from.leaves_forces() {
+            self.leapt.insert(from.hypothesis.clone());
+            self.try_moves(LEAP, &at, Stage::Fit);
+        }
+        if self.best().score >= from.score && !at.terms().is_empty() {
+            self.try_moves(EXCHANGE, &at, Stage::Question);
+        }
+        Ok(())
+    }
+
+    /// Tries what goes two steps at once from a hypothesis.
+    fn leap(&mut self, from: &Fitted) -> Result<(), SolveError> {
+        self.leapt.insert(from.hypothesis.clone());
+        self.enter(Stage::Screen);
+        let (dictionary, fresh) = (self.dictionary, Arc::clone(&self.fresh));
+        let at = Neighbourhood::new(dictionary, from, &fresh, self.free_hold)?;
+        self.try_moves(LEAP, &at, Stage::Fit);
+        Ok(())
+    }
+
+    /// Tries what some moves propose.
+    fn try_moves(&mut self, moves: &[&dyn Move], at: &Neighbourhood<'_>, stage: Stage) {
+        let propose = |one: &&dyn Move| one.propose(at, &self.explored);
+        let proposals: Vec<Proposal> = moves.iter().flat_map(propose).collect();
+        self.enter(stage);
+        self.try_all(at.fitted, proposals);
+    }
+
+    /// Fits what is new of some proposals: the most promising first, and the others as far as they
+    /// may still come near the best. Those that come near it get another start each.
+    fn try_all(&mut self, from: &Fitted, proposals: Vec<Proposal>) {
+        let mut seen: Vec<&Hypothesis> = Vec::new();
+        let mut new: Vec<&Proposal> = Vec::new();
+        for proposal in &proposals {
+            let is_known = self.explored.of(&proposal.hypothesis).is_some();
+            if !is_known && !seen.contains(&&proposal.hypothesis) {
+                seen.push(&proposal.hypothesis);
+                new.push(proposal);
+            }
+        }
+        let mut tried = Vec::new();
+        let (first, others) = new.split_at(new.len().min(1));
+        for wave in [first, others] {
+            let known = self.best().score.min(
+                tried
+                    .iter()
+                    .map(|fitted: &Fitted| fitted.score)
+                    .fold(f64::INFINITY, f64::min),
+            );
+            let fitted = wave.par_iter().map(|proposal| {
+                let hypothesis = &proposal.hypothesis;
+                let effort = Effort {
+                    held: 0,
+                    bar: bar(known, structure(self.dictionary, hypothesis)),
+                };
+                let start = proposal.start(self.dictionary, from);
+                // Under which the machine cannot move, it is no explanation.
+                fit_with(self.dictionary, hypothesis, start, effort).ok()
+            });
+            let fitted: Vec<Option<Fitted>> = fitted.collect();
+            for (proposal, fitted) in wave.iter().zip(fitted) {
+                match fitted {
+                    Some(fitted) => tried.push(fitted),
+                    None => self.explored.rule_out(&proposal.hypothesis),
+                }
+            }
+        }
+        for fitted in self.improved(from, tried) {
+            self.explored.add(self.dictionary, Arc::new(fitted));
+        }
+    }
+
+    /// Where none of some fits leaves sensor noise alone, those that come near the best one get
+    /// another chance: less unexplained force, and another place on their body.
+    fn improved(&self, from: &Fitted, tried: Vec<Fitted>) -> Vec<Fitted> {
+        let possible = |fitted: &&Fitted| fitted.is_possible(self.dictionary);
+        let best = tried.iter().filter(possible).min_by(|a, b| by_score(a, b));
+        let Some(lowest) = best
+            .filter(|best| best.leaves_forces())
+            .map(|best| best.score)
+        else {
+            return tried;
+        };
+        // Beside a hypothesis that explains the log, what leaves forces needs no second chance.
+        let limit = match lowest < from.score {
+            true => from.score - NEAR_MISS * (from.score - lowest),
+            false if from.leaves_forces() => lowest,
+            false => from.score,
+        };
+        let improved = tried.into_par_iter().map(|fitted| {
+            if fitted.score > limit || !fitted.leaves_forces() {
+                return fitted;
+            }
+            let structure = structure(self.dictionary, &fitted.hypothesis);
+            let bar = bar(self.best().score, structure);
+            let fitted = sharpened(self.dictionary, fitted, bar);
+            self.replaced(from, fitted)
+        });
+        improved.collect()
+    }
+
+    /// The fit with its new effect on a body at another place there, if that is better.
+    fn replaced(&self, from: &Fitted, fitted: Fitted) -> Fitted {
+        if !fitted.leaves_forces() {
+            return fitted;
+        }
+        let terms = fitted.hypothesis.candidates().iter().copied();
+        let mut new = terms.filter(|&term| {
+            let subject = &self.dictionary.candidates[term].subject;
+            !from.hypothesis.contains(term) && is_on_a_body(self.dictionary, subject)
+        });
+        let again = new.next().and_then(|term| {
+            let start = placed(self.dictionary, &fitted, term)?;
+            fit(self.dictionary, &fitted.hypothesis, start).ok()
+        });
+        match again {
+            Some(again) if again.score < fitted.score => again,
+            _ => fitted,
+        }
+    }
+}
+
+/// The model as given, fitted to a log.
+fn as_given(
+    dictionary: &Dictionary,
+    observed: &Observed,
+    hold: Hold,
+) -> Result<Fitted, SolveError> {
+    let start = Explanation {
+        noise: first_noise(dictionary, observed)?,
+        values: dictionary.defaults.clone(),
+        observed: observed.clone(),
+    };
+    fit(dictionary, &Hypothesis::nothing(hold), start)
+}

@@ -1,0 +1,55 @@
+//! What candidates say about channels: inputs and sensors, and their times.
+
+use crate::trace::dictionary::Dictionary;
+use dynamics_codegen::dimension::Dimension;
+use dynamics_codegen::syntax::PortKind;
+
+/// The place of a candidate that is about a channel, and the unit of its only parameter.
+pub fn number_of_channel(
+    dictionary: &Dictionary,
+    candidate: usize,
+) -> Option<(&(PortKind, String), Dimension)> {
+    let candidate = &dictionary.candidates[candidate];
+    let model = &dictionary.machine.compiled.model;
+    let [only] = candidate.parameters[..] else {
+        return None;
+    };
+    let parameter = &model.parameters[only];
+    let place = model.effects[parameter.effect?].on.first()?;
+    Some((place, parameter.dimension?)).filter(|_| candidate.channel)
+}
+
+/// The coordinate whose sensor a candidate says the time of.
+pub fn timed_sensor(dictionary: &Dictionary, candidate: usize) -> Option<usize> {
+    let (place, unit) = number_of_channel(dictionary, candidate)?;
+    let mut coordinates = dictionary.machine.compiled.model.coordinates.iter();
+    let coordinate = coordinates.position(|c| c.name == place.1);
+    coordinate.filter(|_| place.0 == PortKind::Coordinate && unit == Dimension::TIME)
+}
+
+/// The parameter by which a candidate says how late an input is.
+pub fn timed_input(dictionary: &Dictionary, candidate: usize) -> Option<usize> {
+    let (place, unit) = number_of_channel(dictionary, candidate)?;
+    let is_time = place.0 == PortKind::Input && unit == Dimension::TIME;
+    is_time.then(|| dictionary.candidates[candidate].parameters[0])
+}
+
+/// Whether the only parameter of a candidate is a time.
+pub fn is_time(dictionary: &Dictionary, candidate: usize) -> bool {
+    let parameters = &dictionary.machine.compiled.model.parameters;
+    match dictionary.candidates[candidate].parameters[..] {
+        [only] => parameters[only].dimension == Some(Dimension::TIME),
+        _ => false,
+    }
+}
+
+/// Whether an input drives a coordinate in the model as given.
+pub fn drives(dictionary: &Dictionary, input: &str, coordinate: &str) -> bool {
+    let given = dictionary.focus(&[]);
+    let model = &given.machine.compiled.model;
+    let row = model.coordinates.iter().position(|c| c.name == coordinate);
+    let column = model.inputs.iter().position(|u| u.name == input);
+    let matrix = &given.machine.compiled.system.input_matrix;
+    row.zip(column)
+        .is_some_and(|(row, column)| !model.graph.is_zero(matrix[row][column]))
+}

@@ -1,0 +1,186 @@
+//! Fits of hypotheses: parameters, noise and motion together, from more than one start where the
+//! first may rest too early.
+
+use super::hypothesis::Hypothesis;
+use super::score::score;
+use super::settings::{NO_EXCESS, SHARP_STEPS, SHARPENINGS, SHARPER, TIE};
+use crate::machine::SolveError;
+use crate::trace::dictionary::{Candidate, Dictionary};
+use crate::trace::refine::{Adapt, Effort, Estimate, Explanation, SMALLEST_SHARE, refine, settle};
+use crate::trace::select::linearised;
+use rayon::prelude::*;
+
+/// A hypothesis after its fit.
+#[derive(Debug, Clone)]
+pub struct Fitted {
+    /// Which one.
+    pub hypothesis: Hypothesis,
+    /// How believable it is, nats, the less the better.
+    pub score: f64,
+    /// Its parameters' estimates.
+    pub estimate: Estimate,
+    /// Its values, the motion that goes with them, and what they leave unexplained.
+    pub explanation: Explanation,
+}
+
+impl Fitted {
+    /// Whether more than sensor noise remains.
+    pub fn leaves_forces(&self) -> bool {
+        leaves_forces(&self.estimate)
+    }
+
+    /// Whether each of its terms does something, within what is possible.
+    pub fn is_possible(&self, dictionary: &Dictionary) -> bool {
+        let model = &dictionary.machine.compiled.model;
+        let values = &self.explanation.values;
+        self.hypothesis.candidates().iter().all(|&term| {
+            let inside = |&p: &usize| {
+                let (value, parameter) = (values[p], &model.parameters[p]);
+                value != dictionary.defaults[p]
+                    && value > parameter.lower
+                    && value < parameter.upper
+            };
+            dictionary.candidates[term].strengths.iter().any(inside)
+        })
+    }
+
+    /// Mean squared innovation, and negative log likelihood, if sensor noise alone is to blame for
+    /// what remains.
+    ///
+    /// # Errors
+    /// If the equation of motion cannot be solved along the curve.
+    pub fn at_floor(&self, dictionary: &Dictionary) -> Result<(f64, f64), SolveError> {
+        let Explanation {
+            observed, values, ..
+        } = &self.explanation;
+        let focus = dictionary.focus(self.hypothesis.candidates());
+        let dynamics = linearised(&focus, observed, values)?;
+        let readings = observed.readings(&focus, values, &dynamics.accelerations());
+        let mut noise = self.explanation.noise.at_smallest();
+        let settled = settle(&dynamics, &readings, &[], &mut noise, Adapt::Not);
+        let rows = settled.gram.readings().max(1) as f64;
+        Ok((settled.gram.data_misfit() / rows, settled.cost()))
+    }
+}
+
+/// Whether more than sensor noise remains beside some estimates.
+pub fn leaves_forces(estimate: &Estimate) -> bool {
+    estimate.unexplained > NO_EXCESS * SMALLEST_SHARE * SMALLEST_SHARE
+}
+
+/// Fits a hypothesis from some start.
+///
+/// # Errors
+/// If the equation of motion cannot be solved along the curve.
+pub fn fit(
+    dictionary: &Dictionary,
+    hypothesis: &Hypothesis,
+    start: Explanation,
+) -> Result<Fitted, SolveError> {
+    fit_with(dictionary, hypothesis, start, Effort::FULL)
+}
+
+/// The same with less than all effort.
+///
+/// # Errors
+/// As of [`fit`].
+pub fn fit_with(
+    dictionary: &Dictionary,
+    hypothesis: &Hypothesis,
+    mut explanation: Explanation,
+    effort: Effort,
+) -> Result<Fitted, SolveError> {
+    explanation.observed.hold = hypothesis.hold;
+    let candidates = hypothesis.candidates();
+    let refined = refine(dictionary, candidates, &mut explanation, effort)?;
+    Ok(Fitted {
+        score: score(dictionary, hypothesis, &explanation, &refined),
+        hypothesis: hypothesis.clone(),
+        estimate: refined.estimate,
+        explanation,
+    })
+}
+
+/// The hypothesis fitted on, also from less unexplained force: as long as much counts as
+/// unexplained, a fit may rest too early. What cannot come below a cost is given up.
+pub fn sharpened(dictionary: &Dictionary, fitted: Fitted, bar: f64) -> Fitted {
+    let mut fitted = fitted;
+    for _ in 0..SHARPENINGS {
+        if !fitted.leaves_forces() {
+            break;
+        }
+        let mut sharper = fitted.explanation.clone();
+        sharper.noise = sharper.noise.times(SHARPER);
+        let starts = [(fitted.explanation.clone(), 0), (sharper, SHARP_STEPS)];
+        let again = starts.into_par_iter().map(|(start, held)| {
+            let effort = Effort { held, bar };
+            fit_with(dictionary, &fitted.hypothesis, start, effort).ok()
+        });
+        let again: Vec<Option<Fitted>> = again.collect();
+        let best = again.into_iter().flatten().min_by(by_score);
+        match best {
+            Some(best) if best.score < fitted.score - 1.0 => fitted = best,
+            _ => break,
+        }
+    }
+    fitted
+}
+
+/// The cost that a hypothesis must come below to matter beside one of a known score.
+pub fn bar(best: f64, structure: f64) -> f64 {
+    best + TIE - structure
+}
+
+/// The best first.
+pub fn by_score(a: &Fitted, b: &Fitted) -> std::cmp::Ordering {
+    a.score.total_cmp(&b.score)
+}
+
+/// Puts the parameters of a candidate back to where it does nothing.
+pub fn reset(dictionary: &Dictionary, values: &mut [f64], candidate: usize) {
+    let Candidate { parameters, .. } = &dictionary.candidates[candidate];
+    for &parameter in parameters {
+        values[parameter] = dictionary.defaults[parameter];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::regression::Hold;
+    use crate::trace::select::wheel::{WHEEL, begun, named, rectangular};
+    use std::fmt::Write;
+
+    /// A drive that gives less, and a wheel that weighs more, are one law: `g u = i a`. Neither
+    /// may count as better known than the other.
+    #[test]
+    fn a_weak_drive_is_as_likely_as_a_heavy_wheel() {
+        let mut text = String::from("t,q_angle,u_motor\n");
+        let mut noise = rectangular(2);
+        let waves = [(0.9, 3.0), (0.5, 7.0)];
+        for k in 0..2000 {
+            let t = 0.004 * f64::from(k);
+            let q: f64 = waves.iter().map(|(a, w)| a * (w * t).sin()).sum();
+            let a: f64 = waves.iter().map(|(a, w)| -a * w * w * (w * t).sin()).sum();
+            writeln!(text, "{t},{},{}", q + 2e-5 * noise(), 0.02 / 0.7 * a).unwrap();
+        }
+        let (dictionary, start) = begun(WHEEL, &text, ["angle", "motor"]);
+        let nothing = Hypothesis::nothing(Hold::Linear);
+        let [drive, wheel] = ["input_gain(motor)", "parameter(i)"].map(|name| {
+            let hypothesis = nothing.exchange(&[], &[named(&dictionary, name)]);
+            let fitted = fit(&dictionary, &hypothesis, start.clone()).unwrap();
+            fit(&dictionary, &hypothesis, fitted.explanation).unwrap()
+        });
+        let value = |fitted: &Fitted| fitted.explanation.values[fitted.estimate.parameters[0]];
+        assert!((value(&drive) - 0.7).abs() < 1e-3, "{}", value(&drive));
+        assert!(
+            (value(&wheel) - 0.02 / 0.7).abs() < 1e-4,
+            "{}",
+            value(&wheel)
+        );
+        let apart = drive.estimate.cost - wheel.estimate.cost;
+        assert!(apart.abs() < 0.01, "{apart}");
+        // The value adds nothing to the model.
+        assert!(wheel.score < drive.score);
+    }
+}

@@ -1,0 +1,54 @@
+//! The search for what a model lacks.
+//!
+//! A [hypothesis](hypothesis::Hypothesis) is a set of terms. Every one carries forces that nothing
+//! explains, as large as the log demands under it, and has one score: its log evidence by
+//! Laplace's method, less what its structure costs. [Moves](moves) lead from one hypothesis to
+//! others; what first order promises most is fitted first, nothing is fitted twice, and the best is
+//! never lost. Rivals of the answer are the other hypotheses that were fitted and are as good.
+//!
+//! Behind the feature `evidence`: it will take the place of [`select`](super::select) once it is no
+//! worse in any class of the frozen machines.
+
+mod answer;
+mod beam;
+mod channel;
+mod explored;
+mod fit;
+mod hypothesis;
+mod moves;
+mod neighbourhood;
+mod placement;
+mod proposal;
+mod score;
+mod settings;
+
+use super::dictionary::Dictionary;
+use super::estimate::Observed;
+use super::progress::{Progress, Stage};
+use super::select::Selection;
+use crate::machine::SolveError;
+use beam::Search;
+use settings::SEARCHED;
+
+/// Searches for the terms that explain `observed` best. What inputs do between samples is part of
+/// the answer if `free_hold`.
+///
+/// # Errors
+/// If the equation of motion cannot be solved along the curve.
+pub fn select(
+    dictionary: &Dictionary,
+    observed: Observed,
+    free_hold: bool,
+    progress: &dyn Progress,
+) -> Result<Selection, SolveError> {
+    progress.enter(Stage::Fit, &[]);
+    let part = observed.excerpt(SEARCHED);
+    let searched = part.as_ref().unwrap_or(&observed);
+    let mut search = Search::begin(dictionary, searched, free_hold, progress)?;
+    search.run()?;
+    if part.is_some() {
+        search = search.on_the_whole(&observed)?;
+        search.run()?;
+    }
+    answer::answer(&search)
+}

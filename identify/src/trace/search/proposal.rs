@@ -1,0 +1,44 @@
+//! A hypothesis that is worth a fit, and where that begins.
+
+use super::fit::Fitted;
+use super::hypothesis::Hypothesis;
+use crate::trace::dictionary::Dictionary;
+use crate::trace::refine::Explanation;
+
+/// A hypothesis to fit.
+#[derive(Debug, Clone)]
+pub struct Proposal {
+    /// Which one.
+    pub hypothesis: Hypothesis,
+    /// Values of all the dictionary's parameters to begin with.
+    pub values: Vec<f64>,
+    /// Nats, on no scale but that of the other proposals of its move: the less, the more is
+    /// promised.
+    pub promise: f64,
+}
+
+impl Proposal {
+    /// Where its fit begins: with the motion and the noise of the hypothesis that it came from.
+    /// Sensors that are thought to err in another way read the same of another motion.
+    pub fn start(&self, dictionary: &Dictionary, from: &Fitted) -> Explanation {
+        let mut start = from.explanation.clone();
+        start.values.clone_from(&self.values);
+        start.observed.hold = self.hypothesis.hold;
+        let all = from.hypothesis.exchange(&[], self.hypothesis.candidates());
+        let is_changed =
+            |&&c: &&usize| !(from.hypothesis.contains(c) && self.hypothesis.contains(c));
+        let misreads = |&c: &usize| {
+            let mut parameters = dictionary.candidates[c].parameters.iter();
+            parameters.any(|p| dictionary.sensors.sensing.contains(p))
+        };
+        let changed = all.candidates().iter().filter(is_changed);
+        let changed: Vec<usize> = changed.copied().collect();
+        if changed.iter().any(misreads) {
+            let focus = dictionary.focus(all.candidates());
+            start
+                .observed
+                .reread(&focus, &from.explanation.values, &self.values);
+        }
+        start
+    }
+}

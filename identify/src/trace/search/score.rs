@@ -1,0 +1,220 @@
+//! How believable a hypothesis is: its log evidence and what is believed beforehand.
+
+use super::hypothesis::Hypothesis;
+use super::settings::{BRAKES, DRIVES, GLANCE, HELD, MARGIN, STATEMENT};
+use crate::machine::States;
+use crate::regression::Hold;
+use crate::trace::dictionary::Dictionary;
+use crate::trace::focus::Focus;
+use crate::trace::refine::{Explanation, Refined};
+use crate::trace::subject::Subject;
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+/// Bounds further apart than this ratio say an order of magnitude, not a value.
+const DECADE: f64 = 10.0;
+
+/// The score of a fitted hypothesis in nats, the less the better: its negative log likelihood,
+/// the price of its parameters and that of its structure.
+pub fn score(
+    dictionary: &Dictionary,
+    hypothesis: &Hypothesis,
+    explanation: &Explanation,
+    refined: &Refined,
+) -> f64 {
+    refined.estimate.cost
+        + occam(dictionary, explanation, refined)
+        + structure(dictionary, hypothesis)
+        + driving(dictionary, hypothesis, explanation)
+}
+
+/// What terms cost before the log is read.
+pub fn structure(dictionary: &Dictionary, hypothesis: &Hypothesis) -> f64 {
+    let choice = (dictionary.candidates.len() as f64).ln();
+    let terms = hypothesis.candidates().iter().map(|&term| {
+        let statement = match dictionary.candidates[term].subject {
+            Subject::Parameter(_) => 0.0,
+            Subject::Effect { .. } => STATEMENT,
+        };
+        MARGIN + choice + statement
+    });
+    let held = match hypothesis.hold {
+        Hold::Linear => 0.0,
+        Hold::Previous => HELD,
+    };
+    terms.sum::<f64>() + held
+}
+
+/// Occam's factor by Laplace's method, `½ ln |I + S H S|`, with the Hessian `H` of the cost and
+/// the standard deviations `S` that parameters have beforehand: what the log does not determine
+/// costs nothing, what it determines well costs as much as it might have been otherwise.
+fn occam(dictionary: &Dictionary, explanation: &Explanation, refined: &Refined) -> f64 {
+    let parameters = &refined.estimate.parameters;
+    let bounds = &dictionary.machine.compiled.model.parameters;
+    let before = DVector::from_fn(parameters.len(), |i, _| {
+        let index = parameters[i];
+        let parameter = &bounds[index];
+        spread(
+            (parameter.lower, parameter.upper),
+            (explanation.values[index], dictionary.defaults[index]),
+            refined.reach[i],
+        )
+    });
+    let half = |&&index: &&usize| {
+        let parameter = &bounds[index];
+        parameter.lower.is_finite() != parameter.upper.is_finite()
+    };
+    let size = parameters.len();
+    let scaled = DMatrix::from_fn(size, size, |i, j| {
+        let unit = if i == j { 1.0 } else { 0.0 };
+        unit + before[i] * refined.information[(i, j)] * before[j]
+    });
+    let log_determinant = match Cholesky::new(scaled.clone()) {
+        Some(cholesky) => 2.0 * cholesky.l_dirty().diagonal().map(f64::ln).sum(),
+        None => scaled.diagonal().map(|d| d.max(1.0).ln()).sum(),
+    };
+    // Of a parameter that is bounded on one side half of the values are not possible.
+    0.5 * log_determinant - std::f64::consts::LN_2 * parameters.iter().filter(half).count() as f64
+}
+
+/// How far a parameter may be expected to go before the log is read: over its bounds where both
+/// are stated, and otherwise to where it moves the machine as much as it moves, its `reach`.
+fn spread((lower, upper): (f64, f64), (value, nominal): (f64, f64), reach: f64) -> f64 {
+    // Of something even over a width of one.
+    let even = 12.0_f64.sqrt().recip();
+    if lower > 0.0 && upper.is_finite() && upper / lower > DECADE {
+        return value * (upper / lower).ln() * even;
+    }
+    if lower.is_finite() && upper.is_finite() {
+        return (upper - lower) * even;
+    }
+    match reach {
+        reach if reach.is_finite() => reach,
+        // Nothing is seen of it but through constraints: lengths.
+        _ => nominal.abs(),
+    }
+}
+
+/// What a hypothesis costs whose forces brake all along the log, and would drive the machine if
+/// it turned back.
+fn driving(dictionary: &Dictionary, hypothesis: &Hypothesis, explanation: &Explanation) -> f64 {
+    let focus = dictionary.focus(hypothesis.candidates());
+    let is_force = |term: &&usize| {
+        let candidate = &dictionary.candidates[**term];
+        !candidate.channel && !matches!(candidate.subject, Subject::Parameter(_))
+    };
+    if focus.machine.remembers() {
+        return 0.0;
+    }
+    let there = explanation.observed.curve.spread(GLANCE);
+    let mut back = there.clone();
+    back.v.iter_mut().flatten().for_each(|v| *v = -*v);
+    let forces = hypothesis.candidates().iter().filter(is_force);
+    let driving = forces.filter(|&&term| {
+        let work = |states: &States| {
+            let force = force_of(dictionary, &focus, term, &explanation.values, states);
+            work(&force, states)
+        };
+        let (given, size) = work(&there);
+        given < -BRAKES * size && work(&back).0 > 0.0
+    });
+    driving.count() as f64 * DRIVES
+}
+
+/// The generalised force that `term` adds at each state, coordinate after coordinate.
+fn force_of(
+    dictionary: &Dictionary,
+    focus: &Focus,
+    term: usize,
+    values: &[f64],
+    states: &States,
+) -> Vec<f64> {
+    let mut without = values.to_vec();
+    for &parameter in &dictionary.candidates[term].parameters {
+        without[parameter] = dictionary.defaults[parameter];
+    }
+    let [with, without] =
+        [values, &without].map(|values| focus.machine.terms(states, &focus.values(values)));
+    let each = with.iter().zip(&without);
+    let forces: Vec<_> = each
+        .map(|(with, without)| &with.force - &without.force)
+        .collect();
+    let column = |i: usize| forces.iter().map(move |force| force[i]);
+    (0..focus.machine.coordinate_count())
+        .flat_map(column)
+        .collect()
+}
+
+/// What a force, coordinate after coordinate, gives a machine along states, and how much it gives
+/// and takes, both up to one factor.
+fn work(force: &[f64], states: &States) -> (f64, f64) {
+    let velocities = states.v.iter().flatten();
+    let power = force.iter().zip(velocities).map(|(f, v)| f * v);
+    power.fold((0.0, 0.0), |(sum, size), p| (sum + p, size + p.abs()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trace::select::wheel::{rectangular, traced};
+    use std::fmt::Write;
+
+    #[test]
+    fn bounds_say_how_far_a_parameter_may_go() {
+        let free = (f64::NEG_INFINITY, f64::INFINITY);
+        assert_eq!(spread(free, (3.0, 1.0), 0.5), 0.5);
+        assert_eq!(spread((0.0, f64::INFINITY), (3.0, 0.0), 0.5), 0.5);
+        assert_eq!(spread(free, (3.0, -2.0), f64::INFINITY), 2.0);
+        let even = spread((-0.6, 0.6), (0.1, 0.0), 9.0);
+        assert!((even - 1.2 / 12.0_f64.sqrt()).abs() < 1e-12);
+        // Over decades a value says as much as ten times that value.
+        let [small, large] = [0.01, 0.1].map(|value| spread((0.001, 2.0), (value, 0.02), 9.0));
+        assert!((large / small - 10.0).abs() < 1e-9, "{small} {large}");
+    }
+
+    const WHEEL: &str = "\
+model wheel;
+coordinate j: rad;
+input j: N*m;
+parameter i: kg*m^2 = 0.02;
+kinetic i/2*dot(j)^2;
+force j = input(j);
+";
+
+    /// A wheel that never turns back, with dry friction of 0.1 N·m: `u = i a + 0.1`, through an
+    /// encoder with rectangular noise.
+    fn log() -> String {
+        let mut text = String::from("t,q_j,u_j\n");
+        let mut noise = rectangular(1);
+        for k in 0..1500 {
+            let t = 0.004 * f64::from(k);
+            let q = 5.0 * t + 0.5 * (4.0 * t).sin() + 1e-4 * noise();
+            let a = -8.0 * (4.0 * t).sin();
+            writeln!(text, "{t},{q},{}", 0.02 * a + 0.1).unwrap();
+        }
+        text
+    }
+
+    #[test]
+    fn friction_goes_before_a_push_and_says_what_would_tell() {
+        let findings = traced(WHEEL, &log()).findings;
+        assert_eq!(findings.len(), 1, "{findings:?}");
+        let friction = &findings[0];
+        assert_eq!(
+            (friction.effect.as_str(), &friction.on[0][..]),
+            ("coulomb", "j")
+        );
+        assert!((friction.parameters["f_c"].value - 0.1).abs() < 1e-3);
+        let mut rivals = friction.confounded_with.iter();
+        let push = rivals
+            .find(|rival| rival.effect == "constant_force")
+            .unwrap();
+        assert!(push.evidence_difference > -1.0);
+        let motion = push.separating_motion.as_ref().unwrap();
+        assert_eq!(motion.motion, "in the opposite direction");
+        // Turned back, one force pushes where the other brakes: 0.2 N·m on 0.02 kg·m².
+        assert!(
+            (motion.apart - 10.0).abs() < 0.1 && motion.apart_in_log < 1e-3,
+            "{motion:?}"
+        );
+    }
+}

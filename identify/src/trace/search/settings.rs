@@ -1,0 +1,65 @@
+//! Every number that steers the search.
+
+/// Nats that a further term costs beside the logarithm of how many there might be: what was
+/// tried is paid for, and chance has a bad day once in twenty.
+pub const MARGIN: f64 = 3.0;
+/// Nats that an effect costs beside another value of a parameter: it adds a statement to the
+/// model, the value adds nothing.
+pub const STATEMENT: f64 = 1.0;
+/// Nats against inputs that are held between samples: in doubt they go as they are drawn.
+pub const HELD: f64 = 6.0;
+/// Nats against a force that brakes all along the log and would drive the machine if it turned
+/// back: what needs no source of energy is the simpler explanation.
+pub const DRIVES: f64 = 6.0;
+/// Share of a force's work that must be taken from the machine for it to be a brake there.
+pub const BRAKES: f64 = 0.9;
+/// Nats within which two hypotheses count as equal.
+pub const TIE: f64 = 6.0;
+/// Nats within which one that was gone on from spares going on from another.
+pub const SPARED: f64 = 1.0;
+/// Unexplained variance below this many times the smallest is none.
+pub const NO_EXCESS: f64 = 3.0;
+/// Terms at most.
+pub const MAX_TERMS: usize = 12;
+/// Hypotheses that are gone on from, beside the best, where forces remain.
+pub const BEAM: usize = 2;
+/// Fitted hypotheses that are kept with the motion that goes with them.
+pub const KEPT: usize = 8;
+
+/// Samples that are searched in before the whole log is.
+pub const SEARCHED: usize = 1500;
+/// Samples that are looked at where a first glance is enough.
+pub const GLANCE: usize = 1000;
+
+/// Candidates with at least this share of the best one's gain are looked at closely,
+pub const LEADER_SHARE: f64 = 0.2;
+/// so many of them at most with noise that suits them,
+pub const PROFILED: usize = 12;
+/// of which so many are fitted,
+pub const SHORTLISTED: usize = 5;
+/// if they are no more nats than this behind the first of them.
+pub const FAR_BEHIND: f64 = 200.0;
+/// Candidates that are looked at two at a time.
+pub const PAIRED: usize = 64;
+/// Exchanges of one term that are fitted,
+pub const EXCHANGED: usize = 3;
+/// those among them that lose no more than this share of what the term is worth, to first order.
+pub const NEARLY: f64 = 0.05;
+
+/// Hypotheses that gain this share of what the best one gains get another start each,
+pub const NEAR_MISS: f64 = 0.9;
+/// with so much of the unexplained force,
+pub const SHARPER: f64 = 0.1;
+/// and so many steps before that is adapted,
+pub const SHARP_STEPS: usize = 4;
+/// so often at most.
+pub const SHARPENINGS: usize = 3;
+/// Steps of a search along a shape with everything else fitted anew; each goes one way or
+/// halves its length.
+pub const SHAPE_STEPS: usize = 10;
+
+/// Times that a sensor may be late by, as shares of the time that the motion of the coordinate
+/// takes for a radian of its mean wave.
+pub const LATE: [f64; 5] = [0.05, 0.1, 0.2, 0.4, 0.8];
+/// Share of what the best fit gains that such a time must bring to be fitted itself.
+pub const WORTH_A_FIT: f64 = 0.5;
