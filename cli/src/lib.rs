@@ -2,7 +2,8 @@
 //!
 //! One file per command under [`commands`]; what they share stands beside it.
 //! This is the only crate that prints. Exit codes: 0 success, 1 internal failure,
-//! 2 bad input — with its place and a mend, and nothing half-written.
+//! 2 bad input — with its place and a mend, and nothing half-written — and 130 for a job that an
+//! interrupt ended early, with what it had.
 
 pub mod answer;
 pub mod commands;
@@ -17,6 +18,7 @@ pub mod output;
 pub mod page;
 pub mod parameters;
 pub mod pending;
+pub mod signals;
 pub mod stages;
 pub mod state;
 pub mod summary;
@@ -42,11 +44,14 @@ Examples:
   dynamics simulate models/pendulum2.model --init '{\"q\": [1, 0]}' --duration 10 --out log.csv
   dynamics trace models/pendulum2.model train.csv --test test.csv
 
-Exit codes: 0 success, 1 internal failure, 2 bad input.")]
+Exit codes: 0 success, 1 internal failure, 2 bad input, 130 ended early by an interrupt.")]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
 }
+
+/// What a shell says of a program that an interrupt ended.
+const INTERRUPTED: u8 = 130;
 
 /// Reads the arguments, runs the command, prints what went wrong.
 pub fn main() -> ExitCode {
@@ -62,7 +67,10 @@ pub fn main() -> ExitCode {
 
 fn conclude(result: anyhow::Result<()>) -> ExitCode {
     let Err(error) = result else {
-        return ExitCode::SUCCESS;
+        return match signals::asked_to_end() {
+            true => ExitCode::from(INTERRUPTED),
+            false => ExitCode::SUCCESS,
+        };
     };
     if reader_has_gone(&error) {
         return ExitCode::SUCCESS;

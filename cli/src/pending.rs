@@ -1,5 +1,6 @@
 //! Files under construction. They vanish with the program, also if a signal ends it.
 
+use crate::signals;
 use std::collections::BTreeSet;
 use std::fs::{self, Permissions};
 use std::io;
@@ -9,14 +10,11 @@ use tempfile::NamedTempFile;
 
 static PENDING: Mutex<Pending> = Mutex::new(Pending {
     paths: BTreeSet::new(),
-    watched: false,
 });
 
 #[derive(Debug)]
 struct Pending {
     paths: BTreeSet<PathBuf>,
-    /// Whether signals are waited for.
-    watched: bool,
 }
 
 fn pending() -> MutexGuard<'static, Pending> {
@@ -38,12 +36,9 @@ impl Drop for Listed {
 /// # Errors
 /// If the system will not let us.
 pub fn begin(folder: &Path) -> io::Result<(NamedTempFile, Listed)> {
+    signals::watch()?;
     // Held until the file is listed: a signal waits that long.
     let mut pending = pending();
-    if !pending.watched {
-        watch()?;
-        pending.watched = true;
-    }
     let mut builder = tempfile::Builder::new();
     builder.prefix(".dynamics-");
     if let Some(permissions) = of_a_new_file() {
@@ -67,31 +62,12 @@ fn of_a_new_file() -> Option<Permissions> {
     None
 }
 
-/// Waits for an interrupt or a request to end; then removes what is on the list and ends as
-/// if nothing had been waited for.
-#[cfg(unix)]
-fn watch() -> io::Result<()> {
-    use signal_hook::consts::{SIGINT, SIGTERM};
-    use signal_hook::iterator::Signals;
-    use signal_hook::low_level::emulate_default_handler;
-
-    let mut signals = Signals::new([SIGINT, SIGTERM])?;
-    let waiting = move || {
-        for signal in signals.forever() {
-            // Not given back: no file is begun any more.
-            let pending = pending();
-            for path in &pending.paths {
-                // One that has just taken its place is not there any more.
-                fs::remove_file(path).ok();
-            }
-            emulate_default_handler(signal).ok();
-        }
-    };
-    std::thread::Builder::new().spawn(waiting)?;
-    Ok(())
-}
-
-#[cfg(not(unix))]
-fn watch() -> io::Result<()> {
-    Ok(())
+/// Removes what is on the list. As long as the answer is kept no file is begun.
+pub fn remove_all() -> impl Sized {
+    let pending = pending();
+    for path in &pending.paths {
+        // One that has just taken its place is not there any more.
+        fs::remove_file(path).ok();
+    }
+    pending
 }

@@ -2,10 +2,12 @@
 //! how long each stage took.
 
 use crate::output;
+use crate::signals::{self, Patient};
 use dynamics_codegen::diagnostic::visible;
-use identify::trace::{Progress, Stage};
-use indicatif::{ProgressBar, ProgressStyle};
+use identify::trace::{Ended, Progress, Stage};
+use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use std::fmt::Write;
+use std::io;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -14,11 +16,14 @@ use std::time::{Duration, Instant};
 pub struct Stages {
     bar: ProgressBar,
     clock: Mutex<Clock>,
+    began: Instant,
+    limit: Option<Duration>,
+    /// While a job runs an interrupt asks it to end early.
+    patient: Mutex<Option<Patient>>,
 }
 
 #[derive(Debug)]
 struct Clock {
-    began: Instant,
     current: Option<(Stage, Instant)>,
     /// In the order of their first appearance.
     spent: Vec<(Stage, Duration)>,
@@ -36,37 +41,41 @@ impl Clock {
     }
 }
 
-impl Default for Stages {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl Stages {
-    /// Starts the clock.
-    pub fn new() -> Self {
+    /// Starts the clock of a job that is to take no longer than a limit, if there is one.
+    ///
+    /// # Errors
+    /// If the system will not let us wait for an interrupt.
+    pub fn new(limit: Option<Duration>) -> io::Result<Self> {
         // Hidden by itself where standard error is not a terminal.
         let bar = ProgressBar::new_spinner();
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed:>4} {wide_msg}") {
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed:>4}{prefix} {wide_msg}")
+        {
             bar.set_style(style);
         }
+        if let Some(limit) = limit {
+            bar.set_prefix(format!(" of at most {}", HumanDuration(limit)));
+        }
         bar.enable_steady_tick(Duration::from_millis(120));
-        Self {
+        Ok(Self {
             bar,
             clock: Mutex::new(Clock {
-                began: Instant::now(),
                 current: None,
                 spent: Vec::new(),
             }),
-        }
+            began: Instant::now(),
+            limit,
+            patient: Mutex::new(Some(Patient::begin()?)),
+        })
     }
 
     /// `12.3 s: smooth 0.5 s, derive 1.1 s, …`; takes the line at the terminal away.
     pub fn finish(&self) -> String {
         self.bar.finish_and_clear();
+        *self.patient.lock().unwrap_or_else(PoisonError::into_inner) = None;
         let mut clock = self.clock.lock().unwrap_or_else(PoisonError::into_inner);
         clock.stop();
-        let mut line = format!("{:.1} s:", clock.began.elapsed().as_secs_f64());
+        let mut line = format!("{:.1} s:", self.began.elapsed().as_secs_f64());
         for (index, (stage, spent)) in clock.spent.iter().enumerate() {
             let comma = if index > 0 { "," } else { "" };
             // Writing to a string cannot fail.
@@ -92,5 +101,16 @@ impl Progress for Stages {
     fn notice(&self, text: &str) {
         // Above the line of progress, if there is one.
         self.bar.suspend(|| output::complain(text));
+    }
+
+    fn ended(&self) -> Option<Ended> {
+        let is_late = self
+            .limit
+            .is_some_and(|limit| self.began.elapsed() >= limit);
+        match () {
+            () if signals::asked_to_end() => Some(Ended::Interrupt),
+            () if is_late => Some(Ended::TimeLimit),
+            () => None,
+        }
     }
 }

@@ -10,7 +10,7 @@ use std::fs;
 use std::os::unix::fs::{MetadataExt, PermissionsExt, chown, symlink};
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Command, Output, Stdio};
 use std::time::Duration;
 use tempfile::TempDir;
 
@@ -219,16 +219,13 @@ fn what_was_found_is_told_though_nothing_can_be_written() {
     assert_eq!(bench.leftovers(), 0);
 }
 
-/// Interrupted while it searches, a trace leaves the model as it was, and no part of a report.
-#[test]
-fn an_interrupted_trace_writes_nothing() {
-    let bench = Bench::new();
-    let before = bench.read("arm.model");
+/// A trace that writes into its model, interrupted so many times once its report has a folder.
+fn interrupted(bench: &Bench, times: usize) -> Output {
     let mut child = Command::new(env!("CARGO_BIN_EXE_dynamics_under_test"))
         .current_dir(cli::root())
         .args(bench.trace("arm.model"))
         .stdout(Stdio::piped())
-        .stderr(Stdio::null())
+        .stderr(Stdio::piped())
         .spawn()
         .unwrap();
     // The folder is made when the model has been read, long before the search is over.
@@ -236,16 +233,67 @@ fn an_interrupted_trace_writes_nothing() {
         assert!(child.try_wait().unwrap().is_none(), "it is over already");
         std::thread::sleep(Duration::from_millis(5));
     }
-    let sent = Command::new("kill")
-        .args(["-INT", &child.id().to_string()])
-        .status();
-    assert!(sent.unwrap().success());
-    let output = child.wait_with_output().unwrap();
+    for _ in 0..times {
+        std::thread::sleep(Duration::from_millis(100));
+        let sent = Command::new("kill")
+            .args(["-INT", &child.id().to_string()])
+            .status();
+        assert!(sent.unwrap().success());
+    }
+    child.wait_with_output().unwrap()
+}
+
+/// Interrupted twice while it searches, a trace leaves the model as it was, and no part of a report.
+#[test]
+fn a_trace_that_is_stopped_writes_nothing() {
+    let bench = Bench::new();
+    let before = bench.read("arm.model");
+    let output = interrupted(&bench, 2);
     assert_eq!(output.status.signal(), Some(2), "{}", output.status);
     assert!(output.stdout.is_empty());
     assert_eq!(bench.read("arm.model"), before);
     assert_eq!(fs::read_dir(bench.path("report")).unwrap().count(), 0);
     assert_eq!(bench.leftovers(), 0);
+}
+
+/// Interrupted once, it says what it had, and writes nothing into the model.
+#[test]
+fn an_interrupted_trace_tells_what_it_had() {
+    let bench = Bench::new();
+    let before = bench.read("arm.model");
+    let output = interrupted(&bench, 1);
+    let [stdout, stderr] =
+        [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+    assert_eq!(output.status.code(), Some(130), "{stderr}");
+    assert!(stdout.contains("an interrupt ended the search"), "{stdout}");
+    assert!(
+        stderr.contains("interrupt again to end at once"),
+        "{stderr}"
+    );
+    let report: serde_json::Value =
+        serde_json::from_str(&bench.read("report/report.json")).unwrap();
+    assert_eq!(report["unfinished"], "interrupt");
+    assert_eq!(bench.read("arm.model"), before);
+    assert_eq!(bench.leftovers(), 0);
+}
+
+/// Without any time there is only the model as given, and it is no answer.
+#[test]
+fn a_search_without_time_says_that_it_is_unfinished() {
+    let bench = Bench::new();
+    let [model, log, effects] = ["arm.model", "log.csv", "effects"].map(|name| bench.text(name));
+    let trace = ["trace", &model, &log, "--effects", &effects, "--json"];
+    let (json, _) = succeed(&[&trace[..], &["--time-limit", "0"]].concat(), "");
+    let outcome: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(outcome["unfinished"], "time_limit");
+    assert_eq!(outcome["verdict"], "unknown");
+    let said = outcome["warnings"].to_string();
+    assert!(said.contains("the time limit ended the search"), "{said}");
+    let said = refuse(&[&trace[..], &["--time-limit=-1"]].concat(), "");
+    assert!(
+        said.contains("`--time-limit -1` is not a duration"),
+        "{said}"
+    );
 }
 
 /// Before the log is read: it is not even there.

@@ -43,6 +43,18 @@ impl Memory {
             slopes: cut(&self.slopes),
         }
     }
+
+    /// Some of the samples.
+    fn pick(&self, samples: &[usize]) -> Self {
+        let column = |c: &Vec<f64>| samples.iter().map(|&k| c[k]).collect();
+        let pick = |columns: &[Vec<f64>]| columns.iter().map(column).collect();
+        Self {
+            delayed: pick(&self.delayed),
+            delay_rate: pick(&self.delay_rate),
+            z: pick(&self.z),
+            slopes: pick(&self.slopes),
+        }
+    }
 }
 
 /// Memory at the start, the middle and the end of every interval of a curve.
@@ -53,6 +65,18 @@ pub struct Trail {
 }
 
 impl Trail {
+    /// Over the intervals between some samples of the curve. Between two that are not neighbours
+    /// nobody asks for the middle.
+    fn at(&self, samples: &[usize]) -> Self {
+        let pairs = || samples.windows(2).map(|pair| (pair[0], pair[1] - 1));
+        let starts: Vec<usize> = pairs().map(|(first, _)| first).collect();
+        let ends: Vec<usize> = pairs().map(|(_, last)| last).collect();
+        let [start, middle, end] = &self.nodes;
+        Self {
+            nodes: [start.pick(&starts), middle.pick(&starts), end.pick(&ends)],
+        }
+    }
+
     /// Memory some shares of the way into intervals, straight from node to node.
     pub fn within(&self, intervals: &[usize], shares: &[f64]) -> Memory {
         let [start, middle, end] = &self.nodes;
@@ -373,6 +397,12 @@ impl Machine {
         let Some(tapes) = &self.memory else {
             return Ok(Trail::default());
         };
+        // A stretch of a log begins with what the machine remembers of the time before.
+        if tapes.states > 0
+            && let Some((whole, places)) = curve.led()
+        {
+            return Ok(self.trail(&whole, hold, parameters, tape)?.at(&places));
+        }
         let (t, u) = match &curve.history {
             Some(history) => (&history.t, &history.u),
             None => (&curve.t, &curve.u),

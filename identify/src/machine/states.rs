@@ -20,17 +20,19 @@ pub struct States {
     pub u: Vec<Vec<f64>>,
     /// What the machine remembers here; by default nothing has happened yet.
     pub memory: Memory,
-    /// All inputs that there ever were, where these states are part of a longer motion.
+    /// What there was before, where these states are part of a longer motion.
     pub history: Option<Arc<History>>,
 }
 
-/// Inputs over a whole motion.
+/// A whole motion of which some states are part.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct History {
     /// Sampling instants, s.
     pub t: Vec<f64>,
     /// Inputs, one column per input.
     pub u: Vec<Vec<f64>>,
+    /// The curve at the part's samples and at those that lead to them.
+    pub led: States,
 }
 
 impl States {
@@ -116,6 +118,34 @@ impl States {
             u: columns(&self.u),
             ..Self::default()
         }
+    }
+
+    /// This part of a longer motion with the samples that lead to it, and the places of its own
+    /// among them; `None` where no others are known.
+    pub(super) fn led(&self) -> Option<(Self, Vec<usize>)> {
+        let history = self.history.as_ref()?;
+        let of = |t: &f64| history.led.t.binary_search_by(|other| other.total_cmp(t));
+        let places: Vec<usize> = self.t.iter().map(of).collect::<Result<_, _>>().ok()?;
+        if places.len() == history.led.len() {
+            return None;
+        }
+        let mut whole = history.led.clone();
+        let columns =
+            |states: &Self| [states.q.clone(), states.v.clone(), states.u.clone()].concat();
+        let own = columns(self);
+        let theirs = [&mut whole.q, &mut whole.v, &mut whole.u]
+            .into_iter()
+            .flatten();
+        for (column, own) in theirs.zip(own) {
+            for (&place, value) in places.iter().zip(own) {
+                column[place] = value;
+            }
+        }
+        whole.history = Some(Arc::new(History {
+            led: Self::default(),
+            ..History::clone(history)
+        }));
+        Some((whole, places))
     }
 
     /// About `count` samples, evenly spread, without memory.

@@ -171,6 +171,7 @@ impl Judgement {
                 (None, Basis::Forces) => HoldIs::Assumed,
             },
             split,
+            unfinished: None,
             seed: request.seed,
             misread: None,
             warnings,

@@ -8,7 +8,7 @@ use super::corrected::corrected;
 use super::dictionary::Dictionary;
 use super::error::TraceError;
 use super::estimate::Observed;
-use super::select::Selection;
+use super::selection::Selection;
 use crate::log::Record;
 use crate::machine::{Machine, States, Terms};
 use nalgebra::{DMatrix, DVector};
@@ -205,7 +205,7 @@ fn another_length_closes(dictionary: &Dictionary, observed: &Observed) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use crate::trace::select::wheel::{rectangular, traced};
+    use crate::trace::wheel::{rectangular, traced};
     use crate::trace::{Finding, Outcome, Verdict};
     use std::fmt::Write;
 

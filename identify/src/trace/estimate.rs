@@ -70,23 +70,38 @@ impl Observed {
             .map(|i| i * (all - length) / (STRETCHES - 1))
             .map(|start| start..start + length)
             .collect();
-        let cut = |columns: &[Vec<f64>]| -> Vec<Vec<f64>> {
-            columns.iter().map(|c| stretches(c, &ranges)).collect()
-        };
-        let record = self.record.stretches(&ranges);
-        Some(Self {
-            curve: States {
-                t: record.t.clone(),
+        let curve = |ranges: &[Range<usize>]| {
+            let cut = |columns: &[Vec<f64>]| -> Vec<Vec<f64>> {
+                columns.iter().map(|c| stretches(c, ranges)).collect()
+            };
+            States {
+                t: stretches(&self.record.t, ranges),
                 q: cut(&self.curve.q),
                 v: cut(&self.curve.v),
-                u: record.u.clone(),
-                history: Some(Arc::new(History {
-                    t: self.record.t.clone(),
-                    u: self.record.u.clone(),
-                })),
+                u: cut(&self.record.u),
                 ..States::default()
+            }
+        };
+        let mut from = 0;
+        let with_lead = ranges.iter().map(|range| {
+            let first = range.start.saturating_sub(LEAD_IN * length).max(from);
+            from = range.end;
+            first..range.end
+        });
+        let with_lead: Vec<Range<usize>> = with_lead.collect();
+        let history = self.curve.history.clone().unwrap_or_else(|| {
+            Arc::new(History {
+                t: self.record.t.clone(),
+                u: self.record.u.clone(),
+                led: curve(&with_lead),
+            })
+        });
+        Some(Self {
+            curve: States {
+                history: Some(history),
+                ..curve(&ranges)
             },
-            record,
+            record: self.record.stretches(&ranges),
             position_sd: self.position_sd.clone(),
             velocity_sd: self.velocity_sd.clone(),
             acceleration_sd: self.acceleration_sd.clone(),
@@ -213,6 +228,8 @@ impl Observed {
 
 /// In how many stretches an excerpt is taken.
 const STRETCHES: usize = 4;
+/// For how many times the length of a stretch what leads to it is remembered.
+const LEAD_IN: usize = 3;
 /// A log is not cut unless it is this many times as long as what is needed.
 const WORTH_CUTTING: f64 = 1.5;
 
@@ -242,11 +259,42 @@ fn drop_filtered_channels(record: &mut Record, smoothed: &[Smoothed]) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use super::super::linearised::linearised;
     use super::super::refine::{SMALLEST_SHARE, noise};
-    use super::super::select::linearised;
-    use super::super::select::wheel::{WHEEL, begun, rectangular};
-    use crate::regression::Whitener;
+    use super::super::wheel::{WHEEL, begun, named, rectangular};
+    use crate::regression::{Hold, Whitener};
     use std::fmt::Write;
+
+    /// A motor that follows its input by 50 ms is at a stretch's first sample where it is there in
+    /// the whole log.
+    #[test]
+    fn a_stretch_remembers_what_led_to_it() {
+        let mut text = String::from("t,q_angle,u_motor\n");
+        for k in 0..1500 {
+            let t = 0.01 * f64::from(k);
+            writeln!(text, "{t},{},{}", (3.0 * t).sin(), -0.18 * (3.0 * t).sin()).unwrap();
+        }
+        let (dictionary, start) = begun(WHEEL, &text, ["angle", "motor"]);
+        let lag = named(&dictionary, "input_lag(motor)");
+        let mut values = start.values;
+        values[dictionary.candidates[lag].parameters[0]] = 0.05;
+        let focus = dictionary.focus(&[lag]);
+        let values = focus.values(&values);
+        let whole = start.observed;
+        let part = whole.excerpt(400).unwrap();
+        let [whole, part] = [whole.curve, part.curve].map(|curve| {
+            focus
+                .machine
+                .remember(&curve, Hold::Linear, &values)
+                .unwrap()
+        });
+        assert_eq!(part.len(), 400);
+        for (t, z) in part.t.iter().zip(&part.memory.z[0]) {
+            let k = whole.t.iter().position(|other| other == t).unwrap();
+            let expected = whole.memory.z[0][k];
+            assert!((z - expected).abs() < 1e-9, "{t}: {z} {expected}");
+        }
+    }
 
     /// Whatever stands in a sample that is set aside, the fit is the same.
     #[test]

@@ -2,8 +2,9 @@
 
 use super::dictionary::Dictionary;
 use super::one_clock::on_one_clock;
-use super::select::{Remaining, Selection, Term};
+use super::selection::{Remaining, Selection, Term};
 use super::separate::SeparatingMotion;
+use super::settings::MARGIN;
 use super::subject::Subject;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -171,7 +172,8 @@ fn is_without_its_mark(dictionary: &Dictionary, selection: &Selection, term: &Te
                 selection.estimate.covariance[(i, i)].max(0.0).sqrt()
             });
             let vanishes = parameter.lower == 0.0 && dictionary.defaults[index] > 0.0;
-            vanishes && selection.values[index] <= 2.0 * std
+            // Without the mark the log is half its square over the variance nats less likely.
+            vanishes && selection.values[index].powi(2) <= 2.0 * MARGIN * std * std
         })
 }
 
@@ -232,7 +234,7 @@ fn deviation(variance: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::select::wheel::{WHEEL, rectangular, traced};
+    use super::super::wheel::{WHEEL, rectangular, traced};
     use super::*;
     use std::fmt::Write;
 

@@ -5,12 +5,13 @@ use super::dictionary::Dictionary;
 use super::error::TraceError;
 use super::estimate::Observed;
 use super::focus::Focus;
+use super::linearised::smooth;
 use super::outcome::Basis;
 use super::run::Request;
 use super::score::{
     Errors, Look, Predicted, RolloutErrors, Score, ScoreError, Scoring, inner_samples,
 };
-use super::select::{Selection, smooth};
+use super::selection::Selection;
 use super::series::Series;
 use crate::log::Record;
 use crate::regression::Hold;

@@ -8,7 +8,7 @@ use super::estimate::Observed;
 use super::forces;
 use super::outcome::Basis;
 use super::progress::{Progress, Stage};
-use super::select::{Selection, likelier_hold};
+use super::selection::Selection;
 use super::slow_errors::select_with_slow_errors;
 use crate::machine::SolveError;
 
@@ -60,7 +60,7 @@ impl Learner<'_> {
         };
         // What effects do not explain, or many only together, may be a number of the description.
         let is_suspicious = selection.forces_remain() || selection.terms.len() > FEW_TERMS;
-        let described = match is_suspicious && !immobile {
+        let described = match is_suspicious && !immobile && self.progress.ended().is_none() {
             true => self.by_description(&selection),
             false => None,
         };
@@ -72,11 +72,7 @@ impl Learner<'_> {
     }
 
     fn by_motion(&self, dictionary: &Dictionary) -> Result<Selection, SolveError> {
-        let mut observed = self.observed.clone();
-        // The other search asks about it itself.
-        if self.free_hold && cfg!(not(feature = "evidence")) {
-            observed.hold = likelier_hold(dictionary, &observed)?;
-        }
+        let observed = self.observed.clone();
         select_with_slow_errors(dictionary, observed, self.free_hold, self.progress)
     }
 

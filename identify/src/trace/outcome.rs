@@ -4,8 +4,9 @@ use super::estimate::Observed;
 use super::finding::{Finding, Verdict};
 use super::microscope::Unnamed;
 use super::misread::Misread;
+use super::progress::Ended;
 use super::score::Score;
-use super::select::Remaining;
+use super::selection::Remaining;
 use super::series::Details;
 use crate::regression::Hold;
 use serde::Serialize;
@@ -127,6 +128,9 @@ pub struct Outcome {
     pub input_hold_is: HoldIs,
     /// Which samples served what.
     pub split: Split,
+    /// Why the search ended before it was done; what was found is the best until then.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unfinished: Option<Ended>,
     /// Seed of everything random.
     pub seed: u64,
     /// Columns of the log that are probably not what they are taken for.

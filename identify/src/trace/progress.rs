@@ -1,5 +1,6 @@
 //! What a trace is doing at the moment, for whoever waits for it.
 
+use serde::Serialize;
 use std::fmt;
 
 /// A part of the work; the parts follow one another, those of the search more than once.
@@ -41,7 +42,26 @@ impl fmt::Display for Stage {
     }
 }
 
-/// Is told when a stage begins.
+/// Why a search ends before it is done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Ended {
+    /// It may take no longer.
+    TimeLimit,
+    /// Whoever waits for it wants what there is.
+    Interrupt,
+}
+
+impl fmt::Display for Ended {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::TimeLimit => "the time limit",
+            Self::Interrupt => "an interrupt",
+        })
+    }
+}
+
+/// Is told when a stage begins, and says when the search must end.
 pub trait Progress: fmt::Debug + Sync {
     /// A stage begins, and the one before has ended; `found` names what has been accepted
     /// so far.
@@ -49,9 +69,15 @@ pub trait Progress: fmt::Debug + Sync {
 
     /// Something that whoever waits should know at once.
     fn notice(&self, text: &str);
+
+    /// Whether the search is to end with the best that it has, and why. It ends after the fits
+    /// that are under way. Once it has to, it always has to.
+    fn ended(&self) -> Option<Ended> {
+        None
+    }
 }
 
-/// Does not want to know.
+/// Does not want to know, and has time.
 #[derive(Debug, Clone, Copy)]
 pub struct Silent;
 

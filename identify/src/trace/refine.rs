@@ -4,6 +4,7 @@
 use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use super::score::NEGLIGIBLE;
+use super::settings::NO_EXCESS;
 use crate::machine::{SolveError, States};
 use crate::regression::{Columns, ErrorDynamics, Fit, Gram, ProcessNoise, Readings, Whitener};
 use nalgebra::{DMatrix, DVector};
@@ -36,17 +37,22 @@ pub struct Estimate {
     pub unexplained: f64,
 }
 
+impl Estimate {
+    /// Whether more than sensor noise remains.
+    pub fn leaves_forces(&self) -> bool {
+        self.unexplained > NO_EXCESS * SMALLEST_SHARE * SMALLEST_SHARE
+    }
+}
+
 /// Estimates with what the evidence for them is taken from.
 #[derive(Debug, Clone)]
 pub struct Refined {
     /// The estimates.
     pub estimate: Estimate,
     /// Products of the parameters' whitened columns: the Hessian of the cost (Gauss–Newton).
-    #[cfg_attr(not(feature = "evidence"), expect(dead_code))]
     pub information: DMatrix<f64>,
     /// Per parameter the change that moves the machine, or what its sensors read, as much as it
     /// moves; infinite where nothing of that is seen.
-    #[cfg_attr(not(feature = "evidence"), expect(dead_code))]
     pub reach: Vec<f64>,
 }
 
@@ -491,7 +497,7 @@ fn limited(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trace::select::wheel::{WHEEL, rectangular, traced};
+    use crate::trace::wheel::{WHEEL, rectangular, traced};
     use crate::trace::{Ranges, Source};
     use dynamics_codegen::Library;
     use std::collections::BTreeMap;

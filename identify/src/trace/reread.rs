@@ -74,7 +74,7 @@ impl Observed {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trace::select::wheel::{WHEEL, begun, named};
+    use crate::trace::wheel::{WHEEL, begun, named};
     use std::fmt::Write;
 
     fn motion(t: f64) -> f64 {

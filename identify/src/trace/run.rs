@@ -14,7 +14,7 @@ use super::misread;
 use super::outcome::Outcome;
 use super::progress::{Progress, Stage};
 use super::score::Scoring;
-use super::select::Selection;
+use super::selection::Selection;
 use super::waves::missing;
 use crate::log::{Log, Record, said_of};
 use crate::machine::Machine;
@@ -100,6 +100,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         progress,
     };
     let learnt = learner.learn(dictionary)?;
+    let unfinished = progress.ended();
     check_corrected(&learnt.dictionary, &learnt.selection)?;
     progress.enter(Stage::Judge, &[]);
     let judged = judged(learnt, &test, request)?;
@@ -113,6 +114,9 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     let verdict = judged.verdict(&drives);
     let mut warnings = said_of(record, &test, request.test.is_some());
     warnings.extend(judged.contradiction());
+    warnings.extend(unfinished.map(|ended| {
+        format!("{ended} ended the search before it was done: this is the best that it had")
+    }));
     let unnamed = match verdict {
         Verdict::Unknown => {
             progress.enter(Stage::Look, &[]);
@@ -127,6 +131,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     Ok(Outcome {
         misread,
         unnamed,
+        unfinished,
         ..judged.outcome(request, split, (verdict, drives), warnings)
     })
 }

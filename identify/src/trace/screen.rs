@@ -31,9 +31,7 @@ pub struct Considered {
 /// Two candidates together.
 #[derive(Debug, Clone)]
 pub(super) struct Pair {
-    /// Nats by which both would improve the fit.
-    pub gain: f64,
-    /// The same less the price of their parameters.
+    /// Nats by which both would improve the fit, less the price of their parameters.
     pub score: f64,
     /// With the strengths that they have beside each other.
     pub members: [Considered; 2],
@@ -156,13 +154,9 @@ impl<'a> Screen<'a> {
         considered
     }
 
-    /// The pairs of `singles` that are `wanted` and together explain more than either,
-    /// by a linear fit, the best first.
-    pub fn pairs(
-        &self,
-        singles: &[&Considered],
-        wanted: impl Fn(&Considered, &Considered) -> bool,
-    ) -> Vec<Pair> {
+    /// The pairs of `singles` that together explain more than either, by a linear fit, the best
+    /// first.
+    pub fn pairs(&self, singles: &[&Considered]) -> Vec<Pair> {
         let mut group: Vec<usize> = singles.iter().flat_map(|c| c.columns.clone()).collect();
         group.sort_unstable();
         group.dedup();
@@ -181,7 +175,7 @@ impl<'a> Screen<'a> {
         let mut pairs = Vec::new();
         for (index, a) in singles.iter().enumerate() {
             for b in &singles[index + 1..] {
-                if a.candidate == b.candidate || !wanted(a, b) {
+                if a.candidate == b.candidate {
                     continue;
                 }
                 let with = [base.clone(), places(a), places(b)].concat();
@@ -197,7 +191,6 @@ impl<'a> Screen<'a> {
                     let size = |c: &Considered| self.dictionary.candidates[c.candidate].size();
                     let price = 0.5 * (size(&a) + size(&b)) as f64 * (gram.readings() as f64).ln();
                     pairs.push(Pair {
-                        gain,
                         score: gain - price,
                         members: [a, b],
                     });

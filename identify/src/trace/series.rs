@@ -4,9 +4,10 @@
 use super::Dictionary;
 use super::estimate::Observed;
 use super::focus::Focus;
+use super::linearised::linearised;
 use super::refine::{SMALLEST_SHARE, noise};
 use super::score::Look;
-use super::select::{Selection, linearised};
+use super::selection::Selection;
 use crate::machine::SolveError;
 use crate::regression::Whitener;
 use serde::Serialize;

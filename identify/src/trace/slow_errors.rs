@@ -6,11 +6,8 @@ use super::estimate::Observed;
 use super::finding::{Verdict, verdict};
 use super::progress::Progress;
 use super::score::Scoring;
-#[cfg(feature = "evidence")]
 use super::search::select;
-use super::select::Selection;
-#[cfg(not(feature = "evidence"))]
-use super::select::select;
+use super::selection::Selection;
 use crate::machine::SolveError;
 
 /// Share of the accelerations below which what remains may be a sensor's slow error.
@@ -35,7 +32,12 @@ pub(super) fn select_with_slow_errors(
     let start = observed.clone();
     let mut best = select(dictionary, observed, free_hold, progress)?;
     let faint = best.remaining.share_after < FAINT_SHARE;
-    if best.terms.is_empty() || !faint || verdict(dictionary, &best, false) != Verdict::Unknown {
+    let over = progress.ended().is_some();
+    if over
+        || best.terms.is_empty()
+        || !faint
+        || verdict(dictionary, &best, false) != Verdict::Unknown
+    {
         return Ok(best);
     }
     let prediction_error = |selection: &Selection| {
@@ -52,6 +54,9 @@ pub(super) fn select_with_slow_errors(
     };
     let mut lowest = prediction_error(&best).unwrap_or(f64::INFINITY);
     for factor in LARGER_NOISE {
+        if progress.ended().is_some() {
+            break;
+        }
         let mut noisier = start.clone();
         noisier.scale_noise(factor);
         // Noise under which nothing can be fitted is none.

@@ -14,11 +14,12 @@ use folder::{Contents, Folder};
 use identify::log::Log;
 use identify::regression::Hold;
 use identify::report::{self, Page, Portable, portable};
-use identify::trace::{Outcome, Request, TraceError, trace};
+use identify::trace::{Ended, Outcome, Request, TraceError, trace};
 use revision::Revision;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// Arguments of `trace`.
 #[derive(Debug, Args)]
@@ -28,7 +29,9 @@ Examples:
   dynamics trace arm.model log.csv.gz --parameters arm7.json --report out --json
   dynamics trace arm.model log.csv --apply
 
-Without --test the last third of the log is kept apart and judged by.")]
+Without --test the last third of the log is kept apart and judged by. At the time limit, and when it
+is interrupted once (Ctrl-C), the search ends with the best that it has and says so; what an
+interrupt ended is not applied.")]
 pub struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
@@ -74,6 +77,10 @@ pub struct Arguments {
     /// Seed of everything random
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
+
+    /// Seconds after which the search ends with the best that it has; `inf` for no limit
+    #[arg(long, value_name = "S", default_value_t = 600.0)]
+    time_limit: f64,
 }
 
 /// What inputs do between samples.
@@ -96,6 +103,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             .help("give seconds, such as `--horizon 0.5`")
             .into());
     }
+    let limit = time_limit(arguments.time_limit)?;
     let loaded = arguments.model.load()?;
     let model = &loaded.compiled.model;
     let (text, path) = loaded.text();
@@ -110,7 +118,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .as_deref()
         .map(|path| arguments.log.read(path, model));
     let test = test.transpose()?;
-    let stages = Stages::new();
+    let stages = Stages::new(limit)?;
     let outcome = run_trace(arguments, &loaded, &text, (&train, test.as_ref()), &stages);
     let took = stages.finish();
     let found = Found::new(outcome?, &loaded, &text, &path)?;
@@ -120,7 +128,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         None => Ok(()),
     };
     let applied = match &revision {
-        Some(revision) if !found.diff.is_empty() => {
+        Some(revision) if !found.diff.is_empty() && !found.is_interrupted() => {
             revision.write(&found.outcome.patched_model).map(|()| true)
         }
         _ => Ok(false),
@@ -133,6 +141,18 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         }
         (reported, applied) => reported.and(applied.map(drop).map_err(Into::into)),
     }
+}
+
+/// How long a search may take; no time at all is a limit, too.
+fn time_limit(seconds: f64) -> Result<Option<Duration>, Mistake> {
+    if seconds == f64::INFINITY {
+        return Ok(None);
+    }
+    let limit = Duration::try_from_secs_f64(seconds);
+    limit.map(Some).map_err(|_| {
+        let message = format!("`--time-limit {seconds}` is not a duration");
+        Mistake::new(message).help("give seconds, such as `--time-limit 60`, or `inf`")
+    })
 }
 
 /// What a trace has found, and how it is told.
@@ -169,6 +189,10 @@ impl Found {
             name,
             diff,
         })
+    }
+
+    fn is_interrupted(&self) -> bool {
+        self.outcome.unfinished == Some(Ended::Interrupt)
     }
 
     fn contents<'a>(&'a self, model: &'a Model, command: &'a str) -> Contents<'a> {

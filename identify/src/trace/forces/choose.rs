@@ -4,7 +4,7 @@ use super::equations::Equations;
 use crate::regression::Gram;
 use crate::trace::dictionary::{Candidate, Dictionary};
 use crate::trace::screen::{Considered, ShapedCandidate};
-use crate::trace::select::{MARGIN, TIE};
+use crate::trace::settings::{MARGIN, TIE};
 use rayon::prelude::*;
 
 /// An option with its strengths' columns that are in use.

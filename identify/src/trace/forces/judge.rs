@@ -9,7 +9,7 @@ use crate::trace::estimate::Observed;
 use crate::trace::judge::{Judged, Models, motionless};
 use crate::trace::run::Request;
 use crate::trace::score::{Errors, Look, Score, ScoreError, deviation, with_noise};
-use crate::trace::select::Selection;
+use crate::trace::selection::Selection;
 use crate::trace::series::Series;
 
 /// Before, after, and the floor. The force is what the balance `M a − Q` leaves, in the band

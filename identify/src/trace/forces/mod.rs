@@ -21,7 +21,7 @@ use super::estimate::Observed;
 use super::finding::Rival;
 use super::refine::Estimate;
 use super::screen::{ShapedCandidate, options};
-use super::select::{Remaining, Selection, Term};
+use super::selection::{Remaining, Selection, Term};
 use crate::log::rms;
 use crate::machine::{SensitivityTape, SolveError};
 use balance::{Balance, Forces};

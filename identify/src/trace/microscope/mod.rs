@@ -11,9 +11,10 @@ mod features;
 mod law;
 
 use super::dictionary::Dictionary;
+use super::linearised::{first_noise, linearised};
 use super::refine::{Explanation, refine_curve};
 use super::score::{Errors, NEGLIGIBLE, ScoreError, Scoring};
-use super::select::{Selection, first_noise, linearised};
+use super::selection::Selection;
 use crate::log::Record;
 use crate::machine::SolveError;
 use crate::regression::Whitener;

@@ -13,7 +13,7 @@ use crate::trace::logs::Logs;
 use crate::trace::outcome::{Basis, HoldIs, Outcome, sensor_noise};
 use crate::trace::run::Request;
 use crate::trace::score::{Look, ScoreError, Scoring};
-use crate::trace::select::Remaining;
+use crate::trace::selection::Remaining;
 use crate::trace::series::{Details, Series};
 
 /// What is said of a log whose columns are mistaken. Errors "after" are those of the model as
@@ -74,6 +74,7 @@ pub(in crate::trace) fn outcome(
             None => HoldIs::Assumed,
         },
         split,
+        unfinished: None,
         seed: request.seed,
         misread: Some(misread),
         warnings: said_of(&train, &test, request.test.is_some()),

@@ -1,7 +1,7 @@
 //! Mistakes that were made on purpose, and logs that are strange for other reasons.
 
 use super::*;
-use crate::trace::select::wheel::{WHEEL, rectangular};
+use crate::trace::wheel::{WHEEL, rectangular};
 use crate::trace::{Request, Silent, Source, Verdict, trace};
 use dynamics_codegen::Library;
 use std::collections::BTreeMap;

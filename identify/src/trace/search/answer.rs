@@ -5,11 +5,11 @@ use super::channel::is_time;
 use super::explored::Explored;
 use super::fit::Fitted;
 use super::hypothesis::Hypothesis;
-use super::settings::TIE;
 use crate::machine::SolveError;
 use crate::trace::finding::Rival;
-use crate::trace::select::{Remaining, Selection, Term};
+use crate::trace::selection::{Remaining, Selection, Term};
 use crate::trace::separate::separating_motion;
+use crate::trace::settings::TIE;
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
@@ -74,7 +74,8 @@ fn rivals(search: &Search<'_>, found: &Fitted, term: usize) -> Vec<Rival> {
     let best = &found.explanation;
     let others = search.explored.all().filter_map(|(other, outline)| {
         let (own, instead) = found.hypothesis.differs_by_one(other)?;
-        let better = found.score - outline.score;
+        // What is believed beforehand says nothing of how well the log tells them apart.
+        let better = (found.score - found.prior) - (outline.score - outline.prior);
         (own == term && better > -TIE).then_some((better, instead, &outline.values))
     });
     let mut others: Vec<(f64, usize, &Vec<f64>)> = others.collect();
@@ -104,7 +105,6 @@ fn doubt_about_hold(search: &Search<'_>, found: &Fitted) -> Option<DMatrix<f64>>
     let mut terms = found.hypothesis.candidates().iter();
     terms.find(|&&term| is_time(search.dictionary, term))?;
     let otherwise = search.explored.of(&found.hypothesis.held_otherwise())?;
-    // What is believed of the two beforehand says nothing of how well the log tells them apart.
     let apart = otherwise.cost - found.estimate.cost;
     if apart.is_nan() || apart > TIE {
         return None;

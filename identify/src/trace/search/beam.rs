@@ -9,15 +9,15 @@ use super::neighbourhood::Neighbourhood;
 use super::placement::placed;
 use super::proposal::Proposal;
 use super::score::structure;
-use super::settings::{BEAM, KEPT, NEAR_MISS, SPARED, TIE};
 use crate::machine::SolveError;
 use crate::regression::Hold;
 use crate::trace::dictionary::Dictionary;
 use crate::trace::estimate::Observed;
+use crate::trace::linearised::first_noise;
 use crate::trace::progress::{Progress, Stage};
 use crate::trace::refine::{Effort, Explanation};
 use crate::trace::screen::Considered;
-use crate::trace::select::first_noise;
+use crate::trace::settings::{BEAM, KEPT, NEAR_MISS, SPARED, TIE};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -114,7 +114,11 @@ impl<'a> Search<'a> {
             ..found.explanation.clone()
         };
         let best = fit(dictionary, &found.hypothesis, start)?;
-        let best = Arc::new(sharpened(dictionary, best, f64::INFINITY));
+        let best = match self.is_over() {
+            true => best,
+            false => sharpened(dictionary, best, f64::INFINITY),
+        };
+        let best = Arc::new(best);
         let part = found.explanation.observed.record.len();
         let times = whole.record.len() as f64 / part as f64;
         let mut explored = self.explored.carried_over(&found, &best, times);
@@ -138,23 +142,30 @@ impl<'a> Search<'a> {
             hypothesis,
             values: outline.values,
             promise: outline.score,
+            within_reach: f64::INFINITY,
         });
         search.try_all(&best, likely.collect());
         Ok(search)
     }
 
-    /// Goes on until no hypothesis is left that may lead on.
+    /// Goes on until no hypothesis is left that may lead on, or the time is over.
     ///
     /// # Errors
     /// If the equation of motion cannot be solved along the curve of a hypothesis.
     pub fn run(&mut self) -> Result<(), SolveError> {
-        while let Some(next) = self.next() {
+        while !self.is_over()
+            && let Some(next) = self.next()
+        {
             match next {
                 Next::Expand(from) => self.expand(&from)?,
                 Next::Leap(from) => self.leap(&from)?,
             }
         }
         Ok(())
+    }
+
+    fn is_over(&self) -> bool {
+        self.progress.ended().is_some()
     }
 
     /// The best hypothesis so far.
@@ -237,8 +248,12 @@ impl<'a> Search<'a> {
 
     /// Tries what some moves propose.
     fn try_moves(&mut self, moves: &[&dyn Move], at: &Neighbourhood<'_>, stage: Stage) {
-        let propose = |one: &&dyn Move| one.propose(at, &self.explored);
-        let proposals: Vec<Proposal> = moves.iter().flat_map(propose).collect();
+        let mut proposals = Vec::new();
+        for one in moves {
+            if !self.is_over() {
+                proposals.extend(one.propose(at, &self.explored));
+            }
+        }
         self.enter(stage);
         self.try_all(at.fitted, proposals);
     }
@@ -249,7 +264,8 @@ impl<'a> Search<'a> {
         let mut seen: Vec<&Hypothesis> = Vec::new();
         let mut new: Vec<&Proposal> = Vec::new();
         for proposal in &proposals {
-            let is_known = self.explored.of(&proposal.hypothesis).is_some();
+            let known = self.explored.of(&proposal.hypothesis);
+            let is_known = known.is_some_and(|known| known.cost < proposal.within_reach + 1.0);
             if !is_known && !seen.contains(&&proposal.hypothesis) {
                 seen.push(&proposal.hypothesis);
                 new.push(proposal);
@@ -258,6 +274,9 @@ impl<'a> Search<'a> {
         let mut tried = Vec::new();
         let (first, others) = new.split_at(new.len().min(1));
         for wave in [first, others] {
+            if self.is_over() {
+                break;
+            }
             let known = self.best().score.min(
                 tried
                     .iter()
@@ -287,26 +306,24 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Where none of some fits leaves sensor noise alone, those that come near the best one get
-    /// another chance: less unexplained force, and another place on their body.
+    /// Another chance for some fits that leave forces: less of them to begin with and another place
+    /// on its body, where none of all leaves sensor noise alone and one comes near the best; another
+    /// place, where one term stands for several.
     fn improved(&self, from: &Fitted, tried: Vec<Fitted>) -> Vec<Fitted> {
-        let possible = |fitted: &&Fitted| fitted.is_possible(self.dictionary);
-        let best = tried.iter().filter(possible).min_by(|a, b| by_score(a, b));
-        let Some(lowest) = best
-            .filter(|best| best.leaves_forces())
-            .map(|best| best.score)
-        else {
+        if self.is_over() {
             return tried;
-        };
-        // Beside a hypothesis that explains the log, what leaves forces needs no second chance.
-        let limit = match lowest < from.score {
-            true => from.score - NEAR_MISS * (from.score - lowest),
-            false if from.leaves_forces() => lowest,
-            false => from.score,
-        };
+        }
+        let limit = self.near_miss(from, &tried);
+        let size = |fitted: &Fitted| fitted.hypothesis.candidates().len();
         let improved = tried.into_par_iter().map(|fitted| {
-            if fitted.score > limit || !fitted.leaves_forces() {
+            if !fitted.leaves_forces() {
                 return fitted;
+            }
+            if fitted.score > limit {
+                return match size(&fitted) < size(from) {
+                    true => self.replaced(from, fitted),
+                    false => fitted,
+                };
             }
             let structure = structure(self.dictionary, &fitted.hypothesis);
             let bar = bar(self.best().score, structure);
@@ -314,6 +331,21 @@ impl<'a> Search<'a> {
             self.replaced(from, fitted)
         });
         improved.collect()
+    }
+
+    /// The score up to which fits come near the best one, if that leaves forces.
+    fn near_miss(&self, from: &Fitted, tried: &[Fitted]) -> f64 {
+        let possible = |fitted: &&Fitted| fitted.is_possible(self.dictionary);
+        let best = tried.iter().filter(possible).min_by(|a, b| by_score(a, b));
+        let Some(best) = best.filter(|best| best.leaves_forces()) else {
+            return f64::NEG_INFINITY;
+        };
+        // Beside a hypothesis that explains the log, what leaves forces needs no second chance.
+        match best.score < from.score {
+            true => from.score - NEAR_MISS * (from.score - best.score),
+            false if from.leaves_forces() => best.score,
+            false => from.score,
+        }
     }
 
     /// The fit with its new effect on a body at another place there, if that is better.

@@ -3,8 +3,8 @@
 
 use super::fit::{Fitted, by_score};
 use super::hypothesis::Hypothesis;
-use super::settings::KEPT;
 use crate::trace::dictionary::Dictionary;
+use crate::trace::settings::KEPT;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -13,6 +13,8 @@ use std::sync::Arc;
 pub struct Outline {
     /// Nats, the less the better; infinite where it is not possible.
     pub score: f64,
+    /// What of that is believed before the log is read, nats.
+    pub prior: f64,
     /// Its negative log likelihood alone, nats.
     pub cost: f64,
     /// Values of all the dictionary's parameters.
@@ -40,6 +42,7 @@ impl Explored {
         }
         let outline = Outline {
             score,
+            prior: fitted.prior,
             cost: fitted.estimate.cost,
             values: fitted.explanation.values.clone(),
         };
@@ -63,6 +66,7 @@ impl Explored {
     pub fn rule_out(&mut self, hypothesis: &Hypothesis) {
         let impossible = Outline {
             score: f64::INFINITY,
+            prior: 0.0,
             cost: f64::INFINITY,
             values: Vec::new(),
         };
@@ -80,6 +84,7 @@ impl Explored {
                     true => best.score + times * apart + price,
                     false => f64::INFINITY,
                 },
+                prior: outline.prior,
                 cost: best.estimate.cost + times * apart,
                 values: outline.values.clone(),
             };
@@ -126,7 +131,7 @@ mod tests {
     use super::*;
     use crate::regression::Hold;
     use crate::trace::search::fit::fit;
-    use crate::trace::select::wheel::{WHEEL, begun, named};
+    use crate::trace::wheel::{WHEEL, begun, named};
     use std::fmt::Write;
 
     /// A wheel under 1.5 times the inertia that its model states.

@@ -2,12 +2,12 @@
 //! first may rest too early.
 
 use super::hypothesis::Hypothesis;
-use super::score::score;
-use super::settings::{NO_EXCESS, SHARP_STEPS, SHARPENINGS, SHARPER, TIE};
+use super::score::{evidence, prior};
 use crate::machine::SolveError;
 use crate::trace::dictionary::{Candidate, Dictionary};
-use crate::trace::refine::{Adapt, Effort, Estimate, Explanation, SMALLEST_SHARE, refine, settle};
-use crate::trace::select::linearised;
+use crate::trace::linearised::linearised;
+use crate::trace::refine::{Adapt, Effort, Estimate, Explanation, refine, settle};
+use crate::trace::settings::{SHARP_STEPS, SHARPENINGS, SHARPER, TIE};
 use rayon::prelude::*;
 
 /// A hypothesis after its fit.
@@ -17,6 +17,8 @@ pub struct Fitted {
     pub hypothesis: Hypothesis,
     /// How believable it is, nats, the less the better.
     pub score: f64,
+    /// What of that is believed before the log is read, nats.
+    pub prior: f64,
     /// Its parameters' estimates.
     pub estimate: Estimate,
     /// Its values, the motion that goes with them, and what they leave unexplained.
@@ -26,7 +28,7 @@ pub struct Fitted {
 impl Fitted {
     /// Whether more than sensor noise remains.
     pub fn leaves_forces(&self) -> bool {
-        leaves_forces(&self.estimate)
+        self.estimate.leaves_forces()
     }
 
     /// Whether each of its terms does something, within what is possible.
@@ -63,11 +65,6 @@ impl Fitted {
     }
 }
 
-/// Whether more than sensor noise remains beside some estimates.
-pub fn leaves_forces(estimate: &Estimate) -> bool {
-    estimate.unexplained > NO_EXCESS * SMALLEST_SHARE * SMALLEST_SHARE
-}
-
 /// Fits a hypothesis from some start.
 ///
 /// # Errors
@@ -93,8 +90,10 @@ pub fn fit_with(
     explanation.observed.hold = hypothesis.hold;
     let candidates = hypothesis.candidates();
     let refined = refine(dictionary, candidates, &mut explanation, effort)?;
+    let prior = prior(dictionary, hypothesis, &explanation);
     Ok(Fitted {
-        score: score(dictionary, hypothesis, &explanation, &refined),
+        score: prior + evidence(dictionary, &explanation, &refined),
+        prior,
         hypothesis: hypothesis.clone(),
         estimate: refined.estimate,
         explanation,
@@ -148,7 +147,7 @@ pub fn reset(dictionary: &Dictionary, values: &mut [f64], candidate: usize) {
 mod tests {
     use super::*;
     use crate::regression::Hold;
-    use crate::trace::select::wheel::{WHEEL, begun, named, rectangular};
+    use crate::trace::wheel::{WHEEL, begun, named, rectangular};
     use std::fmt::Write;
 
     /// A drive that gives less, and a wheel that weighs more, are one law: `g u = i a`. Neither

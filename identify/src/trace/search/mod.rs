@@ -5,9 +5,6 @@
 //! Laplace's method, less what its structure costs. [Moves](moves) lead from one hypothesis to
 //! others; what first order promises most is fitted first, nothing is fitted twice, and the best is
 //! never lost. Rivals of the answer are the other hypotheses that were fitted and are as good.
-//!
-//! Behind the feature `evidence`: it will take the place of [`select`](super::select) once it is no
-//! worse in any class of the frozen machines.
 
 mod answer;
 mod beam;
@@ -20,15 +17,14 @@ mod neighbourhood;
 mod placement;
 mod proposal;
 mod score;
-mod settings;
 
 use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use super::progress::{Progress, Stage};
-use super::select::Selection;
+use super::selection::Selection;
 use crate::machine::SolveError;
+use crate::trace::settings::SEARCHED;
 use beam::Search;
-use settings::SEARCHED;
 
 /// Searches for the terms that explain `observed` best. What inputs do between samples is part of
 /// the answer if `free_hold`.

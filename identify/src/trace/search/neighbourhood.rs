@@ -2,11 +2,11 @@
 
 use super::fit::{Fitted, reset};
 use super::proposal::Proposal;
-use super::settings::{NEARLY, TIE};
 use crate::machine::SolveError;
 use crate::regression::{Gram, Whitener};
 use crate::trace::dictionary::{Candidate, Dictionary};
 use crate::trace::screen::{Assignment, Considered, Screen, ShapedCandidate};
+use crate::trace::settings::{NEARLY, TIE};
 use std::collections::BTreeMap;
 
 /// A fitted hypothesis with every candidate's columns beside it.
@@ -36,6 +36,8 @@ pub struct Exchange {
     pub instead: Vec<usize>,
     /// Nats by which it is better to first order (if negative, worse).
     pub better: f64,
+    /// Nats by which the log is less likely, to first order, whatever parameters cost.
+    pub loss: f64,
     /// Nats that the terms are worth, to first order.
     pub worth: f64,
     /// All the dictionary's parameters with it in that place.
@@ -97,6 +99,7 @@ impl<'a> Neighbourhood<'a> {
             hypothesis: self.fitted.hypothesis.exchange(&[], &candidates),
             values: self.with(&own),
             promise,
+            within_reach: self.fitted.estimate.cost,
         }
     }
 
@@ -110,6 +113,7 @@ impl<'a> Neighbourhood<'a> {
             hypothesis: self.fitted.hypothesis.exchange(out, more),
             values,
             promise: 0.0,
+            within_reach: f64::INFINITY,
         }
     }
 
@@ -119,6 +123,7 @@ impl<'a> Neighbourhood<'a> {
             out,
             instead,
             better,
+            loss,
             values,
             ..
         } = exchange;
@@ -126,6 +131,7 @@ impl<'a> Neighbourhood<'a> {
             hypothesis: self.fitted.hypothesis.exchange(&out, &instead),
             promise: -better,
             values,
+            within_reach: self.fitted.estimate.cost + loss,
         }
     }
 
@@ -145,7 +151,7 @@ impl<'a> Neighbourhood<'a> {
 
     /// What each of the `wanted` candidates would be in the place of some terms, in which option of
     /// the screen, best first.
-    fn exchanges_in_shape(
+    pub fn exchanges_in_shape(
         &self,
         out: &[usize],
         wanted: impl Fn(usize) -> bool,
@@ -242,7 +248,8 @@ impl<'a> Neighbourhood<'a> {
             .sum();
         let gone: usize = own().map(Candidate::size).sum();
         let price = 0.5 * (size as f64 - gone as f64) * rows.ln();
-        let better = 0.5 * (whole - fit.misfit) / scale - price;
+        let loss = 0.5 * (fit.misfit - whole) / scale;
+        let better = -loss - price;
         if better.is_nan() {
             return None;
         }
@@ -263,6 +270,7 @@ impl<'a> Neighbourhood<'a> {
             instead: candidates.collect(),
             worth,
             better,
+            loss,
             values: moved,
         })
     }

@@ -5,12 +5,12 @@
 //! the mass fitted anew for each place (variable projection) the way along it is open.
 
 use super::fit::Fitted;
-use super::settings::{GLANCE, SHAPE_STEPS};
 use crate::regression::{Columns, ErrorDynamics};
 use crate::trace::dictionary::Dictionary;
 use crate::trace::estimate::Observed;
 use crate::trace::refine::{Adapt, Explanation, settle};
 use crate::trace::screen::Assignment;
+use crate::trace::settings::{GLANCE, SHAPE_STEPS};
 use rayon::prelude::*;
 
 /// An effect in some shape, with the strengths that suit it there.

@@ -15,6 +15,10 @@ pub struct Proposal {
     /// Nats, on no scale but that of the other proposals of its move: the less, the more is
     /// promised.
     pub promise: f64,
+    /// Negative log likelihood that its fit should reach from here, nats: a model that holds another
+    /// is at least as likely. What was fitted from another start and is no better than that is
+    /// fitted again.
+    pub within_reach: f64,
 }
 
 impl Proposal {

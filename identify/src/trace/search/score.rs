@@ -1,41 +1,39 @@
 //! How believable a hypothesis is: its log evidence and what is believed beforehand.
 
 use super::hypothesis::Hypothesis;
-use super::settings::{BRAKES, DRIVES, GLANCE, HELD, MARGIN, STATEMENT};
 use crate::machine::States;
 use crate::regression::Hold;
 use crate::trace::dictionary::Dictionary;
 use crate::trace::focus::Focus;
 use crate::trace::refine::{Explanation, Refined};
+use crate::trace::settings::{BRAKES, DRIVES, GLANCE, HELD, MARGIN, STATEMENT};
 use crate::trace::subject::Subject;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// Bounds further apart than this ratio say an order of magnitude, not a value.
 const DECADE: f64 = 10.0;
 
-/// The score of a fitted hypothesis in nats, the less the better: its negative log likelihood,
-/// the price of its parameters and that of its structure.
-pub fn score(
-    dictionary: &Dictionary,
-    hypothesis: &Hypothesis,
-    explanation: &Explanation,
-    refined: &Refined,
-) -> f64 {
-    refined.estimate.cost
-        + occam(dictionary, explanation, refined)
-        + structure(dictionary, hypothesis)
-        + driving(dictionary, hypothesis, explanation)
+/// The negative log evidence of a fitted hypothesis, nats: how unlikely the log is under it, and the
+/// price of its parameters.
+pub fn evidence(dictionary: &Dictionary, explanation: &Explanation, refined: &Refined) -> f64 {
+    refined.estimate.cost + occam(dictionary, explanation, refined)
+}
+
+/// What is believed of a hypothesis before the log is read, nats, the less the better.
+pub fn prior(dictionary: &Dictionary, hypothesis: &Hypothesis, explanation: &Explanation) -> f64 {
+    structure(dictionary, hypothesis) + driving(dictionary, hypothesis, explanation)
 }
 
 /// What terms cost before the log is read.
 pub fn structure(dictionary: &Dictionary, hypothesis: &Hypothesis) -> f64 {
     let choice = (dictionary.candidates.len() as f64).ln();
     let terms = hypothesis.candidates().iter().map(|&term| {
-        let statement = match dictionary.candidates[term].subject {
-            Subject::Parameter(_) => 0.0,
-            Subject::Effect { .. } => STATEMENT,
+        let candidate = &dictionary.candidates[term];
+        let stated = match candidate.subject {
+            Subject::Parameter(_) => 0,
+            Subject::Effect { .. } => candidate.parameters.len(),
         };
-        MARGIN + choice + statement
+        MARGIN + choice + STATEMENT * stated as f64
     });
     let held = match hypothesis.hold {
         Hold::Linear => 0.0,
@@ -59,10 +57,6 @@ fn occam(dictionary: &Dictionary, explanation: &Explanation, refined: &Refined) 
             refined.reach[i],
         )
     });
-    let half = |&&index: &&usize| {
-        let parameter = &bounds[index];
-        parameter.lower.is_finite() != parameter.upper.is_finite()
-    };
     let size = parameters.len();
     let scaled = DMatrix::from_fn(size, size, |i, j| {
         let unit = if i == j { 1.0 } else { 0.0 };
@@ -72,8 +66,7 @@ fn occam(dictionary: &Dictionary, explanation: &Explanation, refined: &Refined) 
         Some(cholesky) => 2.0 * cholesky.l_dirty().diagonal().map(f64::ln).sum(),
         None => scaled.diagonal().map(|d| d.max(1.0).ln()).sum(),
     };
-    // Of a parameter that is bounded on one side half of the values are not possible.
-    0.5 * log_determinant - std::f64::consts::LN_2 * parameters.iter().filter(half).count() as f64
+    0.5 * log_determinant
 }
 
 /// How far a parameter may be expected to go before the log is read: over its bounds where both
@@ -155,7 +148,7 @@ fn work(force: &[f64], states: &States) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::trace::select::wheel::{rectangular, traced};
+    use crate::trace::wheel::{rectangular, traced};
     use std::fmt::Write;
 
     #[test]

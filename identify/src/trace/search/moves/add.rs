@@ -8,9 +8,7 @@ use crate::trace::screen::Considered;
 use crate::trace::search::explored::Explored;
 use crate::trace::search::neighbourhood::Neighbourhood;
 use crate::trace::search::proposal::Proposal;
-use crate::trace::search::settings::{
-    FAR_BEHIND, LEADER_SHARE, MARGIN, MAX_TERMS, PROFILED, SHORTLISTED,
-};
+use crate::trace::settings::{FAR_BEHIND, LEADER_SHARE, MARGIN, MAX_TERMS, PROFILED, SHORTLISTED};
 use rayon::prelude::*;
 
 /// One more term.

@@ -10,7 +10,7 @@ use crate::trace::screen::Considered;
 use crate::trace::search::explored::Explored;
 use crate::trace::search::neighbourhood::Neighbourhood;
 use crate::trace::search::proposal::Proposal;
-use crate::trace::search::settings::{MAX_TERMS, SHORTLISTED};
+use crate::trace::settings::{MAX_TERMS, SHORTLISTED};
 
 /// What does best on samples that were not fitted, and the leaders in other shapes.
 pub struct Fallback;

@@ -66,7 +66,7 @@ fn otherwise(at: &Neighbourhood<'_>, without: Option<usize>) -> Option<Proposal>
 #[cfg(test)]
 mod tests {
     use crate::trace::Outcome;
-    use crate::trace::select::wheel::{WHEEL, rectangular, traced};
+    use crate::trace::wheel::{WHEEL, rectangular, traced};
     use std::fmt::Write;
 
     const STEP: f64 = 0.005;

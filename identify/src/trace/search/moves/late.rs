@@ -8,15 +8,15 @@ use super::Move;
 use crate::log::rms;
 use crate::regression::derivative;
 use crate::trace::estimate::Observed;
+use crate::trace::linearised::linearised;
 use crate::trace::refine::{Adapt, settle};
 use crate::trace::search::channel::timed_sensor;
 use crate::trace::search::explored::Explored;
 use crate::trace::search::neighbourhood::Neighbourhood;
 use crate::trace::search::proposal::Proposal;
-use crate::trace::search::settings::{
+use crate::trace::settings::{
     GLANCE, LATE, MARGIN, MAX_TERMS, SHAPE_STEPS, SHORTLISTED, WORTH_A_FIT,
 };
-use crate::trace::select::linearised;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
@@ -65,6 +65,7 @@ impl Move for Late {
                 hypothesis: at.fitted.hypothesis.exchange(&[], &[candidate]),
                 values: at.with(&vec![(parameter, time)]),
                 promise: cost,
+                within_reach: at.fitted.estimate.cost,
             }
         });
         likely.collect()

@@ -10,7 +10,7 @@ use crate::trace::dictionary::Dictionary;
 use crate::trace::search::explored::Explored;
 use crate::trace::search::neighbourhood::Neighbourhood;
 use crate::trace::search::proposal::Proposal;
-use crate::trace::search::settings::EXCHANGED;
+use crate::trace::settings::EXCHANGED;
 use crate::trace::subject::Subject;
 
 /// One term in the place of several.
@@ -26,6 +26,13 @@ impl Move for Merge {
             .filter(|&c| !at.dictionary.candidates[c].channel);
         let forces: Vec<usize> = forces.collect();
         let mut sets = pairs(&massive, &forces);
+        // How good one effect on a body is shows only when its place there has been found.
+        let is_load = |c: usize| is_on_a_body(at.dictionary, &at.dictionary.candidates[c].subject);
+        let loads = match massive.len() {
+            0 | 1 => Vec::new(),
+            _ => at.exchanges_in_shape(&massive, is_load),
+        };
+        let loads = loads.into_iter().take(EXCHANGED).map(|(_, load)| load);
         if massive.len() > 2 {
             sets.push(massive);
         }
@@ -34,6 +41,7 @@ impl Move for Merge {
             merged.truncate(EXCHANGED);
             merged
         });
+        let merged = merged.chain(loads);
         let mut merged: Vec<Proposal> = merged.map(|one| at.proposal(one)).collect();
         merged.sort_by(|a, b| a.promise.total_cmp(&b.promise));
         merged

@@ -9,7 +9,7 @@ use crate::trace::screen::{Considered, Pair as Both};
 use crate::trace::search::explored::Explored;
 use crate::trace::search::neighbourhood::Neighbourhood;
 use crate::trace::search::proposal::Proposal;
-use crate::trace::search::settings::{MARGIN, MAX_TERMS, PAIRED, PROFILED, SHORTLISTED};
+use crate::trace::settings::{MARGIN, MAX_TERMS, PAIRED, PROFILED, SHORTLISTED};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
@@ -26,7 +26,7 @@ impl Move for Pair {
             .take(PAIRED)
             .flat_map(|c| std::iter::once(c).chain(&c.other_shapes))
             .collect();
-        let mut pairs = at.screen.pairs(&singles, |_, _| true);
+        let mut pairs = at.screen.pairs(&singles);
         // Each pair in its best shapes.
         let mut seen = BTreeSet::new();
         pairs.retain(|pair| seen.insert(pair.members.each_ref().map(|c| c.candidate)));
@@ -56,7 +56,7 @@ impl Move for Pair {
 
 #[cfg(test)]
 mod tests {
-    use crate::trace::select::wheel::{WHEEL, rectangular, traced};
+    use crate::trace::wheel::{WHEEL, rectangular, traced};
     use std::fmt::Write;
 
     /// A motor that ignores 0.1 N·m, and friction of 0.05 N·m in the wheel's bearing.

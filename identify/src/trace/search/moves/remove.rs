@@ -14,7 +14,11 @@ impl Move for Remove {
     fn propose(&self, at: &Neighbourhood<'_>, _: &Explored) -> Vec<Proposal> {
         let values = &at.fitted.explanation.values;
         let each = at.terms().iter();
-        each.map(|&term| at.exchanged(&[term], &[], values.clone()))
-            .collect()
+        each.map(|&term| Proposal {
+            // What was fitted before the others had found their values may rest in a bad place.
+            within_reach: f64::NEG_INFINITY,
+            ..at.exchanged(&[term], &[], values.clone())
+        })
+        .collect()
     }
 }

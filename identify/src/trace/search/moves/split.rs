@@ -7,7 +7,7 @@ use super::Move;
 use crate::trace::search::explored::Explored;
 use crate::trace::search::neighbourhood::Neighbourhood;
 use crate::trace::search::proposal::Proposal;
-use crate::trace::search::settings::EXCHANGED;
+use crate::trace::settings::EXCHANGED;
 
 /// Two simple terms in the place of a rich one.
 pub struct Split;

@@ -8,7 +8,7 @@ use super::Move;
 use crate::trace::search::explored::Explored;
 use crate::trace::search::neighbourhood::{Exchange, Neighbourhood};
 use crate::trace::search::proposal::Proposal;
-use crate::trace::search::settings::{EXCHANGED, MARGIN, SHORTLISTED, TIE};
+use crate::trace::settings::{EXCHANGED, MARGIN, SHORTLISTED, TIE};
 
 /// What looks likely beside a term of its own place, in its stead.
 pub struct SwapHere;
@@ -58,7 +58,7 @@ impl Move for Swap {
 
 #[cfg(test)]
 mod tests {
-    use crate::trace::select::wheel::{WHEEL, rectangular, traced};
+    use crate::trace::wheel::{WHEEL, rectangular, traced};
     use std::fmt::Write;
 
     /// A wheel on a hardening spring, `hard q³`, with another of 0.3 N·m that rests at 0.25:

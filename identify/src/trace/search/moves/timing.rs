@@ -66,7 +66,7 @@ fn equivalents(dictionary: &Dictionary, term: usize) -> Vec<(usize, f64)> {
 
 #[cfg(test)]
 mod tests {
-    use crate::trace::select::wheel::{WHEEL, rectangular, traced};
+    use crate::trace::wheel::{WHEEL, rectangular, traced};
     use crate::trace::{Outcome, Verdict};
     use std::fmt::Write;
 

@@ -1,6 +1,6 @@
 //! Small machines that tests turn, a wheel among them: what their logs say.
 
-use super::fitting::first_noise;
+use super::linearised::first_noise;
 use crate::log::Log;
 use crate::regression::Hold;
 use crate::trace::dictionary::{Dictionary, Source};
@@ -11,7 +11,7 @@ use dynamics_codegen::Library;
 use std::collections::BTreeMap;
 
 /// A wheel with a motor.
-pub(in crate::trace) const WHEEL: &str = "\
+pub(super) const WHEEL: &str = "\
 model wheel;
 coordinate angle: rad;
 input motor: N*m;
@@ -21,7 +21,7 @@ force angle = input(motor);
 ";
 
 /// What `trace` makes of a log of the small machine `model`, given as CSV.
-pub(in crate::trace) fn traced(model: &str, log: &str) -> Outcome {
+pub(super) fn traced(model: &str, log: &str) -> Outcome {
     let outcome = trace(&Request {
         model_name: "wheel",
         model_text: model,
@@ -40,7 +40,7 @@ pub(in crate::trace) fn traced(model: &str, log: &str) -> Outcome {
 
 /// What a search for what the small machine `model` lacks begins with: the candidates, and the
 /// model as given beside its log. Of this coordinate and this input.
-pub(in crate::trace) fn begun(
+pub(super) fn begun(
     model: &str,
     log: &str,
     [coordinate, input]: [&str; 2],
@@ -64,14 +64,14 @@ pub(in crate::trace) fn begun(
 }
 
 /// The candidate that is called so.
-pub(in crate::trace) fn named(dictionary: &Dictionary, name: &str) -> usize {
+pub(super) fn named(dictionary: &Dictionary, name: &str) -> usize {
     let mut candidates = dictionary.candidates.iter();
     let place = candidates.position(|c| c.subject.to_string() == name);
     place.unwrap()
 }
 
 /// An encoder's rectangular noise, from −0.5 to 0.5, by a linear congruence.
-pub(in crate::trace) fn rectangular(seed: u64) -> impl FnMut() -> f64 {
+pub(super) fn rectangular(seed: u64) -> impl FnMut() -> f64 {
     let mut random = seed;
     move || {
         random = random

@@ -1,0 +1,58 @@
+//! The departure from a logged curve, to first order, and the curve that suits a model.
+
+use super::dictionary::Dictionary;
+use super::estimate::Observed;
+use super::focus::Focus;
+use super::refine::{Explanation, noise, refine_curve};
+use crate::machine::SolveError;
+use crate::regression::{Columns, ErrorDynamics, ProcessNoise};
+
+/// Some unexplained force to begin with.
+pub(super) fn first_noise(
+    dictionary: &Dictionary,
+    observed: &Observed,
+) -> Result<ProcessNoise, SolveError> {
+    let dynamics = linearised(&dictionary.focus(&[]), observed, &dictionary.defaults)?;
+    Ok(noise(&dynamics, FIRST_SHARE))
+}
+
+/// Share of the machine's forces that nothing explains, to begin with.
+const FIRST_SHARE: f64 = 0.1;
+
+/// The departure's equation, without columns, for `focus` with these of the dictionary's
+/// values.
+pub(super) fn linearised(
+    focus: &Focus,
+    observed: &Observed,
+    values: &[f64],
+) -> Result<ErrorDynamics, SolveError> {
+    let none: [Columns<'_>; 0] = [];
+    ErrorDynamics::new(
+        &focus.machine,
+        &focus.slopes,
+        &none,
+        &observed.curve,
+        observed.hold,
+        &focus.values(values),
+    )
+}
+
+/// Moves the curve of a log to where sensors and a model agree.
+///
+/// # Errors
+/// If the equation of motion cannot be solved along the curve.
+pub(super) fn smooth(
+    dictionary: &Dictionary,
+    accepted: &[usize],
+    observed: Observed,
+    values: &[f64],
+) -> Result<Observed, SolveError> {
+    let dynamics = linearised(&dictionary.focus(accepted), &observed, values)?;
+    let mut explanation = Explanation {
+        noise: noise(&dynamics, FIRST_SHARE),
+        values: values.to_vec(),
+        observed,
+    };
+    refine_curve(dictionary, accepted, &mut explanation)?;
+    Ok(explanation.observed)
+}

@@ -1,0 +1,85 @@
+//! What a search found.
+
+use super::estimate::Observed;
+use super::finding::Rival;
+use super::refine::Estimate;
+use super::screen::Considered;
+
+/// A term that was accepted.
+#[derive(Debug, Clone)]
+pub struct Term {
+    /// Which candidate.
+    pub candidate: usize,
+    /// Evidence in nats: how much worse the log would be explained without it,
+    /// less what its parameters cost.
+    pub evidence: f64,
+    /// What explains about as well what it explains.
+    pub rivals: Vec<Rival>,
+}
+
+/// What the accepted terms leave.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Remaining {
+    /// Root mean square of the accelerations that unexplained forces make, as a share of
+    /// the machine's own, under the model as given; in the balance of forces these, as a share of
+    /// what the inputs exert, not a number (`null` in JSON) where they drive nothing.
+    pub share_before: f64,
+    /// The same with all terms.
+    pub share_after: f64,
+    /// Nats by which the log is more likely with unexplained forces beside the terms
+    /// than with sensor noise alone.
+    pub evidence: f64,
+}
+
+impl Remaining {
+    /// Of a log in which nothing was searched for.
+    pub(super) const NOT_SEARCHED: Self = Self {
+        share_before: f64::NAN,
+        share_after: f64::NAN,
+        evidence: f64::NAN,
+    };
+}
+
+/// The outcome.
+#[derive(Debug, Clone)]
+pub struct Selection {
+    /// Accepted terms, strongest first.
+    pub terms: Vec<Term>,
+    /// Values of all parameters of the extended model.
+    pub values: Vec<f64>,
+    /// What is known of the accepted terms' parameters.
+    pub estimate: Estimate,
+    /// Mean squared whitened innovation with the accepted terms; one if sensor noise
+    /// explains what remains.
+    pub reduced_misfit: f64,
+    /// The same with no term at all.
+    pub nominal_misfit: f64,
+    /// How much that is.
+    pub remaining: Remaining,
+    /// The first round's candidates, best first.
+    pub considered: Vec<Considered>,
+    /// The log with the curve through it.
+    pub observed: Observed,
+}
+
+impl Selection {
+    /// Whether forces remain that nothing explains.
+    pub fn forces_remain(&self) -> bool {
+        self.estimate.leaves_forces()
+    }
+
+    /// Whether this leaves no forces, and has fewer terms.
+    pub(super) fn explains_with_less(&self, than: &Self) -> bool {
+        !self.forces_remain() && self.terms.len() < than.terms.len()
+    }
+
+    /// Whether the forces that this leaves are no more than half as large.
+    pub(super) fn leaves_much_less(&self, than: &Self) -> bool {
+        4.0 * self.estimate.unexplained < than.estimate.unexplained
+    }
+
+    /// Which candidates were accepted.
+    pub fn accepted(&self) -> Vec<usize> {
+        self.terms.iter().map(|term| term.candidate).collect()
+    }
+}
