@@ -11,14 +11,16 @@ mod rollout;
 mod shifted;
 mod solve;
 mod states;
+mod trail;
 
 pub use hold::{Hold, Signal};
 pub use measured::{Measured, Sensors};
-pub use memory::{Memory, Trail};
+
 pub use rollout::{Rollout, RolloutOptions, Simulated};
 pub(crate) use shifted::shifted;
 pub use solve::{Factorisation, SolveError};
 pub use states::{History, States};
+pub use trail::{Memory, Trail};
 
 use dynamics_codegen::derive::{Sensitivity, Variable};
 use dynamics_codegen::model::ConstraintKind;

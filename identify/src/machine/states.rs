@@ -1,7 +1,7 @@
 //! States in columns: one entry per sample.
 
 use super::hold::Hold;
-use super::memory::Memory;
+use super::trail::Memory;
 use crate::log::Record;
 use crate::smooth::{SgStates, Smoothed};
 use dynamics_codegen::Column;

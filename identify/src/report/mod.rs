@@ -246,8 +246,16 @@ fn stated_unit(unit: &str) -> String {
     }
 }
 
-/// What was found, in one sentence.
+/// What was found, in one sentence, after another where the search was ended early.
 fn verdict(outcome: &Outcome) -> String {
+    let found = found(outcome);
+    match outcome.unfinished {
+        Some(ended) => format!("Unfinished: {ended} ended the search. Until then: {found}"),
+        None => found,
+    }
+}
+
+fn found(outcome: &Outcome) -> String {
     let names = names(outcome.findings.iter());
     match outcome.verdict {
         Verdict::None => "The log agrees with the model: nothing is missing.".to_string(),
@@ -261,7 +269,10 @@ fn verdict(outcome: &Outcome) -> String {
                     "A drive does not do what it is told: {names}. Beside that something is missing"
                 ),
             };
-            sentence.push_str(" that no effect of the library explains");
+            sentence.push_str(match outcome.unfinished {
+                Some(_) => " that nothing tried so far explains",
+                None => " that no effect of the library explains",
+            });
             if let Some(nearest) = &outcome.nearest {
                 let nearest = self::names(nearest.findings.iter());
                 sentence.push_str(&format!("; nearest, but not near: {nearest}"));

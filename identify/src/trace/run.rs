@@ -114,9 +114,6 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     let verdict = judged.verdict(&drives);
     let mut warnings = said_of(record, &test, request.test.is_some());
     warnings.extend(judged.contradiction());
-    warnings.extend(unfinished.map(|ended| {
-        format!("{ended} ended the search before it was done: this is the best that it had")
-    }));
     let unnamed = match verdict {
         Verdict::Unknown => {
             progress.enter(Stage::Look, &[]);

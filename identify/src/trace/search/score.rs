@@ -91,9 +91,10 @@ fn spread((lower, upper): (f64, f64), (value, nominal): (f64, f64), reach: f64) 
 /// it turned back.
 fn driving(dictionary: &Dictionary, hypothesis: &Hypothesis, explanation: &Explanation) -> f64 {
     let focus = dictionary.focus(hypothesis.candidates());
+    // Those of an input, too: a biased drive pushes as a constant force does.
     let is_force = |term: &&usize| {
         let candidate = &dictionary.candidates[**term];
-        !candidate.channel && !matches!(candidate.subject, Subject::Parameter(_))
+        !matches!(candidate.subject, Subject::Parameter(_))
     };
     if focus.machine.remembers() {
         return 0.0;
