@@ -3,9 +3,10 @@
 /// Nats that a further term costs beside the logarithm of how many there might be: what was
 /// tried is paid for, and chance has a bad day once in twenty.
 pub const MARGIN: f64 = 3.0;
-/// Nats that each number of an effect costs, determined by the log or not: of laws that are one here
-/// the plain one wins, and another value of a parameter of the model, which states nothing new, wins
-/// over them.
+/// Nats that each number of an effect costs, determined by the log or not, and that the log is not
+/// what it seems: of laws that are one here the plain one wins, a force wins over the same force as
+/// a fault of its drive, and another value of a parameter of the model, which states nothing new, wins
+/// over both.
 pub const STATEMENT: f64 = 1.0;
 /// Nats against inputs that are held between samples: in doubt they go as they are drawn.
 pub const HELD: f64 = 6.0;

@@ -31,7 +31,7 @@ pub fn structure(dictionary: &Dictionary, hypothesis: &Hypothesis) -> f64 {
         let candidate = &dictionary.candidates[term];
         let stated = match candidate.subject {
             Subject::Parameter(_) => 0,
-            Subject::Effect { .. } => candidate.parameters.len(),
+            Subject::Effect { .. } => candidate.parameters.len() + usize::from(candidate.channel),
         };
         MARGIN + choice + STATEMENT * stated as f64
     });
