@@ -48,6 +48,8 @@ pub struct Search<'a> {
     expanded: BTreeSet<Hypothesis>,
     /// From which ones leaps were tried.
     leapt: BTreeSet<Hypothesis>,
+    /// Whether nothing is left to look into.
+    is_done: bool,
 }
 
 impl<'a> Search<'a> {
@@ -70,6 +72,7 @@ impl<'a> Search<'a> {
             fresh: Arc::default(),
             expanded: BTreeSet::new(),
             leapt: BTreeSet::new(),
+            is_done: false,
         };
         let other = Hypothesis::nothing(observed.hold).held_otherwise().hold;
         let is_open = free_hold && !observed.record.u.is_empty();
@@ -133,10 +136,9 @@ impl<'a> Search<'a> {
             search.explored.replace(dictionary, Arc::clone(given));
         }
         search.explored.replace(dictionary, Arc::clone(&best));
-        // Forces too small to be worth a name are not looked into again.
-        if !best.leaves_forces() {
-            search.expanded.insert(best.hypothesis.clone());
-        }
+        // Forces too small to be worth a name are not looked into again, nor those that nothing
+        // explained in the part.
+        search.is_done = !best.leaves_forces() || found.leaves_forces();
         let likely = likely.into_iter().take(KEPT);
         let likely = likely.map(|(hypothesis, outline)| Proposal {
             hypothesis,
@@ -154,6 +156,7 @@ impl<'a> Search<'a> {
     /// If the equation of motion cannot be solved along the curve of a hypothesis.
     pub fn run(&mut self) -> Result<(), SolveError> {
         while !self.is_over()
+            && !self.is_done
             && let Some(next) = self.next()
         {
             match next {
