@@ -8,16 +8,9 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tempfile::NamedTempFile;
 
-static PENDING: Mutex<Pending> = Mutex::new(Pending {
-    paths: BTreeSet::new(),
-});
+static PENDING: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-#[derive(Debug)]
-struct Pending {
-    paths: BTreeSet<PathBuf>,
-}
-
-fn pending() -> MutexGuard<'static, Pending> {
+fn pending() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     PENDING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -27,7 +20,7 @@ pub struct Listed(PathBuf);
 
 impl Drop for Listed {
     fn drop(&mut self) {
-        pending().paths.remove(&self.0);
+        pending().remove(&self.0);
     }
 }
 
@@ -45,7 +38,7 @@ pub fn begin(folder: &Path) -> io::Result<(NamedTempFile, Listed)> {
         builder.permissions(permissions);
     }
     let file = builder.tempfile_in(folder)?;
-    pending.paths.insert(file.path().to_path_buf());
+    pending.insert(file.path().to_path_buf());
     let listed = Listed(file.path().to_path_buf());
     Ok((file, listed))
 }
@@ -65,7 +58,7 @@ fn of_a_new_file() -> Option<Permissions> {
 /// Removes what is on the list. As long as the answer is kept no file is begun.
 pub fn remove_all() -> impl Sized {
     let pending = pending();
-    for path in &pending.paths {
+    for path in pending.iter() {
         // One that has just taken its place is not there any more.
         fs::remove_file(path).ok();
     }

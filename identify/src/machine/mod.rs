@@ -15,7 +15,6 @@ mod trail;
 
 pub use hold::{Hold, Signal};
 pub use measured::{Measured, Sensors};
-
 pub use rollout::{Rollout, RolloutOptions, Simulated};
 pub(crate) use shifted::shifted;
 pub use solve::{Factorisation, SolveError};

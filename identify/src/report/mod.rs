@@ -246,7 +246,7 @@ fn stated_unit(unit: &str) -> String {
     }
 }
 
-/// What was found, in one sentence, after another where the search was ended early.
+/// What is said first: what was found, and before that whether the search was ended early.
 fn verdict(outcome: &Outcome) -> String {
     let found = found(outcome);
     match outcome.unfinished {
@@ -255,6 +255,7 @@ fn verdict(outcome: &Outcome) -> String {
     }
 }
 
+/// What was found, in one sentence.
 fn found(outcome: &Outcome) -> String {
     let names = names(outcome.findings.iter());
     match outcome.verdict {

@@ -17,6 +17,8 @@ pub const DRIVES: f64 = 6.0;
 pub const BRAKES: f64 = 0.9;
 /// Nats within which two hypotheses count as equal.
 pub const TIE: f64 = 6.0;
+/// Nats within which two fits of one hypothesis are the same.
+pub const SAME_FIT: f64 = 1.0;
 /// Nats within which one that was gone on from spares going on from another.
 pub const SPARED: f64 = 1.0;
 /// Unexplained variance below this many times the smallest is none.

@@ -17,7 +17,7 @@ use crate::trace::linearised::first_noise;
 use crate::trace::progress::{Progress, Stage};
 use crate::trace::refine::{Effort, Explanation};
 use crate::trace::screen::Considered;
-use crate::trace::settings::{BEAM, KEPT, NEAR_MISS, SPARED, TIE};
+use crate::trace::settings::{BEAM, KEPT, NEAR_MISS, SAME_FIT, SPARED, TIE};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -268,7 +268,7 @@ impl<'a> Search<'a> {
         let mut new: Vec<&Proposal> = Vec::new();
         for proposal in &proposals {
             let known = self.explored.of(&proposal.hypothesis);
-            let is_known = known.is_some_and(|known| known.cost < proposal.within_reach + 1.0);
+            let is_known = known.is_some_and(|known| known.cost < proposal.within_reach + SAME_FIT);
             if !is_known && !seen.contains(&&proposal.hypothesis) {
                 seen.push(&proposal.hypothesis);
                 new.push(proposal);

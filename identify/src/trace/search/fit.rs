@@ -7,7 +7,7 @@ use crate::machine::SolveError;
 use crate::trace::dictionary::{Candidate, Dictionary};
 use crate::trace::linearised::linearised;
 use crate::trace::refine::{Adapt, Effort, Estimate, Explanation, refine, settle};
-use crate::trace::settings::{SHARP_STEPS, SHARPENINGS, SHARPER, TIE};
+use crate::trace::settings::{SAME_FIT, SHARP_STEPS, SHARPENINGS, SHARPER, TIE};
 use rayon::prelude::*;
 
 /// A hypothesis after its fit.
@@ -118,7 +118,7 @@ pub fn sharpened(dictionary: &Dictionary, fitted: Fitted, bar: f64) -> Fitted {
         let again: Vec<Option<Fitted>> = again.collect();
         let best = again.into_iter().flatten().min_by(by_score);
         match best {
-            Some(best) if best.score < fitted.score - 1.0 => fitted = best,
+            Some(best) if best.score < fitted.score - SAME_FIT => fitted = best,
             _ => break,
         }
     }

@@ -3,8 +3,8 @@
 //! A [hypothesis](hypothesis::Hypothesis) is a set of terms. Every one carries forces that nothing
 //! explains, as large as the log demands under it, and has one score: its log evidence by
 //! Laplace's method, less what its structure costs. [Moves](moves) lead from one hypothesis to
-//! others; what first order promises most is fitted first, nothing is fitted twice, and the best is
-//! never lost. Rivals of the answer are the other hypotheses that were fitted and are as good.
+//! others; what first order promises most is fitted first, a hypothesis again only from a start that
+//! should lead further, and the best is never lost. Rivals of the answer are the other hypotheses that were fitted and are as good.
 
 mod answer;
 mod beam;

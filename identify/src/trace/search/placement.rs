@@ -10,7 +10,7 @@ use crate::trace::dictionary::Dictionary;
 use crate::trace::estimate::Observed;
 use crate::trace::refine::{Adapt, Explanation, settle};
 use crate::trace::screen::Assignment;
-use crate::trace::settings::{GLANCE, SHAPE_STEPS};
+use crate::trace::settings::{GLANCE, SAME_FIT, SHAPE_STEPS};
 use rayon::prelude::*;
 
 /// An effect in some shape, with the strengths that suit it there.
@@ -50,7 +50,7 @@ pub fn placed(dictionary: &Dictionary, fitted: &Fitted, term: usize) -> Option<E
             None => steps.iter_mut().for_each(|step| *step *= 0.5),
         }
     }
-    let is_better = best.cost < known - 1.0;
+    let is_better = best.cost < known - SAME_FIT;
     let mut start = explanation.clone();
     for (parameter, value) in best.shape.into_iter().chain(best.strengths) {
         start.values[parameter] = value;
