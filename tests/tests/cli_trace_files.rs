@@ -280,7 +280,7 @@ fn an_interrupted_trace_tells_what_it_had() {
     assert_eq!(bench.leftovers(), 0);
 }
 
-/// Without any time there is only the model as given, and it is no answer.
+/// Without any time there is only what the balance of forces says at once.
 #[test]
 fn a_search_without_time_says_that_it_is_unfinished() {
     let bench = Bench::new();
@@ -289,7 +289,7 @@ fn a_search_without_time_says_that_it_is_unfinished() {
     let (json, _) = succeed(&[&trace[..], &["--time-limit", "0"]].concat(), "");
     let outcome: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(outcome["unfinished"], "time_limit");
-    assert_eq!(outcome["verdict"], "unknown");
+    assert_eq!(outcome["basis"], "forces");
     let said = refuse(&[&trace[..], &["--time-limit=-1"]].concat(), "");
     assert!(
         said.contains("`--time-limit -1` is not a duration"),

@@ -114,6 +114,7 @@ fn unnamed() -> Traced {
             })
             .into(),
         tried: Vec::new(),
+        lasts: 0.2,
         explained: 0.9,
         dissipation: 0.8,
         odd_in_velocity: 0.7,

@@ -2,7 +2,7 @@
 //! the size of the unexplained forces.
 
 use super::small::congruence_transposed;
-use super::whitener::{INTEGRALS, Mix, Sensor, Update, Whitener, fresh_share};
+use super::whitener::{INTEGRALS, INTEGRALS_OF_JITTER, Mix, Sensor, Update, Whitener, fresh_share};
 use nalgebra::{DMatrix, DVector, DVectorView};
 
 /// What the readings say about the forces that nothing explains, per coordinate, with
@@ -13,6 +13,10 @@ pub struct NoiseEvidence {
     pub score: DVector<f64>,
     /// `Σ tr CΛ`, its expectation.
     pub information: DVector<f64>,
+    /// The same of the white forces' variances.
+    pub jitter_score: DVector<f64>,
+    /// What is expected of that.
+    pub jitter_information: DVector<f64>,
     /// The same of the variances with which constraints are missed, per holonomic one: `Σ u²`
     /// with `u` its smoothed error in units of its variance.
     pub closure_score: DVector<f64>,
@@ -62,6 +66,8 @@ impl Whitener<'_> {
         let mut evidence = NoiseEvidence {
             score: DVector::zeros(n),
             information: DVector::zeros(n),
+            jitter_score: DVector::zeros(n),
+            jitter_information: DVector::zeros(n),
             closure_score: DVector::zeros(self.dynamics.closed.rows()),
             closure_information: DVector::zeros(self.dynamics.closed.rows()),
         };
@@ -83,11 +89,18 @@ impl Whitener<'_> {
                 let h = self.dynamics.t[sample] - self.dynamics.t[sample - 1];
                 let phi = &self.dynamics.transition[sample - 1];
                 let (pull, spread) = along_force(&adjoint.vector, matrix, (phi, i, h));
-                let fresh = fresh_share(h);
+                let fresh = fresh_share(phi[(2 * n + i, 2 * n + i)]);
                 for (a, row) in INTEGRALS.iter().enumerate() {
                     for (b, weight) in row.iter().enumerate() {
                         evidence.score[i] += fresh * weight * pull[a] * pull[b];
                         evidence.information[i] += fresh * weight * spread[a][b];
+                    }
+                }
+                for (a, row) in INTEGRALS_OF_JITTER.iter().enumerate() {
+                    for (b, weight) in row.iter().enumerate() {
+                        let weight = weight / h;
+                        evidence.jitter_score[i] += weight * pull[1 + a] * pull[1 + b];
+                        evidence.jitter_information[i] += weight * spread[1 + a][1 + b];
                     }
                 }
             }

@@ -31,7 +31,7 @@ pub struct Columns<'a> {
 /// `δ_{k+1} = Φ_k δ_k + d_k + Γ_k c + w_k`, per interval; readings of acceleration
 /// are `y = a + F δ + G c`, per sample. `δ = (δq, δv, f)` has `3n` entries: the
 /// departure, and a generalised force that nothing explains, an Ornstein–Uhlenbeck
-/// process `ḟ = −f/τ + w` with `τ =` [`CORRELATION`].
+/// process `ḟ = −f/τ + w`.
 #[derive(Debug, Clone)]
 pub struct ErrorDynamics {
     /// Sampling instants.
@@ -55,6 +55,8 @@ pub struct ErrorDynamics {
     /// Root mean square of what a unit of each generalised force accelerates its own coordinate
     /// by, `P_ii`, along the curve.
     pub mobility_scale: DVector<f64>,
+    /// How long unexplained forces last, `τ` per coordinate, s.
+    pub correlation: DVector<f64>,
     /// Number of columns `p`.
     pub columns: usize,
     /// What columns change in readings alone.
@@ -112,7 +114,7 @@ impl Local {
     }
 }
 
-/// How long a force that nothing explains is thought to last, s.
+/// How long a force that nothing explains is thought to last before the log says otherwise, s.
 pub const CORRELATION: f64 = 0.1;
 
 /// Samples handled at once.
@@ -131,6 +133,7 @@ impl ErrorDynamics {
         curve: &States,
         hold: Hold,
         parameters: &[f64],
+        correlation: &DVector<f64>,
     ) -> Result<Self, SolveError> {
         let chunks: Vec<Range<usize>> = (0..curve.len() - 1)
             .step_by(CHUNK)
@@ -153,7 +156,8 @@ impl ErrorDynamics {
                 };
                 let (starts, middles, ends) = (at(0, 0.0)?, at(1, 0.5)?, at(2, 1.0)?);
                 let nodes = [&starts[..], &middles, &ends];
-                let mut piece = piece(curve, range.clone(), longest, &holonomic, nodes);
+                let forces = (correlation, &holonomic[..]);
+                let mut piece = piece(curve, range.clone(), longest, forces, nodes);
                 let unresolved = unresolved(curve, range.clone(), longest, nodes);
                 if !unresolved.is_empty() {
                     let on_the_way = |places: &[usize], states: &mut States, shares: &[f64]| {
@@ -162,13 +166,14 @@ impl ErrorDynamics {
                         let found = locals(machine, slopes, columns, states, &memories, parameters);
                         found.map_err(|error| error.renumbered(|place| intervals[place]))
                     };
-                    let shots = shots(curve, &unresolved, hold, on_the_way)?;
-                    piece.shoot(range.start, &unresolved, shots, curve);
+                    let shots = shots(curve, &unresolved, hold, correlation, on_the_way)?;
+                    piece.shoot(range.start, &unresolved, shots, (curve, correlation));
                 }
                 Ok(piece)
             })
             .collect::<Result<_, SolveError>>()?;
         let (mut all, mut missed) = Self::join(curve, pieces);
+        all.correlation.clone_from(correlation);
         let end = curve.len() - 1;
         let last = local(&mut curve.slice(end..end + 1), 2, end - 1..end)?.remove(0);
         all.slope.push(with_mobility(&last));
@@ -193,6 +198,7 @@ impl ErrorDynamics {
             acceleration_scale: DVector::zeros(curve.q.len()),
             force_scale: DVector::zeros(curve.q.len()),
             mobility_scale: DVector::zeros(curve.q.len()),
+            correlation: DVector::zeros(curve.q.len()),
             columns,
             sensed: Sensed::default(),
             closed: Closed::default(),
@@ -324,10 +330,16 @@ struct Piece {
 
 impl Piece {
     /// Puts shots in the place of what was seen from the curve.
-    fn shoot(&mut self, first: usize, intervals: &[usize], shots: Vec<Shot>, curve: &States) {
+    fn shoot(
+        &mut self,
+        first: usize,
+        intervals: &[usize],
+        shots: Vec<Shot>,
+        (curve, correlation): (&States, &DVector<f64>),
+    ) {
         let n = curve.q.len();
         for (&k, shot) in intervals.iter().zip(shots) {
-            let decay = (-(curve.t[k + 1] - curve.t[k]) / CORRELATION).exp();
+            let decay = correlation.map(|tau| decay(curve.t[k + 1] - curve.t[k], tau));
             let whole = &mut self.transition[k - first];
             whole
                 .view_mut((0, 0), (2 * n, 2 * n))
@@ -335,7 +347,7 @@ impl Piece {
             whole
                 .view_mut((0, 2 * n), (2 * n, n))
                 .copy_from(&shot.pushed);
-            whole.view_mut((2 * n, 2 * n), (n, n)).fill_diagonal(decay);
+            whole.view_mut((2 * n, 2 * n), (n, n)).set_diagonal(&decay);
             self.forcing[k - first] = shot.forcing;
         }
     }
@@ -371,6 +383,7 @@ fn shots(
     curve: &States,
     intervals: &[usize],
     hold: Hold,
+    correlation: &DVector<f64>,
     local: impl Fn(&[usize], &mut States, &[f64]) -> Result<Vec<Local>, SolveError>,
 ) -> Result<Vec<Shot>, SolveError> {
     let from = curve.pick(intervals);
@@ -379,7 +392,7 @@ fn shots(
     shoot(
         &from,
         &to,
-        &usual_accelerations(curve),
+        (&usual_accelerations(curve), correlation),
         |places, states, shares| {
             let mut states = states.clone();
             for (at, (&i, &share)) in places.iter().zip(shares).enumerate() {
@@ -446,7 +459,7 @@ fn piece(
     curve: &States,
     range: Range<usize>,
     longest: f64,
-    holonomic: &[usize],
+    (correlation, holonomic): (&DVector<f64>, &[usize]),
     [starts, middles, ends]: [&[Local]; 3],
 ) -> Piece {
     let n = curve.q.len();
@@ -471,7 +484,7 @@ fn piece(
         } else {
             piece
                 .transition
-                .push(transition(&middle.slope, &mobility, h));
+                .push(transition(&middle.slope, &mobility, h, correlation));
             piece.forcing.push(forcing(curve, k, start, middle, end));
         }
         piece.slope.push(with_mobility(start));
@@ -492,7 +505,12 @@ fn with_mobility(local: &Local) -> DMatrix<f64> {
 
 /// `Φ = exp(hJ)` with `J = [[0, I, 0], [F, P], [0, 0, −1/τ]]` at the middle; by its
 /// series where that has converged after three terms, in full where friction is stiff.
-fn transition(slope: &DMatrix<f64>, mobility: &DMatrix<f64>, h: f64) -> DMatrix<f64> {
+fn transition(
+    slope: &DMatrix<f64>,
+    mobility: &DMatrix<f64>,
+    h: f64,
+    correlation: &DVector<f64>,
+) -> DMatrix<f64> {
     let n = slope.nrows();
     let mut step = DMatrix::zeros(2 * n, 2 * n);
     step.view_mut((0, n), (n, n)).fill_diagonal(h);
@@ -505,19 +523,24 @@ fn transition(slope: &DMatrix<f64>, mobility: &DMatrix<f64>, h: f64) -> DMatrix<
         DMatrix::identity(2 * n, 2 * n) + step + square * 0.5 + cube * (1.0 / 6.0)
     };
     // The force, falling off, through half of the way on average.
-    let decay = (-h / CORRELATION).exp();
-    let mean = CORRELATION * (1.0 - decay);
     let mut whole = DMatrix::identity(3 * n, 3 * n);
     let pushed = (motion.view((n, n), (n, n)) + DMatrix::identity(n, n)) * mobility;
-    whole
-        .view_mut((0, 2 * n), (n, n))
-        .copy_from(&(mobility * (0.5 * h * mean)));
-    whole
-        .view_mut((n, 2 * n), (n, n))
-        .copy_from(&(pushed * (0.5 * mean)));
+    for (i, &tau) in correlation.iter().enumerate() {
+        let decay = decay(h, tau);
+        let mean = tau * (1.0 - decay);
+        let moved = mobility.column(i) * (0.5 * h * mean);
+        whole.view_mut((0, 2 * n + i), (n, 1)).copy_from(&moved);
+        let pushed = pushed.column(i) * (0.5 * mean);
+        whole.view_mut((n, 2 * n + i), (n, 1)).copy_from(&pushed);
+        whole[(2 * n + i, 2 * n + i)] = decay;
+    }
     whole.view_mut((0, 0), (2 * n, 2 * n)).copy_from(&motion);
-    whole.view_mut((2 * n, 2 * n), (n, n)).fill_diagonal(decay);
     whole
+}
+
+/// What is left of an unexplained force after `h` seconds.
+pub(super) fn decay(h: f64, tau: f64) -> f64 {
+    (-h / tau).exp()
 }
 
 /// The largest entry of `hJ` for which three terms of the series will do.

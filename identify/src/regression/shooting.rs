@@ -17,7 +17,7 @@
 //!
 //! The departure's transition, and what each column adds, go through the same steps.
 
-use super::error_dynamics::{CORRELATION, Local};
+use super::error_dynamics::{Local, decay};
 use crate::machine::{SolveError, States};
 use nalgebra::{DMatrix, DVector};
 
@@ -77,7 +77,7 @@ struct Way {
 pub(super) fn shoot(
     from: &States,
     to: &States,
-    usual: &[f64],
+    (usual, correlation): (&[f64], &DVector<f64>),
     local: impl Fn(&[usize], &States, &[f64]) -> Result<Vec<Local>, SolveError>,
 ) -> Result<Vec<Shot>, SolveError> {
     let (n, count) = (from.q.len(), from.len());
@@ -119,7 +119,7 @@ pub(super) fn shoot(
                 way.step = next.max(0.1 * way.step).max(SHORTEST);
                 continue;
             }
-            way.go(short, local, &correction);
+            way.go(short, local, (&correction, correlation));
             way.step = next.clamp(0.5 * way.step, 4.0 * way.step).max(SHORTEST);
             way.step = way.step.min(1.0 - way.share);
             for j in 0..n {
@@ -155,10 +155,15 @@ impl Way {
     }
 
     /// Takes a step that ends at `there`, with the velocity corrected.
-    fn go(&mut self, short: &Short, mut there: Local, correction: &DVector<f64>) {
+    fn go(
+        &mut self,
+        short: &Short,
+        mut there: Local,
+        (correction, correlation): (&DVector<f64>, &DVector<f64>),
+    ) {
         let Self { shot, here, .. } = self;
         let gone = self.share / self.step.max(f64::MIN_POSITIVE) * short.h;
-        let force = (-gone / CORRELATION).exp();
+        let force = DMatrix::from_diagonal(&correlation.map(|tau| decay(gone, tau)));
         let width = here.acceleration.ncols();
         shot.motion = &short.motion * &shot.motion;
         shot.pushed = &short.motion * &shot.pushed;
@@ -256,6 +261,7 @@ const MOST_DOUBLINGS: f64 = 40.0;
 mod tests {
     use super::*;
     use crate::machine::{Motion, Terms};
+    use crate::regression::CORRELATION;
 
     #[test]
     fn phi_functions_are_those_of_the_exponential() {
@@ -312,7 +318,14 @@ mod tests {
             }])
         };
         let (from, to) = (states(0.0, q, v), states(5e-3, 0.0, 0.0));
-        shoot(&from, &to, &[50.0], local).unwrap().remove(0)
+        shoot(
+            &from,
+            &to,
+            (&[50.0], &DVector::from_element(1, CORRELATION)),
+            local,
+        )
+        .unwrap()
+        .remove(0)
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::error_dynamics::{CORRELATION, ErrorDynamics};
 use super::gram::{BLOCKS, Gram};
+use super::process_noise::ProcessNoise;
 use super::small::congruence;
 use crate::log::{Aside, is_aside, longest_step};
 use nalgebra::{DMatrix, DMatrixViewMut, DVector, DVectorView};
@@ -44,57 +45,6 @@ impl Readings {
             if a && self.acceleration[i].is_some() {
                 update(Sensor::Acceleration(i), self.acceleration_sd[i]);
             }
-        }
-    }
-}
-
-/// The size of forces that nothing explains: `f` of [`ErrorDynamics`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct ProcessNoise {
-    /// Standard deviation per coordinate, in the coordinate's force unit.
-    pub force_sd: DVector<f64>,
-    /// The least that it may be. One for all explanations of a log that move the same inertia,
-    /// since one that brings larger forces with it must not have to bear larger unexplained ones.
-    pub smallest: DVector<f64>,
-    /// What a unit of each force accelerates its coordinate by, in the machine that both are for.
-    pub mobility: DVector<f64>,
-    /// How far each holonomic constraint is missed, in its unit: lengths that nothing corrects.
-    pub closure_sd: DVector<f64>,
-    /// The least that it may be.
-    pub smallest_closure: DVector<f64>,
-}
-
-impl ProcessNoise {
-    /// The same accelerations, of a machine that is moved in another way. Were it the same forces,
-    /// they would move a machine the less the heavier it is, and the log would speak for a load
-    /// where the drive is weak.
-    pub fn suit(&mut self, mobility: &DVector<f64>) {
-        for (i, (&new, old)) in mobility.iter().zip(self.mobility.iter_mut()).enumerate() {
-            // What constraints hold fast is moved by nothing.
-            if new > 0.0 && *old > 0.0 {
-                let factor = *old / new;
-                self.force_sd[i] *= factor;
-                self.smallest[i] *= factor;
-                *old = new;
-            }
-        }
-    }
-
-    /// A multiple of the forces, not below the smallest.
-    #[must_use]
-    pub fn times(&self, factor: f64) -> Self {
-        Self {
-            force_sd: (&self.force_sd * factor).sup(&self.smallest),
-            ..self.clone()
-        }
-    }
-
-    /// The smallest forces.
-    #[must_use]
-    pub fn at_smallest(&self) -> Self {
-        Self {
-            force_sd: self.smallest.clone(),
-            ..self.clone()
         }
     }
 }
@@ -172,7 +122,7 @@ impl<'a> Whitener<'a> {
             let h = dynamics.t[sample + 1] - dynamics.t[sample];
             let phi = &dynamics.transition[sample];
             congruence(phi, &mut covariance);
-            add_fresh_force(&mut covariance, phi, &noise.force_sd, h);
+            add_fresh_force(&mut covariance, phi, noise, h);
             if let Some(forbidden) = dynamics.forbidden.get(sample) {
                 add_forbidden(&mut covariance, forbidden, &dynamics.acceleration_scale, h);
             }
@@ -537,39 +487,65 @@ pub(super) const INTEGRALS: [[f64; 3]; 3] = [
     [1.0 / 6.0, 1.0 / 8.0, 1.0 / 20.0],
 ];
 
-/// The unexplained forces' fresh part, and how it has moved the machine by the end of the
-/// interval.
-fn add_fresh_force(covariance: &mut DMatrix<f64>, phi: &DMatrix<f64>, sd: &DVector<f64>, h: f64) {
-    let n = sd.len();
-    let fresh = fresh_share(h);
-    let variance = |i: usize| sd[i] * sd[i] * fresh;
+/// What `h` seconds of a white force do to `(v, q)`, in units of its variance over that time,
+/// `v/(P h)` and `q/(P h²)`: the covariance of a Wiener process and its integral.
+pub(super) const INTEGRALS_OF_JITTER: [[f64; 2]; 2] = [[1.0, 1.0 / 2.0], [1.0 / 2.0, 1.0 / 3.0]];
+
+/// The unexplained forces' fresh part, how it has moved the machine by the end of the interval,
+/// and how white forces have.
+fn add_fresh_force(
+    covariance: &mut DMatrix<f64>,
+    phi: &DMatrix<f64>,
+    noise: &ProcessNoise,
+    h: f64,
+) {
+    let n = noise.force_sd.len();
+    let decay = |i: usize| phi[(2 * n + i, 2 * n + i)];
     // To the first order in h the transition holds P h.
     let pushed = |row: usize, i: usize| phi[(n + row, 2 * n + i)];
     // (f, v, q) begin at rows 2n, n and 0; q takes another h.
     let weight = |a: usize, b: usize, power: i32| INTEGRALS[a][b] * h.powi(power);
     let (of_f, of_vf, of_qf) = (weight(0, 0, 0), weight(1, 0, 0), weight(2, 0, 1));
-    let (of_v, of_qv, of_q) = (weight(1, 1, 0), weight(2, 1, 1), weight(2, 2, 2));
     for i in 0..n {
-        covariance[(2 * n + i, 2 * n + i)] += of_f * variance(i);
+        let variance = noise.force_sd[i].powi(2) * fresh_share(decay(i));
+        covariance[(2 * n + i, 2 * n + i)] += of_f * variance;
         for row in 0..n {
-            let own = pushed(row, i) * variance(i);
+            let own = pushed(row, i) * variance;
             for (place, own) in [(n + row, of_vf * own), (row, of_qf * own)] {
                 covariance[(place, 2 * n + i)] += own;
                 covariance[(2 * n + i, place)] += own;
             }
-            let both = (0..n).map(|k| pushed(row, k) * variance(k) * pushed(i, k));
-            let both: f64 = both.sum();
-            covariance[(n + row, n + i)] += of_v * both;
-            covariance[(n + row, i)] += of_qv * both;
-            covariance[(row, n + i)] += of_qv * both;
-            covariance[(row, i)] += of_q * both;
+        }
+    }
+    // What both do to (v, v), (q, v) and (q, q).
+    let [of_v, of_qv, of_q] = [(0, 0), (1, 0), (1, 1)].map(|(a, b)| {
+        let power = h.powi((a + b) as i32);
+        let each = (0..n).map(|i| {
+            let (lasting, white) = (noise.force_sd[i].powi(2), noise.jitter[i].powi(2) / h);
+            let lasting = lasting * fresh_share(decay(i)) * INTEGRALS[1 + a][1 + b];
+            power * (lasting + white * INTEGRALS_OF_JITTER[a][b])
+        });
+        each.collect::<Vec<f64>>()
+    });
+    for i in 0..n {
+        for row in 0..n {
+            let through = |sizes: &[f64]| -> f64 {
+                let each = sizes.iter().enumerate();
+                each.map(|(k, size)| pushed(row, k) * size * pushed(i, k))
+                    .sum()
+            };
+            let across = through(&of_qv);
+            covariance[(n + row, n + i)] += through(&of_v);
+            covariance[(n + row, i)] += across;
+            covariance[(row, n + i)] += across;
+            covariance[(row, i)] += through(&of_q);
         }
     }
 }
 
-/// Share of the unexplained force's variance that is new after `h` seconds.
-pub(super) fn fresh_share(h: f64) -> f64 {
-    1.0 - (-2.0 * h / CORRELATION).exp()
+/// Share of an unexplained force's variance that is new after it has fallen by a factor `decay`.
+pub(super) fn fresh_share(decay: f64) -> f64 {
+    1.0 - decay * decay
 }
 
 /// Intervals across which nothing is predicted.

@@ -120,7 +120,7 @@ pub fn html(page: &Page<'_>) -> Result<String, PageError> {
         "unexplained": unexplained,
         "remains": remains(outcome),
         "unnamed": match &outcome.unnamed {
-            Some(unnamed) => unnamed::sentences(unnamed, model),
+            Some(unnamed) => unnamed::sentences(unnamed, super::is_left(outcome), model),
             None => Vec::new(),
         },
         "by_forces": outcome.basis == Basis::Forces,
@@ -176,6 +176,10 @@ fn remains(outcome: &Outcome) -> &'static str {
         Verdict::Unknown => {
             "Forces remain that sensor noise does not explain and that no effect of the \
              library describes; the model file is left as it is."
+        }
+        _ if outcome.unnamed.is_some() => {
+            "Forces remain that no effect of the library describes; what was found holds beside \
+             them."
         }
         _ if outcome.basis == Basis::Forces => BY_FORCES,
         _ if outcome.misfit_after < NEARLY_NOISE => {

@@ -56,7 +56,7 @@ pub fn summary(outcome: &Outcome, model: &Model) -> String {
     }
     if let Some(unnamed) = &outcome.unnamed {
         lines.push(String::new());
-        let sentences = unnamed::sentences(unnamed, model).into_iter();
+        let sentences = unnamed::sentences(unnamed, is_left(outcome), model).into_iter();
         lines.extend(sentences.map(|sentence| format!("  {sentence}")));
     }
     lines.push(String::new());
@@ -97,6 +97,11 @@ fn columns(outcome: &Outcome) -> Vec<String> {
     ];
     lines.extend(map.iter().map(|line| format!("  {line}")));
     lines
+}
+
+/// Whether forces without a name are what findings leave, and not all that is missing.
+fn is_left(outcome: &Outcome) -> bool {
+    outcome.verdict != Verdict::Unknown
 }
 
 /// The first sentence of the page: mistaken columns beyond doubt, else what was found.
@@ -229,9 +234,9 @@ fn learnt(outcome: &Outcome) -> String {
 }
 
 /// What a reader should know where effects were found in the balance of forces.
-const BY_FORCES: &str = "So much is missing that no effect alone makes the motion likely: all were \
-    found together in the balance of the measured forces. Inputs are taken to be right; a model that \
-    cannot move as given has no accelerations and predictions (-).";
+const BY_FORCES: &str = "Nothing makes the motion likely up to sensor noise: what is missing was found \
+    in the balance of the measured forces, all of it together. Inputs are taken to be right; a model \
+    that cannot move as given has no accelerations and predictions (-).";
 
 fn at(errors: &Errors, name: &str) -> f64 {
     errors.per_coordinate.get(name).copied().unwrap_or(f64::NAN)
@@ -258,11 +263,18 @@ fn verdict(outcome: &Outcome) -> String {
 /// What was found, in one sentence.
 fn found(outcome: &Outcome) -> String {
     let names = names(outcome.findings.iter());
+    let left = match &outcome.unnamed {
+        Some(_) => what_is_left(outcome),
+        None => String::new(),
+    };
     match outcome.verdict {
         Verdict::None => "The log agrees with the model: nothing is missing.".to_string(),
-        Verdict::Effect => format!("The model lacks {names}."),
-        Verdict::Channel => format!("A channel is not what it seems: {names}."),
-        Verdict::Parameter => format!("Only the value of a parameter is off: {names}."),
+        Verdict::Effect => format!("The model lacks {names}.{left}"),
+        Verdict::Channel => format!("A channel is not what it seems: {names}.{left}"),
+        Verdict::Parameter => match left.is_empty() {
+            true => format!("Only the value of a parameter is off: {names}."),
+            false => format!("The value of a parameter is off: {names}.{left}"),
+        },
         Verdict::Unknown => {
             let mut sentence = match outcome.findings.is_empty() {
                 true => "Something is missing".to_string(),
@@ -281,6 +293,18 @@ fn found(outcome: &Outcome) -> String {
             sentence + "."
         }
     }
+}
+
+/// How much findings leave that has no name, in one sentence.
+fn what_is_left(outcome: &Outcome) -> String {
+    let of = match outcome.basis {
+        Basis::Motion => "the accelerations",
+        Basis::Forces => "what the inputs exert",
+    };
+    let remaining = &outcome.remaining;
+    let [before, after] = [remaining.share_before, remaining.share_after];
+    let [before, after] = [before, after].map(|share| short(100.0 * share));
+    format!(" That leaves {after} % of {of} unexplained, of {before} % before.")
 }
 
 /// Effects with their places, as a list.

@@ -6,10 +6,15 @@ use crate::number::short;
 use crate::trace::{Unnamed, UnnamedForce};
 use dynamics_codegen::Model;
 
-/// What the microscope saw, a sentence or two per coordinate, and what its terms gain.
-pub(super) fn sentences(unnamed: &Unnamed, model: &Model) -> Vec<String> {
+/// What the microscope saw, a sentence or two per coordinate, and what its terms gain. Beside what was
+/// found if that `is_left` by it, else beside the model as given.
+pub(super) fn sentences(unnamed: &Unnamed, is_left: bool, model: &Model) -> Vec<String> {
     let forces = unnamed.forces.iter().map(|force| sentence(force, model));
-    forces.chain([gain(unnamed)]).collect()
+    let beside = match is_left {
+        true => "the patched model",
+        false => "the model as given",
+    };
+    forces.chain([gain(unnamed, beside)]).collect()
 }
 
 fn sentence(force: &UnnamedForce, model: &Model) -> String {
@@ -41,29 +46,32 @@ fn sentence(force: &UnnamedForce, model: &Model) -> String {
         "depends on nothing that was measured, as far as samples not fitted tell".to_string()
     };
     format!(
-        "A force on {}, {} {} (root mean square), {depends}; {kind}{past}.",
+        "A force on {}, {} {} (root mean square), lasts {} s and {depends}; {kind}{past}.",
         force.coordinate,
         short(force.size),
         unit(&force.coordinate),
+        short(force.lasts),
     )
 }
 
 /// From here on a correlation is called distinct.
 const DISTINCT: f64 = 0.3;
 
-fn gain(unnamed: &Unnamed) -> String {
+fn gain(unnamed: &Unnamed, beside: &str) -> String {
     if unnamed.recovered.is_nan() {
-        return "In the accelerations of the log that is judged by the model as given misses nothing \
-                beyond sensor noise: there Gaussian-process terms have nothing to gain."
-            .to_string();
+        return format!(
+            "In the accelerations of the log that is judged by {beside} misses nothing beyond sensor \
+             noise: there Gaussian-process terms have nothing to gain."
+        );
     }
     if unnamed.recovered <= 0.0 {
-        return "As Gaussian-process terms beside the model as given, these predict the log that is judged \
-                by no better: they are of no use for prediction."
-            .to_string();
+        return format!(
+            "As Gaussian-process terms beside {beside}, these predict the log that is judged by no \
+             better: they are of no use for prediction."
+        );
     }
     format!(
-        "As Gaussian-process terms beside the model as given, these bring the acceleration error to {} \
+        "As Gaussian-process terms beside {beside}, these bring the acceleration error to {} \
          of its scale: {} % of what sensor noise does not explain is gone.",
         short(unnamed.acceleration_after.total),
         short(100.0 * unnamed.recovered),

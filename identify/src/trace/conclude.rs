@@ -2,7 +2,7 @@
 //! model, and what only comes nearest.
 
 use super::error::TraceError;
-use super::finding::{Finding, Verdict, findings, verdict};
+use super::finding::{Finding, Verdict, findings, much_remains, verdict};
 use super::forces;
 use super::judge::{is_worse, judge, trained};
 use super::learn::Learnt;
@@ -55,7 +55,10 @@ pub(super) fn judged(
     }?;
     let is_worse = is_worse(*basis, &scores);
     let trained = match selection.terms.is_empty() && *basis == Basis::Motion {
-        true => Some(trained(dictionary, selection, request)?),
+        true => Some({
+            let of = (&[][..], &dictionary.defaults[..], &selection.observed);
+            trained(dictionary, of, request.horizon)?
+        }),
         false => None,
     };
     let [before, learnt_errors, noise_floor] = scores;
@@ -71,19 +74,27 @@ pub(super) fn judged(
 }
 
 impl Judgement {
+    /// Whether what was learnt leaves so much that it must be asked what that is.
+    pub fn leaves_much(&self) -> bool {
+        let Learnt {
+            selection, basis, ..
+        } = &self.learnt;
+        let at_floor = is_at_floor(&self.learnt_errors, &self.noise_floor);
+        !selection.terms.is_empty() && much_remains(*basis, selection) && !at_floor
+    }
+
     /// The verdict, where two measured columns tell of these `drives`. What predicts worse than
     /// the model as given explains nothing, whatever its evidence.
-    pub fn verdict(&self, drives: &[Finding]) -> Verdict {
+    pub fn verdict(&self, drives: &[Finding], is_other_law: bool) -> Verdict {
         if self.is_worse {
             return Verdict::Unknown;
         }
         let Learnt {
             dictionary,
             selection,
-            basis,
+            ..
         } = &self.learnt;
-        let at_floor = is_at_floor(&self.learnt_errors, &self.noise_floor);
-        match verdict(dictionary, selection, *basis == Basis::Forces || at_floor) {
+        match verdict(dictionary, selection, is_other_law) {
             Verdict::None if self.is_far() => Verdict::Unknown,
             Verdict::None | Verdict::Parameter if !drives.is_empty() => Verdict::Channel,
             verdict => verdict,

@@ -5,7 +5,7 @@ use super::dictionary::Ranges;
 use super::focus::Focus;
 use crate::log::{Record, Warning, stretches};
 use crate::machine::{History, States, shifted};
-use crate::regression::{Hold, Readings, derivative, divided};
+use crate::regression::{CORRELATION, Hold, Readings, derivative, divided};
 use crate::smooth::{ChannelNoise, SmoothError, Smoothed, smooth};
 use nalgebra::DVector;
 use std::ops::Range;
@@ -24,6 +24,8 @@ pub struct Observed {
     pub velocity_sd: Vec<f64>,
     /// Standard deviation of the acceleration sensors (unused where none).
     pub acceleration_sd: Vec<f64>,
+    /// How long forces that nothing explains last, per coordinate, s.
+    pub correlation: DVector<f64>,
     /// What inputs do between samples.
     pub hold: Hold,
 }
@@ -54,6 +56,7 @@ impl Observed {
             position_sd,
             velocity_sd,
             acceleration_sd,
+            correlation: DVector::from_element(smoothed.len(), CORRELATION),
             hold,
         })
     }
@@ -105,6 +108,7 @@ impl Observed {
             position_sd: self.position_sd.clone(),
             velocity_sd: self.velocity_sd.clone(),
             acceleration_sd: self.acceleration_sd.clone(),
+            correlation: self.correlation.clone(),
             hold: self.hold,
         })
     }
@@ -260,7 +264,7 @@ fn drop_filtered_channels(record: &mut Record, smoothed: &[Smoothed]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::super::linearised::linearised;
-    use super::super::refine::{SMALLEST_SHARE, noise};
+    use super::super::settle::{SMALLEST_SHARE, noise};
     use super::super::wheel::{WHEEL, begun, named, rectangular};
     use crate::regression::{Hold, Whitener};
     use std::fmt::Write;

@@ -2,6 +2,8 @@
 
 use super::dictionary::Dictionary;
 use super::one_clock::on_one_clock;
+use super::outcome::Basis;
+use super::refine::Estimate;
 use super::selection::{Remaining, Selection, Term};
 use super::separate::SeparatingMotion;
 use super::settings::MARGIN;
@@ -97,7 +99,7 @@ const MOSTLY_UNEXPLAINED: f64 = 0.1;
 const MEMORY_UNEXPLAINED: f64 = 0.03;
 
 /// Whether something remains that the findings do not explain.
-fn something_remains(remaining: &Remaining) -> bool {
+pub(super) fn something_remains(remaining: &Remaining) -> bool {
     remaining.evidence > REMARKABLE_EVIDENCE && remaining.share_after > REMARKABLE_SHARE
 }
 
@@ -108,18 +110,27 @@ fn remembers_otherwise(remaining: &Remaining) -> bool {
         && remaining.share_after > MEMORY_UNEXPLAINED * remaining.share_before
 }
 
-/// Judges the outcome of a selection. `at_floor` says whether its findings predict data that
-/// nothing was fitted to as well as sensor noise allows.
-pub(super) fn verdict(dictionary: &Dictionary, selection: &Selection, at_floor: bool) -> Verdict {
+/// Whether findings leave so much that it must be asked what it is.
+pub(super) fn much_remains(basis: Basis, selection: &Selection) -> bool {
     let remaining = &selection.remaining;
-    let unexplained = something_remains(remaining);
+    let mostly = remaining.share_after > MOSTLY_UNEXPLAINED * remaining.share_before;
+    mostly && (basis == Basis::Forces || something_remains(remaining))
+}
+
+/// Judges the outcome of a selection. `is_other_law` says whether much of what it leaves is a law of
+/// its own: then its findings are not the law that the machine has.
+pub(super) fn verdict(
+    dictionary: &Dictionary,
+    selection: &Selection,
+    is_other_law: bool,
+) -> Verdict {
+    let unexplained = something_remains(&selection.remaining);
     let about = |test: fn(&super::Candidate) -> bool| {
         selection
             .terms
             .iter()
             .any(|term| test(&dictionary.candidates[term.candidate]))
     };
-    let mostly = remaining.share_after > MOSTLY_UNEXPLAINED * remaining.share_before;
     let remembers = |term: &Term| {
         let candidate = &dictionary.candidates[term.candidate];
         let states = &dictionary.machine.compiled.model.states;
@@ -132,18 +143,19 @@ pub(super) fn verdict(dictionary: &Dictionary, selection: &Selection, at_floor: 
         };
         !candidate.channel && states.iter().any(|state| state.effect.is_some_and(own))
     };
-    let misremembers = remembers_otherwise(remaining) && selection.terms.iter().any(remembers);
-    let nameless = |term| is_without_its_mark(dictionary, selection, term);
+    let misremembers =
+        remembers_otherwise(&selection.remaining) && selection.terms.iter().any(remembers);
+    let nameless = |term| {
+        is_without_its_mark(dictionary, selection, term)
+            || is_undetermined(dictionary, selection, term)
+    };
     if selection.terms.is_empty() {
         if unexplained {
             Verdict::Unknown
         } else {
             Verdict::None
         }
-    } else if unexplained && mostly && !at_floor
-        || misremembers
-        || selection.terms.iter().any(nameless)
-    {
+    } else if is_other_law || misremembers || selection.terms.iter().any(nameless) {
         Verdict::Unknown
     } else if about(|c| !c.channel && c.subject.name() != "parameter") {
         Verdict::Effect
@@ -175,6 +187,23 @@ fn is_without_its_mark(dictionary: &Dictionary, selection: &Selection, term: &Te
             // Without the mark the log is half its square over the variance nats less likely.
             vanishes && selection.values[index].powi(2) <= 2.0 * MARGIN * std * std
         })
+}
+
+/// Whether the log does not say how strong a term is: one that would do as well without bounds, as an
+/// inertia beside which no force that was measured moves anything.
+fn is_undetermined(dictionary: &Dictionary, selection: &Selection, term: &Term) -> bool {
+    let Estimate {
+        parameters,
+        covariance,
+        ..
+    } = &selection.estimate;
+    let strengths = dictionary.candidates[term.candidate].strengths.iter();
+    let mut known = strengths.filter_map(|&index| {
+        let place = parameters.iter().position(|&p| p == index)?;
+        let change = selection.values[index] - dictionary.defaults[index];
+        Some((change.powi(2), covariance[(place, place)]))
+    });
+    known.all(|(square, variance)| square <= variance)
 }
 
 /// The accepted terms as findings, strongest first.

@@ -4,6 +4,7 @@ use super::corrected::corrected;
 use super::dictionary::Dictionary;
 use super::error::TraceError;
 use super::estimate::Observed;
+use super::finding::something_remains;
 use super::focus::Focus;
 use super::linearised::smooth;
 use super::outcome::Basis;
@@ -28,7 +29,17 @@ pub(super) struct Judged<'a> {
     dictionary_values: &'a [f64],
 }
 
-impl Judged<'_> {
+impl<'a> Judged<'a> {
+    /// The model with some terms, and with the dictionary's parameters at some values.
+    pub fn new(dictionary: &Dictionary, terms: &[usize], dictionary_values: &'a [f64]) -> Self {
+        let focus = dictionary.focus(terms);
+        Self {
+            values: focus.values(dictionary_values),
+            focus,
+            dictionary_values,
+        }
+    }
+
     /// What scores it, with predictions over `horizon` s.
     pub fn scoring(&self, hold: Hold, horizon: f64) -> Scoring<'_> {
         Scoring {
@@ -48,17 +59,9 @@ pub(super) struct Models<'a> {
 
 impl<'a> Models<'a> {
     pub fn new(dictionary: &'a Dictionary, selection: &'a Selection) -> Self {
-        let of = |accepted: &[usize], dictionary_values: &'a [f64]| {
-            let focus = dictionary.focus(accepted);
-            Judged {
-                values: focus.values(dictionary_values),
-                focus,
-                dictionary_values,
-            }
-        };
         Self {
-            given: of(&[], &dictionary.defaults),
-            patched: of(&selection.accepted(), &selection.values),
+            given: Judged::new(dictionary, &[], &dictionary.defaults),
+            patched: Judged::new(dictionary, &selection.accepted(), &selection.values),
         }
     }
 
@@ -101,7 +104,8 @@ pub(super) fn judge(
         &selection.values,
     )
     .map_err(|error| TraceError::at(error, &test.t))?;
-    let forces_remain = selection.forces_remain();
+    // Those that are not worth a name are what shakes any machine.
+    let forces_remain = something_remains(&selection.remaining);
     let floor = floor
         .noise_floor(&observed, forces_remain, request.seed)
         .map_err(failed)?;
@@ -110,20 +114,21 @@ pub(super) fn judge(
     Ok(([before.score, after.score, floor], series))
 }
 
-/// The errors of the patched model on what was learnt from.
+/// The errors of the model with some terms, and with the dictionary's parameters at some values, on
+/// what was learnt from.
 pub(super) fn trained(
     dictionary: &Dictionary,
-    selection: &Selection,
-    request: &Request<'_>,
+    (terms, values, observed): (&[usize], &[f64], &Observed),
+    horizon: f64,
 ) -> Result<Score, TraceError> {
-    let record = &selection.observed.record;
+    let record = &observed.record;
     let failed = |error: ScoreError| match error {
         ScoreError::Smooth(error) => TraceError::Smooth(error),
         ScoreError::Solve(error) => TraceError::at(error, &record.t),
     };
-    let patched = Models::new(dictionary, selection).patched;
-    let faultless = corrected(record, &patched.focus, &patched.values)?;
-    let scoring = patched.scoring(selection.observed.hold, request.horizon);
+    let model = Judged::new(dictionary, terms, values);
+    let faultless = corrected(record, &model.focus, &model.values)?;
+    let scoring = model.scoring(observed.hold, horizon);
     scoring.score(&faultless).map_err(failed)
 }
 

@@ -6,6 +6,7 @@ use super::dictionary::{Dictionary, Ranges, Source};
 use super::error::TraceError;
 use super::estimate::Observed;
 use super::forces;
+use super::judge::trained;
 use super::outcome::Basis;
 use super::progress::{Progress, Stage};
 use super::selection::Selection;
@@ -14,6 +15,10 @@ use crate::machine::SolveError;
 
 /// More terms than this are suspicious: one wrong length looks like many effects.
 const FEW_TERMS: usize = 2;
+
+/// Fewer findings than this are better looked for in the motion, which is known more exactly, as
+/// long as they explain it.
+const MANY: usize = 5;
 
 /// What was selected, and out of what.
 pub(super) struct Learnt {
@@ -33,6 +38,8 @@ pub(super) struct Learner<'a> {
     pub observed: &'a Observed,
     /// Where it goes.
     pub ranges: &'a Ranges,
+    /// How long predictions run that are compared, s.
+    pub horizon: f64,
     /// Whether the log is to say what inputs do between samples.
     pub free_hold: bool,
     /// Who is told how far the work is.
@@ -47,16 +54,25 @@ impl Learner<'_> {
     pub fn learn(&self, dictionary: Dictionary) -> Result<Learnt, TraceError> {
         let located = |source| TraceError::at(source, &self.observed.record.t);
         let immobile = is_immobile(&dictionary, self.observed);
-        let by_forces = forces::learn(&dictionary, self.observed, immobile)?;
+        let by_forces = forces::learn(&dictionary, self.observed)?;
         let (basis, selection) = match by_forces {
-            None => (Basis::Motion, self.by_motion(&dictionary).map_err(located)?),
             Some(forces) if immobile => (Basis::Forces, forces),
             // One sensor that misreads makes forces everywhere: what explains the motion with
             // less is right.
-            Some(forces) => match self.by_motion(&dictionary) {
+            Some(forces) if forces.terms.len() >= MANY => match self.by_motion(&dictionary) {
                 Ok(motion) if motion.explains_with_less(&forces) => (Basis::Motion, motion),
                 _ => (Basis::Forces, forces),
             },
+            few => {
+                let motion = self.by_motion(&dictionary).map_err(located)?;
+                let nearer = few.filter(|forces| {
+                    motion.forces_remain() && self.is_nearer(&dictionary, forces, &motion)
+                });
+                match nearer {
+                    Some(forces) => (Basis::Forces, forces),
+                    None => (Basis::Motion, motion),
+                }
+            }
         };
         // What effects do not explain, or many only together, may be a number of the description.
         let is_suspicious = selection.forces_remain() || selection.terms.len() > FEW_TERMS;
@@ -69,6 +85,29 @@ impl Learner<'_> {
             selection,
             basis,
         }))
+    }
+
+    /// Whether what was found in forces leaves less of them than what was found in motion, and
+    /// foretells the motion better than the model as given. A drive that holds a machine to its way
+    /// exerts against every force that no model holds: then inputs are what errs, and not the motion
+    /// that follows from them.
+    fn is_nearer(&self, dictionary: &Dictionary, forces: &Selection, motion: &Selection) -> bool {
+        let left = |selection: &Selection| forces::left(dictionary, selection).ok();
+        let leaves_less = left(forces)
+            .zip(left(motion))
+            .is_some_and(|(forces, motion)| forces < motion);
+        let errors = |terms: &[usize], values: &[f64]| {
+            let of = (terms, values, &forces.observed);
+            let score = trained(dictionary, of, self.horizon).ok()?;
+            Some([score.acceleration.total, score.rollout.errors.total])
+        };
+        let foretells = || {
+            let given = errors(&[], &dictionary.defaults);
+            let patched = errors(&forces.accepted(), &forces.values);
+            let pair = patched.zip(given);
+            pair.is_some_and(|(patched, given)| patched[0] < given[0] && patched[1] < given[1])
+        };
+        leaves_less && foretells()
     }
 
     fn by_motion(&self, dictionary: &Dictionary) -> Result<Selection, SolveError> {

@@ -3,16 +3,18 @@
 use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use super::focus::Focus;
-use super::refine::{Explanation, noise, refine_curve};
+use super::refine::{Explanation, refine_curve};
+use super::settle::noise;
 use crate::machine::SolveError;
 use crate::regression::{Columns, ErrorDynamics, ProcessNoise};
 
 /// Some unexplained force to begin with.
 pub(super) fn first_noise(
-    dictionary: &Dictionary,
+    focus: &Focus,
     observed: &Observed,
+    values: &[f64],
 ) -> Result<ProcessNoise, SolveError> {
-    let dynamics = linearised(&dictionary.focus(&[]), observed, &dictionary.defaults)?;
+    let dynamics = linearised(focus, observed, values)?;
     Ok(noise(&dynamics, FIRST_SHARE))
 }
 
@@ -34,6 +36,7 @@ pub(super) fn linearised(
         &observed.curve,
         observed.hold,
         &focus.values(values),
+        &observed.correlation,
     )
 }
 

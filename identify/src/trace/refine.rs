@@ -5,8 +5,9 @@ use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use super::score::NEGLIGIBLE;
 use super::settings::NO_EXCESS;
+use super::settle::{Adapt, SMALLEST_SHARE, settle, unexplained};
 use crate::machine::{SolveError, States};
-use crate::regression::{Columns, ErrorDynamics, Fit, Gram, ProcessNoise, Readings, Whitener};
+use crate::regression::{Columns, ErrorDynamics, Gram, ProcessNoise, Readings, Whitener};
 use nalgebra::{DMatrix, DVector};
 
 /// An explanation of the log: parameters, the motion that goes with them, and the
@@ -56,14 +57,6 @@ pub struct Refined {
     pub reach: Vec<f64>,
 }
 
-/// A force error below this share of a coordinate's forces is not worth a name: what no
-/// rigid-body model of a machine is claimed to reach.
-pub const SMALLEST_SHARE: f64 = 1e-3;
-/// A constraint that is missed by this share of its reach is not worth a name: what no
-/// machine's lengths are claimed to be known to.
-const SMALLEST_CLOSURE: f64 = 1e-4;
-/// Where nothing moves a constraint, it is known to this many of its units.
-const ROUND_OFF: f64 = 1e-12;
 /// Steps at most.
 const STEPS: usize = 12;
 /// Steps that every fit may take.
@@ -73,134 +66,6 @@ const LEAST_STEPS: usize = 2;
 const PATIENCE: f64 = 5.0;
 /// Nats; a smaller improvement ends the iteration.
 const SMALL_IMPROVEMENT: f64 = 0.5;
-/// How often the noise is adapted per linearisation.
-const NOISE_ROUNDS: usize = 3;
-/// The most that one adaptation changes a variance by.
-const NOISE_FACTOR: f64 = 30.0;
-
-/// Unexplained forces of a `share` of those of the model as given.
-pub fn noise(dynamics: &ErrorDynamics, share: f64) -> ProcessNoise {
-    let closed = &dynamics.closed;
-    let least = |reach: f64| (reach * SMALLEST_CLOSURE).max(ROUND_OFF);
-    let smallest_closure = closed.reach.map(least);
-    ProcessNoise {
-        force_sd: &dynamics.force_scale * share,
-        smallest: &dynamics.force_scale * SMALLEST_SHARE,
-        mobility: dynamics.mobility_scale.clone(),
-        closure_sd: closed.violation().sup(&smallest_closure),
-        smallest_closure,
-    }
-}
-
-/// A whitener whose noise suits the log, and the fit under it.
-pub struct Settled<'a> {
-    /// The filter.
-    pub whitener: Whitener<'a>,
-    /// Products of data and columns.
-    pub gram: Gram,
-    /// The columns' fit.
-    pub fit: Fit,
-}
-
-impl Settled<'_> {
-    /// Negative log likelihood of the data as they stand, nats.
-    pub fn cost(&self) -> f64 {
-        self.whitener.log_sd() + 0.5 * self.gram.data_misfit()
-    }
-
-    /// The same after the fit.
-    pub fn cost_of_fit(&self) -> f64 {
-        self.whitener.log_sd() + 0.5 * self.fit.misfit
-    }
-}
-
-/// What noise is adapted to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Adapt {
-    /// To nothing: it stays as it is.
-    Not,
-    /// To the data as they stand.
-    ToData,
-    /// To what the columns leave of the data.
-    ToFit,
-}
-
-/// Fits `columns` and adapts `noise` in turn: `σ² ← σ² · Σλ²/ΣΛ`, which is stationary
-/// where the likelihood is.
-pub fn settle<'a>(
-    dynamics: &'a ErrorDynamics,
-    readings: &'a Readings,
-    columns: &[usize],
-    noise: &mut ProcessNoise,
-    adapt: Adapt,
-) -> Settled<'a> {
-    let smallest = noise.smallest.clone();
-    let own: Vec<usize> = (0..columns.len()).collect();
-    let fitted = |whitener: &Whitener<'_>| {
-        let gram = whitener.gram(columns);
-        let fit = gram.fit(&own);
-        (gram, fit)
-    };
-    for round in 0.. {
-        let whitener = Whitener::new(dynamics, readings, noise);
-        let mut known = None;
-        if adapt != Adapt::Not && round < NOISE_ROUNDS {
-            let mut coefficients = DVector::zeros(dynamics.columns);
-            if adapt == Adapt::ToFit {
-                let (_, fit) = known.insert(fitted(&whitener));
-                for (&column, &value) in columns.iter().zip(fit.coefficients.iter()) {
-                    coefficients[column] = value;
-                }
-            }
-            let evidence = whitener.noise_evidence(&coefficients);
-            let mut change: f64 = 0.0;
-            let mut adapt = |old: &mut f64, ratio: f64, smallest: f64, largest: f64| {
-                let factor = ratio.clamp(1.0 / NOISE_FACTOR, NOISE_FACTOR).sqrt();
-                let new = (*old * factor).clamp(smallest, largest.max(smallest));
-                let (new, known) = (new.max(f64::MIN_POSITIVE), old.max(f64::MIN_POSITIVE));
-                change = change.max((new / known).ln().abs());
-                *old = new;
-            };
-            for i in 0..smallest.len() {
-                let old = noise.force_sd[i];
-                let ratio = if evidence.information[i] * old * old > INVISIBLE_FORCE {
-                    evidence.score[i] / evidence.information[i]
-                } else {
-                    0.0
-                };
-                adapt(
-                    &mut noise.force_sd[i],
-                    ratio,
-                    smallest[i],
-                    smallest[i] * LARGEST,
-                );
-            }
-            for row in 0..noise.closure_sd.len() {
-                let ratio = evidence.closure_score[row] / evidence.closure_information[row];
-                let least = noise.smallest_closure[row];
-                adapt(&mut noise.closure_sd[row], ratio, least, f64::INFINITY);
-            }
-            if change > SETTLED {
-                continue;
-            }
-        }
-        let (gram, fit) = known.unwrap_or_else(|| fitted(&whitener));
-        return Settled {
-            whitener,
-            gram,
-            fit,
-        };
-    }
-    unreachable!("the loop ends by returning")
-}
-
-/// `σ²Λ` below which a force is hidden by constraints.
-const INVISIBLE_FORCE: f64 = 1e-9;
-/// Largest unexplained force, in units of the smallest: three times the scale.
-const LARGEST: f64 = 3.0 / SMALLEST_SHARE;
-/// Change of `ln σ` below which nothing is adapted further.
-const SETTLED: f64 = 0.03;
-
 /// How much a fit is worth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
@@ -280,6 +145,7 @@ fn refine_some(
             &explanation.observed.curve,
             explanation.observed.hold,
             &values,
+            &explanation.observed.correlation,
         );
         // Where a step leads to a place that cannot be, a shorter one may do.
         let dynamics = match (dynamics, &best) {
@@ -403,35 +269,6 @@ impl Step {
         }
         there
     }
-}
-
-/// Mean square of the accelerations `P f`, each as a share of the coordinate's own,
-/// beyond that of the smallest forces.
-pub fn unexplained(dynamics: &ErrorDynamics, noise: &ProcessNoise) -> f64 {
-    let n = dynamics.coordinate_count();
-    let excess = DVector::from_fn(n, |j, _| {
-        noise.force_sd[j].powi(2) - noise.smallest[j].powi(2)
-    });
-    let mut forced = DVector::<f64>::zeros(n);
-    let mut own = DVector::<f64>::zeros(n);
-    for (slope, acceleration) in dynamics.slope.iter().zip(&dynamics.acceleration) {
-        for i in 0..n {
-            own[i] += acceleration[(i, 0)].powi(2);
-            for j in 0..n {
-                forced[i] += slope[(i, 2 * n + j)].powi(2) * excess[j];
-            }
-        }
-    }
-    let moving = NEGLIGIBLE.powi(2) * own.iter().copied().fold(0.0, f64::max);
-    let shares = (0..n).map(|i| {
-        // What moves by round-off alone has no size to take a share of.
-        if own[i] > moving {
-            forced[i] / own[i]
-        } else {
-            0.0
-        }
-    });
-    shares.sum::<f64>() / n as f64
 }
 
 /// Per parameter the change that moves some coordinate, or what is read of it, as much as it

@@ -9,14 +9,13 @@ use super::estimate::Observed;
 use super::finding::Verdict;
 use super::learn::{Learner, Learnt};
 use super::logs::Logs;
-use super::microscope::{MicroscopeError, Unnamed, look};
+use super::microscope::{Unnamed, View};
 use super::misread;
 use super::outcome::Outcome;
 use super::progress::{Progress, Stage};
-use super::score::Scoring;
-use super::selection::Selection;
+use super::score::Score;
 use super::waves::missing;
-use crate::log::{Log, Record, said_of};
+use crate::log::{Log, said_of};
 use crate::machine::Machine;
 use crate::regression::Hold;
 use dynamics_codegen::{Compiled, Library};
@@ -96,6 +95,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         source,
         observed: &observed,
         ranges: &ranges,
+        horizon: request.horizon,
         free_hold: request.hold.is_none(),
         progress,
     };
@@ -111,20 +111,41 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     } = &judged.learnt;
     let record = &selection.observed.record;
     let drives = drives(dictionary, record);
-    let verdict = judged.verdict(&drives);
+    let view = |terms, values, errors: [&Score; 2]| View {
+        dictionary,
+        selection,
+        terms,
+        values,
+        errors: errors.map(|score| score.acceleration.total),
+        test: &test,
+        request,
+    };
     let mut warnings = said_of(record, &test, request.test.is_some());
-    warnings.extend(judged.contradiction());
+    let mut look = |view: View<'_>| {
+        progress.enter(Stage::Look, &[]);
+        let untold = |error| format!("the unexplained force cannot be described: {error}");
+        view.look()
+            .map_err(|error| warnings.push(untold(error)))
+            .ok()
+    };
+    let terms = selection.accepted();
+    let left = match judged.leaves_much() {
+        true => {
+            let errors = [&judged.learnt_errors, &judged.noise_floor];
+            look(view(&terms, &selection.values, errors))
+        }
+        false => None,
+    };
+    let is_other_law = left.as_ref().is_some_and(Unnamed::is_a_law);
+    let verdict = judged.verdict(&drives, is_other_law);
     let unnamed = match verdict {
         Verdict::Unknown => {
-            progress.enter(Stage::Look, &[]);
             let errors = [&judged.before, &judged.noise_floor];
-            let errors = errors.map(|score| score.acceleration.total);
-            let seen = seen(dictionary, selection, &test, errors.into(), request);
-            let untold = |error| format!("the unexplained force cannot be described: {error}");
-            seen.map_err(|error| warnings.push(untold(error))).ok()
+            look(view(&[], &dictionary.defaults, errors))
         }
-        _ => None,
+        _ => left,
     };
+    warnings.extend(judged.contradiction());
     Ok(Outcome {
         misread,
         unnamed,
@@ -166,22 +187,4 @@ fn ranges(source: &Source<'_>, plain: &Machine, observed: &Observed) -> Ranges {
         missing: missing(plain, &source.values(plain), observed),
         ..observed.ranges()
     }
-}
-
-/// What the missing force looks like.
-fn seen(
-    dictionary: &Dictionary,
-    selection: &Selection,
-    test: &Record,
-    errors: (f64, f64),
-    request: &Request<'_>,
-) -> Result<Unnamed, MicroscopeError> {
-    let focus = dictionary.focus(&[]);
-    let scoring = Scoring {
-        machine: &focus.machine,
-        values: &focus.values(&dictionary.defaults),
-        hold: selection.observed.hold,
-        horizon: request.horizon,
-    };
-    look(dictionary, selection, &scoring, test, errors, request.seed)
 }

@@ -1,7 +1,8 @@
 //! Every candidate's worth beside the accepted terms, by one linear pass.
 
 use super::dictionary::Dictionary;
-use super::refine::{Adapt, Explanation, settle};
+use super::refine::Explanation;
+use super::settle::{Adapt, settle};
 use crate::machine::SolveError;
 use crate::regression::{Columns, ErrorDynamics, Gram, INVISIBLE, Readings, Whitener};
 
@@ -90,6 +91,7 @@ impl<'a> Screen<'a> {
             &explanation.observed.curve,
             explanation.observed.hold,
             &focus.values(&explanation.values),
+            &explanation.observed.correlation,
         )?;
         let accelerations = dynamics.accelerations();
         let values = &explanation.values;

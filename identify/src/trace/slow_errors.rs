@@ -3,7 +3,8 @@
 use super::corrected::corrected;
 use super::dictionary::Dictionary;
 use super::estimate::Observed;
-use super::finding::{Verdict, verdict};
+use super::finding::{Verdict, much_remains, verdict};
+use super::outcome::Basis;
 use super::progress::Progress;
 use super::score::Scoring;
 use super::search::select;
@@ -36,7 +37,7 @@ pub(super) fn select_with_slow_errors(
     if over
         || best.terms.is_empty()
         || !faint
-        || verdict(dictionary, &best, false) != Verdict::Unknown
+        || verdict(dictionary, &best, much_remains(Basis::Motion, &best)) != Verdict::Unknown
     {
         return Ok(best);
     }

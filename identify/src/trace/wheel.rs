@@ -56,7 +56,7 @@ pub(super) fn begun(
     let observed = Observed::new(record.unwrap(), Hold::Linear).unwrap();
     let dictionary = Dictionary::new(&source, &observed.ranges()).unwrap();
     let start = Explanation {
-        noise: first_noise(&dictionary, &observed).unwrap(),
+        noise: first_noise(&dictionary.focus(&[]), &observed, &dictionary.defaults).unwrap(),
         values: dictionary.defaults.clone(),
         observed,
     };

@@ -6,6 +6,7 @@ use crate::trace::dictionary::{Candidate, Dictionary};
 use crate::trace::screen::{Considered, ShapedCandidate};
 use crate::trace::settings::{MARGIN, TIE};
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 
 /// An option with its strengths' columns that are in use.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,6 +25,8 @@ pub(super) struct Choice<'a> {
     pub gram: Gram,
     /// Per column: whether enough of the log shows it.
     pub visible: Vec<bool>,
+    /// Candidates that are one law, the smaller number first, see [`nested`](super::nested).
+    pub nested: BTreeSet<(usize, usize)>,
     /// Per candidate: how far its reach is, see [`reaches`].
     pub reaches: Vec<usize>,
 }
@@ -316,6 +319,14 @@ impl Choice<'_> {
     fn possible(&self, terms: &[Chosen], more: &[usize]) -> Option<Vec<Chosen>> {
         let mut with = terms.to_vec();
         for &option in more {
+            let own = self.options[option].candidate;
+            let is_one_law = |term: &Chosen| {
+                let other = self.options[term.option].candidate;
+                self.nested.contains(&(own.min(other), own.max(other)))
+            };
+            if with.iter().any(is_one_law) {
+                return None;
+            }
             let columns = &self.options[option].columns;
             let visible = |&i: &usize| self.visible[columns[i]];
             let kept: Vec<usize> = (0..columns.len()).filter(visible).collect();

@@ -57,7 +57,9 @@ pub(in crate::trace) fn judge(
         Err(ScoreError::Smooth(error)) => return Err(error.into()),
         Err(ScoreError::Solve(_)) => motionless(test, request.horizon)?.score,
     };
-    let obeying = balance.obeying(test, machine, values).map_err(located)?;
+    // Of the channels that are some sensor's: noise of the others is not known.
+    let sensed = &observed.record;
+    let obeying = balance.obeying(sensed, machine, values).map_err(located)?;
     let noisy = Balance::new(&with_noise(obeying, &observed, request.seed), hold)?;
     let forces = noisy.missing(machine, values).map_err(located)?;
     floor.force = errors(&forces);

@@ -11,10 +11,12 @@ mod balance;
 mod choose;
 mod equations;
 mod judge;
+mod nested;
 mod settle;
 
 pub(super) use judge::judge;
 
+use super::corrected::corrected;
 use super::dictionary::Dictionary;
 use super::error::TraceError;
 use super::estimate::Observed;
@@ -29,8 +31,6 @@ use choose::{Choice, State, reaches};
 use equations::Equations;
 use rayon::prelude::*;
 
-/// Fewer findings than this are better looked for in the motion, which is known more exactly.
-const MANY: usize = 5;
 /// Of the forces that the model as given leaves, terms must explain this share.
 const WORTH_IT: f64 = 0.5;
 /// Damping of the fit of everything at once.
@@ -38,15 +38,14 @@ const EVERYTHING: f64 = 1e-6;
 /// How often scales are adapted to what everything together leaves.
 const ROUNDS: usize = 2;
 
-/// What a machine lacks, if its forces were measured and it lacks a lot, or cannot move as
-/// given (`immobile`); `None` otherwise.
+/// What a machine lacks, if its forces were measured and effects explain much of what they miss;
+/// `None` otherwise.
 ///
 /// # Errors
 /// If the log cannot be smoothed, or a state's equation has no solution along it.
 pub(super) fn learn(
     dictionary: &Dictionary,
     observed: &Observed,
-    immobile: bool,
 ) -> Result<Option<Selection>, TraceError> {
     let machine = &dictionary.machine;
     if machine.input_count() == 0 || machine.constraint_count() > 0 {
@@ -58,18 +57,19 @@ pub(super) fn learn(
     let columns = columns(dictionary, &balance).map_err(located)?;
     let options = force_options(dictionary);
     let equations = weighed(Equations::new(&missing, &columns), &options);
+    let (gram, visible) = (equations.gram(), equations.visible());
     let choice = Choice {
         dictionary,
         options: &options,
-        gram: equations.gram(),
-        visible: equations.visible(),
+        nested: nested::nested(dictionary, &options, (&gram, &visible)),
+        gram,
+        visible,
         equations: &equations,
         reaches: reaches(dictionary),
     };
     let state = choice.choose();
     let before = 0.5 * choice.gram.data_misfit();
-    let many = state.terms.len() >= if immobile { 1 } else { MANY };
-    if !many || state.left > (1.0 - WORTH_IT) * before {
+    if state.terms.is_empty() || state.left > (1.0 - WORTH_IT) * before {
         return Ok(None);
     }
     let accepted: Vec<usize> = state
@@ -105,6 +105,23 @@ pub(super) fn learn(
         considered: choice.considered(),
         observed: observed.clone(),
     }))
+}
+
+/// What a selection leaves of the forces that were measured, in the band in which the log shows
+/// accelerations: the mean logarithm of its size over coordinates.
+///
+/// # Errors
+/// If the log cannot be smoothed, or a state's equation has no solution along it.
+pub(super) fn left(dictionary: &Dictionary, selection: &Selection) -> Result<f64, TraceError> {
+    let observed = &selection.observed;
+    let focus = dictionary.focus(&selection.accepted());
+    let values = focus.values(&selection.values);
+    let faultless = corrected(&observed.record, &focus, &values)?;
+    let balance = Balance::new(&faultless, observed.hold)?;
+    let left = balance.missing(&focus.machine, &values);
+    let left = left.map_err(|error| TraceError::at(error, &observed.record.t))?;
+    let sizes = left.iter().map(|force| rms(force).ln());
+    Ok(sizes.sum::<f64>() / left.len() as f64)
 }
 
 /// Values of all parameters by the linear fit.

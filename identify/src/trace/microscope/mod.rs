@@ -10,12 +10,15 @@
 mod features;
 mod law;
 
+use super::corrected::corrected;
 use super::dictionary::Dictionary;
+use super::focus::Focus;
 use super::linearised::{first_noise, linearised};
 use super::refine::{Explanation, refine_curve};
+use super::run::Request;
 use super::score::{Errors, NEGLIGIBLE, ScoreError, Scoring};
 use super::selection::Selection;
-use crate::log::Record;
+use crate::log::{Record, median_step};
 use crate::machine::SolveError;
 use crate::regression::Whitener;
 use crate::smooth::savgol_states;
@@ -37,6 +40,17 @@ pub struct Unnamed {
     pub recovered: f64,
 }
 
+/// Share of what a force makes a model err by from which its description is a law.
+const LAWFUL: f64 = 0.5;
+
+impl Unnamed {
+    /// Whether the variables that a force is said to depend on foretell much of it where nothing was
+    /// learnt: then it is a law, of the machine or its inputs, and not what no model holds.
+    pub(super) fn is_a_law(&self) -> bool {
+        self.recovered > LAWFUL
+    }
+}
+
 /// The unnamed force on one coordinate.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct UnnamedForce {
@@ -44,6 +58,8 @@ pub struct UnnamedForce {
     pub coordinate: String,
     /// Its root mean square along the training log, in the coordinate's force unit.
     pub size: f64,
+    /// How long it lasts, s: after this time it resembles itself by no more than `1/e`.
+    pub lasts: f64,
     /// The variables that it depends on, the most influential first.
     pub depends_on: Vec<Dependence>,
     /// Sets of variables that were tried, best first.
@@ -97,77 +113,109 @@ const WORTH_A_LOOK: f64 = 0.05;
 /// Coordinates at most.
 const MOST_COORDINATES: usize = 3;
 
-/// Looks at what the model as given leaves unexplained. `before` and `floor` are the
-/// acceleration errors of that model and of sensor noise alone.
-pub(super) fn look(
-    dictionary: &Dictionary,
-    selection: &Selection,
-    scoring: &Scoring<'_>,
-    test: &Record,
-    (before, noise_floor): (f64, f64),
-    seed: u64,
-) -> Result<Unnamed, MicroscopeError> {
-    let mut explanation = Explanation {
-        observed: selection.observed.clone(),
-        values: dictionary.defaults.clone(),
-        noise: first_noise(dictionary, &selection.observed)?,
-    };
-    refine_curve(dictionary, &[], &mut explanation)?;
-    let focus = dictionary.focus(&[]);
-    let observed = &explanation.observed;
-    let dynamics = linearised(&focus, observed, &explanation.values)?;
-    let accelerations = dynamics.accelerations();
-    let readings = observed.readings(&focus, &explanation.values, &accelerations);
-    let whitener = Whitener::new(&dynamics, &readings, &explanation.noise);
-    let smoothed = whitener.smooth(&DVector::zeros(0));
-    let n = dynamics.coordinate_count();
-    let force = |i: usize| -> Vec<f64> { smoothed.iter().map(|s| s[2 * n + i]).collect() };
-    let mut strengths: Vec<(usize, f64)> = (0..n)
-        .filter(|&i| explanation.noise.force_sd[i] > 2.0 * explanation.noise.smallest[i])
-        .map(|i| (i, moved(&dynamics, &force(i), i)))
-        .collect();
-    strengths.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let strongest = strengths.first().map_or(0.0, |s| s.1);
-    strengths.retain(|s| s.1 > WORTH_A_LOOK * strongest);
-    strengths.truncate(MOST_COORDINATES);
-    let motion = Motion {
-        t: &observed.curve.t,
-        q: &observed.curve.q,
-        v: &observed.curve.v,
-        u: &observed.curve.u,
-    };
-    let kinds = kinds(&motion, &remembered_ways(dictionary, selection));
-    let features = Features::new(&kinds, &motion);
-    let states = savgol_states(test).map_err(ScoreError::from)?;
-    let there = Features::new(
-        &kinds,
-        &Motion {
-            t: &test.t,
-            q: &states.q,
-            v: &states.v,
-            u: &test.u,
-        },
-    );
-    let mut added = vec![vec![0.0; test.len()]; n];
-    let mut forces = Vec::new();
-    for (coordinate, _) in strengths {
-        let (column, v) = (force(coordinate), &observed.curve.v[coordinate]);
-        let law = Law::find(coordinate, &features, &column, seed)?;
-        added[coordinate] = law.along(&there)?;
-        forces.push(describe(
-            dictionary,
-            coordinate,
-            &law,
-            &features,
-            (&column, v),
-        )?);
+/// A model with some terms, beside a log.
+pub(super) struct View<'a> {
+    pub dictionary: &'a Dictionary,
+    /// The log that was learnt from.
+    pub selection: &'a Selection,
+    /// What the model has beside what it was given with.
+    pub terms: &'a [usize],
+    /// Values of all the dictionary's parameters.
+    pub values: &'a [f64],
+    /// Acceleration errors of this model, and of sensor noise alone.
+    pub errors: [f64; 2],
+    /// The log that is judged by.
+    pub test: &'a Record,
+    pub request: &'a Request<'a>,
+}
+
+impl View<'_> {
+    /// Looks at what the model leaves unexplained.
+    ///
+    /// # Errors
+    /// If the log cannot be smoothed, or no process be fitted to the force.
+    pub fn look(&self) -> Result<Unnamed, MicroscopeError> {
+        let focus = self.dictionary.focus(self.terms);
+        let scoring = Scoring {
+            machine: &focus.machine,
+            values: &focus.values(self.values),
+            hold: self.selection.observed.hold,
+            horizon: self.request.horizon,
+        };
+        let test = corrected(self.test, &focus, scoring.values).map_err(ScoreError::from)?;
+        self.look_at(&focus, &scoring, &test)
     }
-    let (acceleration_after, _) = scoring.one_step_with(test, &states, &added)?;
-    Ok(Unnamed {
-        forces,
-        recovered: recovered(before, acceleration_after.total, noise_floor),
-        acceleration_after,
-    })
+
+    fn look_at(
+        &self,
+        focus: &Focus,
+        scoring: &Scoring<'_>,
+        test: &Record,
+    ) -> Result<Unnamed, MicroscopeError> {
+        let (dictionary, selection) = (self.dictionary, self.selection);
+        let mut explanation = Explanation {
+            noise: first_noise(focus, &selection.observed, self.values)?,
+            observed: selection.observed.clone(),
+            values: self.values.to_vec(),
+        };
+        refine_curve(dictionary, self.terms, &mut explanation)?;
+        let observed = &explanation.observed;
+        let dynamics = linearised(focus, observed, &explanation.values)?;
+        let accelerations = dynamics.accelerations();
+        let readings = observed.readings(focus, &explanation.values, &accelerations);
+        let whitener = Whitener::new(&dynamics, &readings, &explanation.noise);
+        let smoothed = whitener.smooth(&DVector::zeros(0));
+        let n = dynamics.coordinate_count();
+        let force = |i: usize| -> Vec<f64> { smoothed.iter().map(|s| s[2 * n + i]).collect() };
+        let mut strengths: Vec<(usize, f64)> = (0..n)
+            .filter(|&i| explanation.noise.force_sd[i] > 2.0 * explanation.noise.smallest[i])
+            .map(|i| (i, moved(&dynamics, &force(i), i)))
+            .collect();
+        strengths.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let strongest = strengths.first().map_or(0.0, |s| s.1);
+        strengths.retain(|s| s.1 > WORTH_A_LOOK * strongest);
+        strengths.truncate(MOST_COORDINATES);
+        let motion = Motion {
+            t: &observed.curve.t,
+            q: &observed.curve.q,
+            v: &observed.curve.v,
+            u: &observed.curve.u,
+        };
+        let kinds = kinds(&motion, &remembered_ways(dictionary, selection));
+        let features = Features::new(&kinds, &motion);
+        let states = savgol_states(test).map_err(ScoreError::from)?;
+        let there = Features::new(
+            &kinds,
+            &Motion {
+                t: &test.t,
+                q: &states.q,
+                v: &states.v,
+                u: &test.u,
+            },
+        );
+        let mut added = vec![vec![0.0; test.len()]; n];
+        let mut forces = Vec::new();
+        for (coordinate, _) in strengths {
+            let (column, v) = (force(coordinate), &observed.curve.v[coordinate]);
+            let t = &observed.curve.t;
+            let law = Law::find(coordinate, &features, &column, self.request.seed)?;
+            added[coordinate] = law.along(&there)?;
+            forces.push(describe(
+                dictionary,
+                coordinate,
+                &law,
+                &features,
+                (t, &column, v),
+            )?);
+        }
+        let (acceleration_after, _) = scoring.one_step_with(test, &states, &added)?;
+        let [before, floor] = self.errors;
+        Ok(Unnamed {
+            forces,
+            recovered: recovered(before, acceleration_after.total, floor),
+            acceleration_after,
+        })
+    }
 }
 
 /// An error this near to the noise floor, as a share of it, is the floor: of another draw of the
@@ -222,7 +270,7 @@ fn describe(
     coordinate: usize,
     law: &Law,
     features: &Features,
-    (force, v): (&[f64], &[f64]),
+    (t, force, v): (&[f64], &[f64], &[f64]),
 ) -> Result<UnnamedForce, MicroscopeError> {
     let model = &dictionary.machine.compiled.model;
     let name = |feature: &Feature| match *feature {
@@ -248,6 +296,7 @@ fn describe(
     Ok(UnnamedForce {
         coordinate: model.coordinates[coordinate].name.clone(),
         size: ff.sqrt(),
+        lasts: correlation_time(t, force),
         depends_on,
         tried: law
             .tried
@@ -266,6 +315,18 @@ fn describe(
         remembers: law.variables.iter().any(remembered),
         saved: law.saved.clone(),
     })
+}
+
+/// The time after which the autocorrelation of a force has fallen to `1/e`.
+fn correlation_time(t: &[f64], force: &[f64]) -> f64 {
+    let product = |lag: usize| -> f64 {
+        let pairs = force.iter().zip(&force[lag..]);
+        pairs.map(|(a, b)| a * b).sum::<f64>() / (force.len() - lag) as f64
+    };
+    let whole = product(0);
+    let longest = force.len() / 2;
+    let lag = (1..longest).find(|&lag| product(lag) < whole / std::f64::consts::E);
+    lag.unwrap_or(longest) as f64 * median_step(t)
 }
 
 /// Correlation of two columns.

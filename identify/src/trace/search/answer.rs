@@ -76,7 +76,11 @@ fn rivals(search: &Search<'_>, found: &Fitted, term: usize) -> Vec<Rival> {
         let (own, instead) = found.hypothesis.differs_by_one(other)?;
         // What is believed beforehand says nothing of how well the log tells them apart.
         let better = (found.score - found.prior) - (outline.score - outline.prior);
-        (own == term && better > -TIE).then_some((better, instead, &outline.values))
+        (own == term && outline.is_possible && better > -TIE).then_some((
+            better,
+            instead,
+            &outline.values,
+        ))
     });
     let mut others: Vec<(f64, usize, &Vec<f64>)> = others.collect();
     others.sort_by(|a, b| b.0.total_cmp(&a.0));

@@ -1,10 +1,10 @@
 //! The search: from the best hypothesis to its neighbours, until none of them is better.
 
 use super::explored::Explored;
-use super::fit::{Fitted, bar, by_score, fit, fit_with, sharpened};
+use super::fit::{Fitted, bar, by_score, fit, fit_with, reset, sharpened};
 use super::hypothesis::Hypothesis;
 use super::moves::merge::is_on_a_body;
-use super::moves::{EXCHANGE, LEAP, Move, STEP};
+use super::moves::{EXCHANGE, LEAP, MORE, Move, STEP};
 use super::neighbourhood::Neighbourhood;
 use super::placement::placed;
 use super::proposal::Proposal;
@@ -18,6 +18,7 @@ use crate::trace::progress::{Progress, Stage};
 use crate::trace::refine::{Effort, Explanation};
 use crate::trace::screen::Considered;
 use crate::trace::settings::{BEAM, KEPT, NEAR_MISS, SAME_FIT, SPARED, TIE};
+use nalgebra::DVector;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -50,6 +51,8 @@ pub struct Search<'a> {
     leapt: BTreeSet<Hypothesis>,
     /// Whether nothing is left to look into.
     is_done: bool,
+    /// Whether only the best hypothesis is gone on from, and by single steps.
+    by_steps: bool,
 }
 
 impl<'a> Search<'a> {
@@ -73,6 +76,7 @@ impl<'a> Search<'a> {
             expanded: BTreeSet::new(),
             leapt: BTreeSet::new(),
             is_done: false,
+            by_steps: false,
         };
         let other = Hypothesis::nothing(observed.hold).held_otherwise().hold;
         let is_open = free_hold && !observed.record.u.is_empty();
@@ -96,6 +100,32 @@ impl<'a> Search<'a> {
     pub fn as_given(&self, of: &Fitted) -> Result<Fitted, SolveError> {
         let observed = &self.given[0].explanation.observed;
         as_given(self.dictionary, observed, of.hypothesis.hold)
+    }
+
+    /// A search in the same log, begun with what this has found, where unexplained forces last
+    /// otherwise.
+    ///
+    /// # Errors
+    /// If the equation of motion cannot be solved along the curve.
+    pub fn beside(self, correlation: DVector<f64>) -> Result<Self, SolveError> {
+        let found = Arc::clone(self.best());
+        let observed = Observed {
+            hold: found.hypothesis.hold,
+            correlation,
+            ..self.given[0].explanation.observed.clone()
+        };
+        let mut search = Self::begin(self.dictionary, &observed, self.free_hold, self.progress)?;
+        let likely = self.explored.kept().iter().map(|kept| Proposal {
+            hypothesis: kept.hypothesis.clone(),
+            values: kept.explanation.values.clone(),
+            promise: kept.score,
+            within_reach: f64::INFINITY,
+        });
+        let from = search.as_given(&found)?;
+        search.enter(Stage::Settle);
+        search.try_all(&from, likely.collect());
+        search.by_steps = true;
+        Ok(search)
     }
 
     /// A search in the whole of a log whose part this has searched: from its answer, and from what
@@ -136,9 +166,10 @@ impl<'a> Search<'a> {
             search.explored.replace(dictionary, Arc::clone(given));
         }
         search.explored.replace(dictionary, Arc::clone(&best));
-        // Forces too small to be worth a name are not looked into again, nor those that nothing
-        // explained in the part.
-        search.is_done = !best.leaves_forces() || found.leaves_forces();
+        // Forces too small to be worth a name are not looked into again; of those that nothing
+        // explained in the part the whole may show more than the part, one term at a time.
+        search.is_done = !best.leaves_forces();
+        search.by_steps = found.leaves_forces();
         let likely = likely.into_iter().take(KEPT);
         let likely = likely.map(|(hypothesis, outline)| Proposal {
             hypothesis,
@@ -167,6 +198,33 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
+    /// Leaves each term of the best hypothesis out, until none of them is one too many.
+    ///
+    /// # Errors
+    /// If the equation of motion cannot be solved along the curve.
+    pub fn question(&mut self) -> Result<(), SolveError> {
+        loop {
+            let best = Arc::clone(self.best());
+            if self.is_over() || best.hypothesis.candidates().is_empty() {
+                return Ok(());
+            }
+            let without = best.hypothesis.candidates().iter().map(|&term| {
+                let mut values = best.explanation.values.clone();
+                reset(self.dictionary, &mut values, term);
+                Proposal {
+                    hypothesis: best.hypothesis.exchange(&[term], &[]),
+                    values,
+                    promise: 0.0,
+                    within_reach: f64::NEG_INFINITY,
+                }
+            });
+            self.try_all(&best, without.collect());
+            if self.best().hypothesis == best.hypothesis {
+                return Ok(());
+            }
+        }
+    }
+
     fn is_over(&self) -> bool {
         self.progress.ended().is_some()
     }
@@ -186,6 +244,9 @@ impl<'a> Search<'a> {
         let mut as_good = kept.iter().filter(|k| k.score < best.score + SPARED);
         if !as_good.any(is_expanded) {
             return Some(Next::Expand(Arc::clone(best)));
+        }
+        if self.by_steps {
+            return None;
         }
         let forces_remain = best.leaves_forces();
         let given = Hypothesis::nothing(best.hypothesis.hold);
@@ -225,8 +286,9 @@ impl<'a> Search<'a> {
         if self.fresh.is_empty() {
             self.fresh = at.considered.clone().into();
         }
-        self.try_moves(STEP, &at, Stage::Fit);
-        if self.best().score < from.score {
+        let moves = if self.by_steps { MORE } else { STEP };
+        self.try_moves(moves, &at, Stage::Fit);
+        if self.best().score < from.score || self.by_steps {
             return Ok(());
         }
         if from.leaves_forces() {
@@ -256,6 +318,9 @@ impl<'a> Search<'a> {
             if !self.is_over() {
                 proposals.extend(one.propose(at, &self.explored));
             }
+        }
+        if self.by_steps {
+            proposals.truncate(BEAM);
         }
         self.enter(stage);
         self.try_all(at.fitted, proposals);
@@ -313,7 +378,7 @@ impl<'a> Search<'a> {
     /// on its body, where none of all leaves sensor noise alone and one comes near the best; another
     /// place, where one term stands for several.
     fn improved(&self, from: &Fitted, tried: Vec<Fitted>) -> Vec<Fitted> {
-        if self.is_over() {
+        if self.is_over() || self.by_steps {
             return tried;
         }
         let limit = self.near_miss(from, &tried);
@@ -378,10 +443,20 @@ fn as_given(
     observed: &Observed,
     hold: Hold,
 ) -> Result<Fitted, SolveError> {
-    let start = Explanation {
-        noise: first_noise(dictionary, observed)?,
-        values: dictionary.defaults.clone(),
-        observed: observed.clone(),
-    };
-    fit(dictionary, &Hypothesis::nothing(hold), start)
+    let noise = first_noise(&dictionary.focus(&[]), observed, &dictionary.defaults)?;
+    let starts = [noise.at_smallest_jitter(), noise.at_smallest()];
+    let fitted = starts.into_par_iter().map(|noise| {
+        let start = Explanation {
+            noise,
+            values: dictionary.defaults.clone(),
+            observed: observed.clone(),
+        };
+        fit(dictionary, &Hypothesis::nothing(hold), start)
+    });
+    let [lasting, white]: [_; 2] = fitted.collect::<Vec<_>>().try_into().expect("two");
+    let lasting = lasting?;
+    Ok(match white {
+        Ok(white) if white.score < lasting.score => white,
+        _ => lasting,
+    })
 }

@@ -11,8 +11,10 @@ use std::sync::Arc;
 /// What is remembered of a hypothesis that was fitted.
 #[derive(Debug, Clone)]
 pub struct Outline {
-    /// Nats, the less the better; infinite where it is not possible.
+    /// Nats, the less the better; infinite where the machine cannot move so.
     pub score: f64,
+    /// Whether each of its terms does something, within what is possible.
+    pub is_possible: bool,
     /// What of that is believed before the log is read, nats.
     pub prior: f64,
     /// Its negative log likelihood alone, nats.
@@ -32,22 +34,25 @@ pub struct Explored {
 impl Explored {
     /// Remembers a hypothesis, if it is better than what is known of it.
     pub fn add(&mut self, dictionary: &Dictionary, fitted: Arc<Fitted>) {
-        let score = match fitted.is_possible(dictionary) && fitted.score.is_finite() {
+        let score = match fitted.score.is_finite() {
             true => fitted.score,
             false => f64::INFINITY,
         };
+        let is_possible = fitted.is_possible(dictionary) && score.is_finite();
         let known = self.known.get(&fitted.hypothesis);
-        if known.is_some_and(|known| known.score <= score) {
+        let rank = |is_possible: bool, score: f64| (!is_possible, score);
+        if known.is_some_and(|k| rank(k.is_possible, k.score) <= rank(is_possible, score)) {
             return;
         }
         let outline = Outline {
             score,
+            is_possible,
             prior: fitted.prior,
             cost: fitted.estimate.cost,
             values: fitted.explanation.values.clone(),
         };
         self.known.insert(fitted.hypothesis.clone(), outline);
-        if score.is_finite() {
+        if is_possible {
             self.kept
                 .retain(|kept| kept.hypothesis != fitted.hypothesis);
             self.kept.push(fitted);
@@ -66,6 +71,7 @@ impl Explored {
     pub fn rule_out(&mut self, hypothesis: &Hypothesis) {
         let impossible = Outline {
             score: f64::INFINITY,
+            is_possible: false,
             prior: 0.0,
             cost: f64::INFINITY,
             values: Vec::new(),
@@ -84,6 +90,7 @@ impl Explored {
                     true => best.score + times * apart + price,
                     false => f64::INFINITY,
                 },
+                is_possible: outline.is_possible,
                 prior: outline.prior,
                 cost: best.estimate.cost + times * apart,
                 values: outline.values.clone(),
@@ -100,7 +107,7 @@ impl Explored {
     pub fn take_below(&mut self, score: f64) -> Vec<(Hypothesis, Outline)> {
         let mut taken = Vec::new();
         self.known.retain(|hypothesis, outline| {
-            let is_below = outline.score < score;
+            let is_below = outline.is_possible && outline.score < score;
             if is_below {
                 taken.push((hypothesis.clone(), outline.clone()));
             }

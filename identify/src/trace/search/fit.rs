@@ -6,8 +6,9 @@ use super::score::{evidence, prior};
 use crate::machine::SolveError;
 use crate::trace::dictionary::{Candidate, Dictionary};
 use crate::trace::linearised::linearised;
-use crate::trace::refine::{Adapt, Effort, Estimate, Explanation, refine, settle};
+use crate::trace::refine::{Effort, Estimate, Explanation, refine};
 use crate::trace::settings::{SAME_FIT, SHARP_STEPS, SHARPENINGS, SHARPER, TIE};
+use crate::trace::settle::{Adapt, settle};
 use rayon::prelude::*;
 
 /// A hypothesis after its fit.

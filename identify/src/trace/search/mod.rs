@@ -9,6 +9,7 @@
 mod answer;
 mod beam;
 mod channel;
+mod discrepancy;
 mod explored;
 mod fit;
 mod hypothesis;
@@ -33,7 +34,7 @@ use beam::Search;
 /// If the equation of motion cannot be solved along the curve.
 pub fn select(
     dictionary: &Dictionary,
-    observed: Observed,
+    mut observed: Observed,
     free_hold: bool,
     progress: &dyn Progress,
 ) -> Result<Selection, SolveError> {
@@ -42,9 +43,17 @@ pub fn select(
     let searched = part.as_ref().unwrap_or(&observed);
     let mut search = Search::begin(dictionary, searched, free_hold, progress)?;
     search.run()?;
+    if search.best().leaves_forces()
+        && let Some(correlation) = discrepancy::correlation(dictionary, search.best())?
+    {
+        observed.correlation.clone_from(&correlation);
+        search = search.beside(correlation)?;
+        search.run()?;
+    }
     if part.is_some() {
         search = search.on_the_whole(&observed)?;
         search.run()?;
+        search.question()?;
     }
     answer::answer(&search)
 }

@@ -8,9 +8,10 @@ use super::fit::Fitted;
 use crate::regression::{Columns, ErrorDynamics};
 use crate::trace::dictionary::Dictionary;
 use crate::trace::estimate::Observed;
-use crate::trace::refine::{Adapt, Explanation, settle};
+use crate::trace::refine::Explanation;
 use crate::trace::screen::Assignment;
 use crate::trace::settings::{GLANCE, SAME_FIT, SHAPE_STEPS};
+use crate::trace::settle::{Adapt, settle};
 use rayon::prelude::*;
 
 /// An effect in some shape, with the strengths that suit it there.
@@ -107,6 +108,7 @@ fn at(
         &observed.curve,
         observed.hold,
         &parameters,
+        &observed.correlation,
     );
     let dynamics = dynamics.ok()?;
     let readings = observed.readings(&focus, &values, &dynamics.accelerations());

@@ -9,7 +9,6 @@ use crate::log::rms;
 use crate::regression::derivative;
 use crate::trace::estimate::Observed;
 use crate::trace::linearised::linearised;
-use crate::trace::refine::{Adapt, settle};
 use crate::trace::search::channel::timed_sensor;
 use crate::trace::search::explored::Explored;
 use crate::trace::search::neighbourhood::Neighbourhood;
@@ -17,6 +16,7 @@ use crate::trace::search::proposal::Proposal;
 use crate::trace::settings::{
     GLANCE, LATE, MARGIN, MAX_TERMS, SHAPE_STEPS, SHORTLISTED, WORTH_A_FIT,
 };
+use crate::trace::settle::{Adapt, settle};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 

@@ -24,6 +24,8 @@ pub trait Move: Sync {
 
 /// What leads on: one more term, or what the newest one was taken for.
 pub const STEP: &[&dyn Move] = &[&add::Add, &swap::SwapHere, &timing::Timing, &hold::Hold];
+/// One more term alone.
+pub const MORE: &[&dyn Move] = &[&add::Add];
 /// What leads on where forces remain after that.
 pub const LEAP: &[&dyn Move] = &[&fallback::Fallback, &late::Late, &pair::Pair];
 /// What questions every term.
