@@ -23,7 +23,13 @@ fn sentence(force: &UnnamedForce, model: &Model) -> String {
         let unit = coordinates.find(|c| c.name == name).map(|c| &c.unit);
         force_unit(&stated_unit(unit.map_or("", |unit| unit)))
     };
-    let on: Vec<&str> = force.depends_on.iter().map(|d| &d.variable[..]).collect();
+    // A past may stand there several times, forgotten over different ways.
+    let mut on: Vec<&str> = Vec::new();
+    for variable in force.depends_on.iter().map(|d| &d.variable[..]) {
+        if !on.contains(&variable) {
+            on.push(variable);
+        }
+    }
     let kind = match (force.dissipation, force.odd_in_velocity) {
         (d, odd) if d > DISTINCT && odd > DISTINCT => "it brakes, and turns with the velocity",
         (d, _) if d > DISTINCT => "it brakes",

@@ -68,7 +68,9 @@ pub(super) fn is_far(errors: &Score, floor: &Score, trained: &Score) -> bool {
     let at_floor = accelerations[0] < AT_FLOOR * accelerations[1];
     let own = errors.acceleration.per_coordinate.iter();
     let mut own = own.map(|(name, error)| (error, trained.acceleration.per_coordinate.get(name)));
+    // Another motion may show the same noise as larger accelerations, but not where it goes.
     let is_unlike = far(accelerations[0], trained.acceleration.total)
+        && (predictions[0].is_nan() || predictions[0] > FAR.0 * trained.rollout.errors.total)
         && own.any(|(error, trained)| trained.is_some_and(|trained| *error > FAR.0 * trained));
     is_unlike
         || far(accelerations[0], accelerations[1])
@@ -200,8 +202,9 @@ mod tests {
     #[test]
     fn a_floor_that_follows_the_log_does_not_hide_that_it_is_unlike_the_other() {
         let (errors, floor) = (score(0.5, 0.03), score(0.5, 0.03));
-        let mut trained = score(0.01, 0.03);
+        let mut trained = score(0.01, 0.003);
         assert!(is_far(&errors, &floor, &trained));
+        assert!(!is_far(&errors, &floor, &score(0.01, 0.03)));
         // As much noise beside more motion.
         trained.acceleration.per_coordinate.insert("j".into(), 0.4);
         assert!(!is_far(&errors, &floor, &trained));
