@@ -24,6 +24,15 @@ pub(crate) fn short(value: f64) -> String {
     }
 }
 
+/// Two digits, for a sentence; a dash where there is no number.
+pub(crate) fn rounded(value: f64) -> String {
+    let rounded = format!("{value:.1e}").parse::<f64>();
+    match rounded {
+        Ok(rounded) if rounded.is_finite() => rounded.to_string(),
+        _ => "-".to_string(),
+    }
+}
+
 /// `2.854 ± 0.016`: the standard error with two digits, the value to the same place. An error
 /// that is no positive number says nothing of the value's digits and is left out.
 pub(crate) fn with_error(value: f64, error: f64) -> String {
@@ -72,6 +81,12 @@ pub(crate) fn unsigned_zero(text: &str) -> &str {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_sentence_has_two_digits() {
+        let said = [0.4448, 97.26, 433.1, 4.0, 0.0, f64::NAN].map(rounded);
+        assert_eq!(said, ["0.44", "97", "430", "4", "0", "-"]);
+    }
 
     #[test]
     fn an_error_says_which_digits_are_good() {

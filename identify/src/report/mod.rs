@@ -13,7 +13,7 @@ pub use html::{Page, PageError, html};
 pub use portable::{EFFECTS, Portable, portable};
 
 use crate::log::Map;
-use crate::number::short;
+use crate::number::{rounded, short};
 use crate::regression::Hold;
 use crate::trace::{
     Basis, Errors, Finding, HoldIs, Outcome, ParameterEstimate, Score, SeparatingMotion, Verdict,
@@ -303,8 +303,8 @@ fn what_is_left(outcome: &Outcome) -> String {
     };
     let remaining = &outcome.remaining;
     let [before, after] = [remaining.share_before, remaining.share_after];
-    let [before, after] = [before, after].map(|share| short(100.0 * share));
-    format!(" That leaves {after} % of {of} unexplained, of {before} % before.")
+    let [before, after] = [before, after].map(|share| rounded(100.0 * share));
+    format!(" That leaves {after} % of {of} unexplained ({before} % before).")
 }
 
 /// Effects with their places, as a list.

@@ -85,7 +85,7 @@ impl Judgement {
 
     /// The verdict, where two measured columns tell of these `drives`. What predicts worse than
     /// the model as given explains nothing, whatever its evidence.
-    pub fn verdict(&self, drives: &[Finding], is_other_law: bool) -> Verdict {
+    pub fn verdict(&self, drives: &[Finding], is_other: bool) -> Verdict {
         if self.is_worse {
             return Verdict::Unknown;
         }
@@ -94,7 +94,7 @@ impl Judgement {
             selection,
             ..
         } = &self.learnt;
-        match verdict(dictionary, selection, is_other_law) {
+        match verdict(dictionary, selection, is_other) {
             Verdict::None if self.is_far() => Verdict::Unknown,
             Verdict::None | Verdict::Parameter if !drives.is_empty() => Verdict::Channel,
             verdict => verdict,

@@ -6,7 +6,7 @@ use super::outcome::Basis;
 use super::refine::Estimate;
 use super::selection::{Remaining, Selection, Term};
 use super::separate::SeparatingMotion;
-use super::settings::MARGIN;
+use super::settings::{MARGIN, WORTH_IT};
 use super::subject::Subject;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -117,13 +117,14 @@ pub(super) fn much_remains(basis: Basis, selection: &Selection) -> bool {
     mostly && (basis == Basis::Forces || something_remains(remaining))
 }
 
-/// Judges the outcome of a selection. `is_other_law` says whether much of what it leaves is a law of
-/// its own: then its findings are not the law that the machine has.
-pub(super) fn verdict(
-    dictionary: &Dictionary,
-    selection: &Selection,
-    is_other_law: bool,
-) -> Verdict {
+/// Whether findings explain too little to be what is missing.
+pub(super) fn explains_little(remaining: &Remaining) -> bool {
+    remaining.share_after.powi(2) > (1.0 - WORTH_IT) * remaining.share_before.powi(2)
+}
+
+/// Judges the outcome of a selection. `is_other` says whether what it leaves shows that its findings
+/// are not what the machine has.
+pub(super) fn verdict(dictionary: &Dictionary, selection: &Selection, is_other: bool) -> Verdict {
     let unexplained = something_remains(&selection.remaining);
     let about = |test: fn(&super::Candidate) -> bool| {
         selection
@@ -155,7 +156,7 @@ pub(super) fn verdict(
         } else {
             Verdict::None
         }
-    } else if is_other_law || misremembers || selection.terms.iter().any(nameless) {
+    } else if is_other || misremembers || selection.terms.iter().any(nameless) {
         Verdict::Unknown
     } else if about(|c| !c.channel && c.subject.name() != "parameter") {
         Verdict::Effect

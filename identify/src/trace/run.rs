@@ -6,10 +6,10 @@ use super::constraints::{check_corrected, check_measured};
 use super::dictionary::{Dictionary, Ranges, Source};
 use super::error::TraceError;
 use super::estimate::Observed;
-use super::finding::Verdict;
+use super::finding::{Verdict, explains_little};
 use super::learn::{Learner, Learnt};
 use super::logs::Logs;
-use super::microscope::{Unnamed, View};
+use super::microscope::View;
 use super::misread;
 use super::outcome::Outcome;
 use super::progress::{Progress, Stage};
@@ -136,8 +136,10 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         }
         false => None,
     };
-    let is_other_law = left.as_ref().is_some_and(Unnamed::is_a_law);
-    let verdict = judged.verdict(&drives, is_other_law);
+    let is_other = left
+        .as_ref()
+        .is_some_and(|left| left.is_a_law() || explains_little(&selection.remaining));
+    let verdict = judged.verdict(&drives, is_other);
     let unnamed = match verdict {
         Verdict::Unknown => {
             let errors = [&judged.before, &judged.noise_floor];

@@ -67,3 +67,7 @@ pub const SHAPE_STEPS: usize = 10;
 pub const LATE: [f64; 5] = [0.05, 0.1, 0.2, 0.4, 0.8];
 /// Share of what the best fit gains that such a time must bring to be fitted itself.
 pub const WORTH_A_FIT: f64 = 0.5;
+
+/// Findings must explain this share of what the model as given leaves, in squares: what explains less
+/// is not what is missing.
+pub const WORTH_IT: f64 = 0.5;

@@ -24,6 +24,7 @@ use super::finding::Rival;
 use super::refine::Estimate;
 use super::screen::{ShapedCandidate, options};
 use super::selection::{Remaining, Selection, Term};
+use super::settings::WORTH_IT;
 use crate::log::rms;
 use crate::machine::{SensitivityTape, SolveError};
 use balance::{Balance, Forces};
@@ -31,8 +32,6 @@ use choose::{Choice, State, reaches};
 use equations::Equations;
 use rayon::prelude::*;
 
-/// Of the forces that the model as given leaves, terms must explain this share.
-const WORTH_IT: f64 = 0.5;
 /// Damping of the fit of everything at once.
 const EVERYTHING: f64 = 1e-6;
 /// How often scales are adapted to what everything together leaves.
