@@ -1,4 +1,5 @@
-//! Every example in `docs/model-language.md` is what it claims to be.
+//! Every example in `docs/model-language.md`, and every model on the front page and in the guide, is what
+//! it claims to be.
 //!
 //! A block ```` ```model ```` compiles without a word; ```` ```model,effect ```` is a template
 //! that can be applied; with `,error` (or `,warning`, where it compiles), the block behind it,
@@ -8,6 +9,17 @@ use dynamics_codegen::{Library, Report, compile};
 
 const PAGE: &str = include_str!("../../docs/model-language.md");
 
+/// Other pages with models, and how many there are at least.
+const OTHERS: [(&str, &str, usize); 3] = [
+    ("README.md", include_str!("../../README.md"), 1),
+    (
+        "docs/introduction.md",
+        include_str!("../../docs/introduction.md"),
+        1,
+    ),
+    ("docs/tracing.md", include_str!("../../docs/tracing.md"), 1),
+];
+
 /// A fenced block: what stands behind the fence, the text, and the line it begins in.
 struct Block {
     tags: Vec<String>,
@@ -15,10 +27,10 @@ struct Block {
     line: usize,
 }
 
-fn blocks() -> Vec<Block> {
+fn blocks(page: &str) -> Vec<Block> {
     let mut blocks = Vec::new();
     let mut open: Option<Block> = None;
-    for (index, line) in PAGE.lines().enumerate() {
+    for (index, line) in page.lines().enumerate() {
         match (open.take(), line.strip_prefix("```")) {
             (Some(block), Some(_)) => blocks.push(block),
             (Some(mut block), None) => {
@@ -76,7 +88,7 @@ impl Block {
 
 #[test]
 fn every_example_is_what_it_claims_to_be() {
-    let blocks = blocks();
+    let blocks = blocks(PAGE);
     let mut examples = 0;
     for (index, block) in blocks
         .iter()
@@ -100,6 +112,21 @@ fn every_example_is_what_it_claims_to_be() {
         }
     }
     assert!(examples >= 25, "only {examples} examples were found");
+}
+
+#[test]
+fn models_on_other_pages_compile() {
+    for (name, page, least) in OTHERS {
+        let mut examples = blocks(page);
+        examples.retain(|block| block.is("model"));
+        assert!(examples.len() >= least, "{name}: {} models", examples.len());
+        for block in examples {
+            match block.compile() {
+                Ok(said) => assert!(said.diagnostics.is_empty(), "{name}:{}\n{said}", block.line),
+                Err(report) => panic!("{name}:{}\n{report}", block.line),
+            }
+        }
+    }
 }
 
 /// The statements of the compiler's own list, and the functions, are all on the page.

@@ -1,11 +1,15 @@
 //! Rules about the repository itself that are cheap to check.
 
+mod markdown;
+
 use integration_tests::files::root;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// Lines of a source file above which it holds more than one idea.
 const LONGEST: usize = 600;
+/// Lines of the front page: two minutes. What is more belongs into `docs/`.
+const FRONT_PAGE: usize = 150;
 
 /// Every file below a folder, in order, without what is hidden or built.
 fn walk(folder: &Path, found: &mut Vec<PathBuf>) {
@@ -262,4 +266,91 @@ fn errata_name_tests_that_exist() {
     for name in named {
         assert!(tests.contains(&format!("fn {name}(")), "no test `{name}`");
     }
+}
+
+#[test]
+fn the_front_page_is_short() {
+    let page = std::fs::read_to_string(root().join("README.md")).unwrap();
+    let lines = page.lines().count();
+    assert!(lines <= FRONT_PAGE, "README.md: {lines} lines");
+}
+
+/// Every Markdown page, by its path.
+fn pages() -> BTreeMap<String, String> {
+    let mut pages: BTreeMap<_, _> = texts().into_iter().collect();
+    pages.retain(|name, _| name.ends_with(".md"));
+    pages
+}
+
+#[test]
+fn every_page_is_in_the_book() {
+    let mut pages = pages();
+    pages.retain(|name, _| name.starts_with("docs/"));
+    let summary = pages.remove("docs/SUMMARY.md").unwrap();
+    let listed = markdown::links(&summary).into_iter();
+    let listed: Vec<String> = listed.map(|(_, page)| format!("docs/{page}")).collect();
+    let mut wrong = Vec::new();
+    for (k, page) in listed.iter().enumerate() {
+        if listed[..k].contains(page) {
+            wrong.push(format!("{page}: listed twice"));
+        } else if pages.remove(page).is_none() {
+            wrong.push(format!("{page}: listed, and not there"));
+        }
+    }
+    wrong.extend(pages.keys().map(|page| format!("{page}: not listed")));
+    none(&wrong, "docs/SUMMARY.md against the pages of docs/");
+}
+
+/// The path from the workspace's folder of what a page links to; nothing if that lies outside.
+fn target(page: &str, link: &str) -> Option<String> {
+    let mut parts: Vec<&str> = page.split('/').collect();
+    parts.pop();
+    for part in link.split('/') {
+        match part {
+            "." => {}
+            ".." => drop(parts.pop()?),
+            name => parts.push(name),
+        }
+    }
+    Some(parts.join("/"))
+}
+
+/// What is wrong with a link of a page, if anything is. Pages of the book link to one another only: it is
+/// read without the rest of the repository.
+fn fault(pages: &BTreeMap<String, String>, page: &str, link: &str) -> Option<String> {
+    let (file, anchor) = link.split_once('#').unwrap_or((link, ""));
+    let there = match file {
+        "" => page.to_owned(),
+        file => match target(page, file) {
+            Some(there) if root().join(&there).exists() => there,
+            _ => return Some("leads nowhere".to_owned()),
+        },
+    };
+    if page.starts_with("docs/") && !there.starts_with("docs/") {
+        return Some("leads out of the book; name the file by its path".to_owned());
+    }
+    if anchor.is_empty() {
+        return None;
+    }
+    let anchors = markdown::anchors(pages.get(&there)?);
+    (!anchors.contains(anchor)).then(|| format!("{there} has no heading `#{anchor}`"))
+}
+
+#[test]
+fn links_lead_somewhere() {
+    let pages = pages();
+    let (mut seen, mut wrong) = (0, Vec::new());
+    for (page, text) in &pages {
+        for (line, link) in markdown::links(text) {
+            if link.contains("://") {
+                continue;
+            }
+            seen += 1;
+            if let Some(fault) = fault(&pages, page, &link) {
+                wrong.push(format!("{page}:{line}: `{link}` {fault}"));
+            }
+        }
+    }
+    assert!(seen > 50, "only {seen} links seen");
+    none(&wrong, "links of Markdown pages");
 }
