@@ -31,6 +31,10 @@ class Run:
     z: np.ndarray
     multipliers: np.ndarray
 
+    def every(self, count):
+        """Every so many samples of it."""
+        return Run(*(x[::count] for x in vars(self).values())) if count > 1 else self
+
 
 def _misread(effect, q, v, a, step):
     """Position, velocity and acceleration of a coordinate as a faulty sensor reads them."""
@@ -65,6 +69,11 @@ class Machine:
         self.nominal = system.sample(rng)
         self.rate = int(rng.choice([200, 200, 250]))
         self.first_order = bool(rng.random() < 0.75)
+        # What commands the machine, and how many of its samples make one of the log.
+        self.faster, self.control_rate = 1, self.rate
+        if self.disturbance.faster:
+            self.faster, self.control_rate, self.first_order = self.disturbance.faster, 1000, False
+            self.rate = self.control_rate // self.faster
         self.columns = [["q", "u"], ["q", "dq", "u"], ["q", "dq", "ddq", "u"]][
             rng.choice(3, p=[0.35, 0.4, 0.25])]
         self.durations = {"train": int(rng.integers(14, 19)), "test": int(rng.integers(9, 13))}
@@ -87,15 +96,18 @@ class Machine:
 
     def _motions(self, p, feedback):
         """Command and noise of both logs; the amplitude shrinks until the nominal machine behaves."""
+        if self.disturbance.torque or self.disturbance.nameless[0]:
+            self.own_seed = int(self.rng.integers(0, 2**63))
+        self.force = np.zeros(len(self.system.coords))
         seeds = {k: self.rng.integers(0, 2**63) for k in self.durations}
         for amplitude in 0.85**np.arange(16):
             self.open_loop, self.noise = {}, {}
             for k, duration in self.durations.items():
                 rng = np.random.default_rng(seeds[k])
-                self.open_loop[k] = excitation.draw(self.system, rng, duration, self.rate, self.typical,
+                self.open_loop[k] = excitation.draw(self.system, rng, duration, self.control_rate, self.typical,
                                                     amplitude * (1.0 if k == "train" else 1.1))
                 shape = (len(self.open_loop[k][0]) - 1, len(self.system.coords))
-                self.noise[k] = {name: self.disturbance.noise(rng.standard_normal(shape) * sd, self.rate)
+                self.noise[k] = {name: self.disturbance.noise(rng.standard_normal(shape) * sd, self.control_rate)
                                  for name, sd in (("q", self.q_sd), ("dq", self.dq_sd), ("ddq", self.ddq_sd))}
             self.seen = feedback == "measured"
             runs = [self.run(k) for k in self.durations]
@@ -177,7 +189,8 @@ class Machine:
                 torque = 3 * self.input_rms[self.driven == target].sum()
                 stiff = max(stiff, x[0] * torque / x[1] * self.lightness[target])
         finer = self.finer
-        return int(min(40 * finer, max(round(1000 / self.rate), np.ceil(finer * stiff / self.rate))))
+        rate = self.control_rate
+        return int(min(40 * finer, max(round(1000 / rate), np.ceil(finer * stiff / rate))))
 
     def run(self, which, effects=None, projected=True, late=None):
         """Simulates one of the two logs with the machine's effects (or those given); `late`: how late
@@ -188,12 +201,14 @@ class Machine:
         q, v = self._consistent_start(p, records, which)
         open_loop, speeds = self.open_loop[which]
         noise = self.noise[which]
-        substeps = self.substeps(records) if len(records[0]) else round(1000 / self.rate)
+        substeps = self.substeps(records) if len(records[0]) else round(1000 / self.control_rate)
         seen = 1.0 if self.seen else 0.0
         late = np.zeros(len(open_loop)) if late is None else np.append(late, late[-1])
-        return Run(*rollout.simulate(
-            self.system.code, p, self.system.constraints, self.driven, *records, q, v, open_loop, self.gains,
-            speeds, seen * noise["q"], seen * noise["dq"], 1 / self.rate, late, substeps, self.first_order, projected))
+        run = Run(*rollout.simulate(
+            self.system.code, p, self.system.constraints, self.driven, *records, q, v, open_loop, self.gains, speeds,
+            seen * noise["q"], seen * noise["dq"], 1 / self.control_rate, late, substeps, self.first_order, projected,
+            self.nameless(which)))
+        return run.every(self.faster)
 
     def _consistent_start(self, p, records, which):
         q, v = (x.copy() for x in self.start[which])
@@ -208,7 +223,7 @@ class Machine:
 
     def measured(self, which, run, corrected=()):
         """Channels as the sensors give them, unrounded; errors of the `corrected` effects apart."""
-        noise = self.noise[which]
+        noise = {name: x[::self.faster] for name, x in self.noise[which].items()}
         position, v, a = run.q.copy(), run.v.copy(), run.a.copy()
         for e in self.effects:
             if e.kind.family == "sensor" and not any(e is c for c in corrected):
@@ -220,6 +235,25 @@ class Machine:
         q = np.where(self.quantum > 0, np.round(q / quantum) * quantum, q)
         every = {"q": q, "dq": v + noise["dq"], "ddq": a + noise["ddq"]}
         return {k: every[k] for k in self.columns if k != "u"}
+
+    def nameless(self, which):
+        """Forces that follow no law, at the controller's samples: an Ornstein-Uhlenbeck process in each
+        coordinate, as large as the stated share of its force."""
+        count, n = len(self.open_loop[which][0]), len(self.system.coords)
+        share, lasting = self.disturbance.nameless
+        if not share:
+            return np.zeros((count, n))
+        rng = np.random.default_rng([self.own_seed, 1, list(self.durations).index(which)])
+        lasting = Disturbance(colour=lasting)
+        return share * self.force * lasting.noise(rng.standard_normal((count, n)), self.control_rate)
+
+    def torques(self, which, run):
+        """The inputs as they are logged: those of the run with the noise of the torque column."""
+        if not self.disturbance.torque:
+            return run.command
+        size = np.sqrt((run.command**2).mean(axis=0))
+        white = np.random.default_rng([self.own_seed, 0, list(self.durations).index(which)])
+        return run.command + self.disturbance.torque * size * white.standard_normal(run.command.shape)
 
     # --- visibility -----------------------------------------------------------
 
@@ -235,13 +269,13 @@ class Machine:
             for e in self.effects:
                 rest = [o for o in self.effects if o is not e]
                 without.append(self._error(which, run, rest)[0])
-            true = oracle.Log(self, run, self.measured(which, run, self.effects))
+            true = oracle.Log(self, run, self.measured(which, run, self.effects), self.torques(which, run))
             found[which] = {"run": run, "floor": self._error(which, run, self.effects),
                             "nominal": self._error(which, run, []), "scale": true.scale, "without": without}
         return found
 
     def _error(self, which, run, kept):
-        log = oracle.Log(self, run, self.measured(which, run, kept))
+        log = oracle.Log(self, run, self.measured(which, run, kept), self.torques(which, run))
         p = self.system.vector(self.true_parameters(kept))
         return log.error(p, fx.encode(kept), self._states(run, kept))
 

@@ -32,7 +32,8 @@ def filtered(signal, rate, derivative=0):
 class Log:
     """A simulated log with what an estimator would make of it."""
 
-    def __init__(self, machine, run, measured):
+    def __init__(self, machine, run, measured, torques):
+        self.torques = torques
         rate, self.machine, self.run = machine.rate, machine, run
         blank, count = machine.margin(), len(run.q)
         q, dq, ddq = (None if k not in measured else measured[k][blank:count - blank] for k in ("q", "dq", "ddq"))
@@ -52,7 +53,7 @@ class Log:
         """Accelerations of a model at the estimated states, at the samples of `a`."""
         m = self.machine
         kinds, targets, numbers = effects
-        u = rollout.input_series(self.run.command, 1 / m.rate, m.first_order, *effects)
+        u = rollout.input_series(self.torques, 1 / m.rate, m.first_order, *effects)
         if not m.first_order and self.smooth:
             u = (u + np.vstack([u[:1], u[:-1]])) / 2  # a sample sees both halves of a held input
         found = rollout.predict(m.system.code, p, m.system.constraints, m.driven, kinds, targets, numbers,

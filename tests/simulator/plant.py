@@ -283,13 +283,15 @@ def _saddle(M, Q, A, b):
 
 
 @njit()
-def acceleration(system, p, m, driven, kinds, targets, numbers, q, v, t, u, z):
-    """(a, lambda) of the machine with effects; u is the input that really acts."""
+def acceleration(system, p, m, driven, kinds, targets, numbers, q, v, t, u, z, nameless):
+    """(a, lambda) of the machine with effects; u is the input that really acts, `nameless` a force per
+    coordinate that follows no law."""
     n = len(q)
     M, Q, A = np.zeros((n, n)), np.zeros(n), np.zeros((m, n))
     b, c, rate = np.zeros(m), np.zeros(m), np.zeros(m)
     terms(system, p, q, v, t, kinds, targets, numbers, M, Q, A, b, c, rate)
     add_inputs(system, q, u, driven, Q)
+    Q += nameless
     friction = -1
     for e in range(len(kinds)):
         kind, i, x = kinds[e], targets[e], numbers[e]

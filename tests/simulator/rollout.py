@@ -112,10 +112,11 @@ def feedback(system, q, v, driven, centre, stiffness, damping, speed):
 
 @njit()
 def rate_of(system, p, m, driven, kinds, targets, numbers, q, v, t, z, nodes, k, fraction, late,
-            first_order):
+            first_order, nameless):
     """(a, dz/dt, lambda, acting input) at one instant within interval k."""
     commanded, acting = acting_input(nodes, k, fraction, late, first_order, kinds, targets, numbers, z)
-    a, multipliers = acceleration(system, p, m, driven, kinds, targets, numbers, q, v, t, acting, z)
+    a, multipliers = acceleration(system, p, m, driven, kinds, targets, numbers, q, v, t, acting, z,
+                                  nameless[k] + (nameless[k + 1] - nameless[k]) * fraction)
     dz = np.zeros(len(kinds))
     for e in range(len(kinds)):
         if kinds[e] == INPUT_LAG:
@@ -127,7 +128,7 @@ def rate_of(system, p, m, driven, kinds, targets, numbers, q, v, t, z, nodes, k,
 
 @njit()
 def simulate(system, p, m, driven, kinds, targets, numbers, q0, v0, open_loop, gains, speeds,
-             noise_q, noise_v, step, jitter, substeps, first_order, projected):
+             noise_q, noise_v, step, jitter, substeps, first_order, projected, nameless):
     """Runs the machine; returns q, v, a, command, acting input, hidden states, multipliers.
 
     open_loop: (N+2, nu) command without feedback; gains: rows centre, stiffness,
@@ -136,6 +137,7 @@ def simulate(system, p, m, driven, kinds, targets, numbers, q0, v0, open_loop, g
     command is a first-order hold (the next node must be known), none when it is held.
     jitter: (N+2) how late each sample is; the controller reads, commands and logs then. A delay
     of an input is counted in whole steps and goes with zeros alone.
+    nameless: (N+2, n) forces beside all laws, drawn by straight lines from sample to sample.
     """
     count, n, nu = len(open_loop) - 1, len(q0), len(driven)
     Q, V, Acc = np.empty((count, n)), np.empty((count, n)), np.empty((count, n))
@@ -159,7 +161,7 @@ def simulate(system, p, m, driven, kinds, targets, numbers, q0, v0, open_loop, g
         for s in range(substeps):
             f0, t = s / substeps, (k + s / substeps) * step + (jitter[k] + s / substeps * stretch)
             a1, g1, lam, acting = rate_of(system, p, m, driven, kinds, targets, numbers, q, v, t, z,
-                                          nodes, k, f0, late, first_order)
+                                          nodes, k, f0, late, first_order, nameless)
             if s == 0:
                 Q[k], V[k], Acc[k], U[k], Z[k], L[k] = q, v, a1, acting, z, lam
                 if k == count - 1:
@@ -167,13 +169,13 @@ def simulate(system, p, m, driven, kinds, targets, numbers, q0, v0, open_loop, g
             fh, f1, th, t1 = f0 + 0.5 / substeps, f0 + 1.0 / substeps, t + h / 2, t + h
             v2 = v + h / 2 * a1
             a2, g2, _, _ = rate_of(system, p, m, driven, kinds, targets, numbers, q + h / 2 * v, v2, th,
-                                   z + h / 2 * g1, nodes, k, fh, late, first_order)
+                                   z + h / 2 * g1, nodes, k, fh, late, first_order, nameless)
             v3 = v + h / 2 * a2
             a3, g3, _, _ = rate_of(system, p, m, driven, kinds, targets, numbers, q + h / 2 * v2, v3, th,
-                                   z + h / 2 * g2, nodes, k, fh, late, first_order)
+                                   z + h / 2 * g2, nodes, k, fh, late, first_order, nameless)
             v4 = v + h * a3
             a4, g4, _, _ = rate_of(system, p, m, driven, kinds, targets, numbers, q + h * v3, v4, t1,
-                                   z + h * g3, nodes, k, f1, late, first_order)
+                                   z + h * g3, nodes, k, f1, late, first_order, nameless)
             q = q + h / 6 * (v + 2 * v2 + 2 * v3 + v4)
             v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
             z = z + h / 6 * (g1 + 2 * g2 + 2 * g3 + g4)
@@ -220,8 +222,8 @@ def input_series(nodes, step, first_order, kinds, targets, numbers):
 @njit()
 def predict(system, p, m, driven, kinds, targets, numbers, q, v, t, u, z):
     """Accelerations of a model along given states, acting inputs and hidden states."""
-    found = np.empty_like(q)
+    found, none = np.empty_like(q), np.zeros(q.shape[1])
     for k in range(len(t)):
         found[k] = acceleration(system, p, m, driven, kinds, targets, numbers, q[k], v[k], t[k], u[k],
-                                z[k])[0]
+                                z[k], none)[0]
     return found

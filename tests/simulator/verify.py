@@ -53,7 +53,7 @@ def against_stored_figures():
             p = system.vector(case["parameters"])
             q, v, u = (np.array(case[k], dtype=float) for k in "qvu")
             a, multipliers = plant.acceleration(system.code, p, system.constraints, np.array(system.driven),
-                                                *no_effects(), q, v, case["t"], u, np.zeros(0))
+                                                *no_effects(), q, v, case["t"], u, np.zeros(0), np.zeros(len(q)))
             worst = max(worst, distance(a, case["a"]), distance(multipliers, case["lambda"]))
         report(f"{name}: a, lambda against CasADi", worst, 1e-9)
 

@@ -90,7 +90,7 @@ def truth(name, machine, verdict, score, seed, index):
         "feedback": "measured state" if machine.seen else "true state",
         "columns": machine.columns, "noise": _sensor(machine), "noise_level": machine.noise_level,
         "sim": {"method": "RK4, constraint projection after every step",
-                "dt": 1 / machine.rate / _substeps(machine)},
+                "dt": 1 / machine.control_rate / _substeps(machine)},
         "oracle": oracle,
     }
     if machine.disturbed:
@@ -102,7 +102,7 @@ def _substeps(machine):
     from effects import encode
 
     records = encode(machine.effects)
-    return machine.substeps(records) if len(records[0]) else round(1000 / machine.rate)
+    return machine.substeps(records) if len(records[0]) else round(1000 / machine.control_rate)
 
 
 def log(path, machine, which, run, rng):
@@ -113,7 +113,7 @@ def log(path, machine, which, run, rng):
         stamps, number, run = stamps + late, {**number, "t": JITTERED}, machine.run(which, late=late)
         if not machine.tame(run):
             raise RuntimeError(f"{path}: with stamps that jitter the machine leaves its range")
-    channels = {**machine.measured(which, run), "u": run.command}
+    channels = {**machine.measured(which, run), "u": machine.torques(which, run)}
     header, columns, formats = ["t"], [stamps], [number["t"]]
     for channel in machine.columns:
         names = machine.system.inputs if channel == "u" else machine.system.coords

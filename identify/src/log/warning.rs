@@ -75,6 +75,15 @@ pub enum Warning {
         /// How many there are.
         samples: usize,
     },
+    /// An input with noise that the machine did not feel: it is taken without.
+    InputNoise {
+        /// The column.
+        column: String,
+        /// Standard deviation of the noise, in the input's unit.
+        noise: f64,
+        /// The same as a share of the input's own deviation.
+        share: f64,
+    },
     /// A velocity or acceleration that somebody filtered before it was logged.
     Filtered {
         /// The column.
@@ -245,6 +254,16 @@ impl fmt::Display for Warning {
                     _ => write!(f, "; {samples} such samples of `{column}` are set aside"),
                 }
             }
+            Self::InputNoise {
+                column,
+                noise,
+                share,
+            } => write!(
+                f,
+                "`{column}` carries noise of {noise:.3} ({:.1} % of its deviation) that the machine did not feel, \
+                 as its motion says: its motion is judged without that noise",
+                100.0 * share
+            ),
             Self::Filtered { column } => write!(
                 f,
                 "the errors of `{column}` follow one another: it was filtered before it was logged, \

@@ -194,7 +194,18 @@ fn hold(outcome: &Outcome) -> Option<String> {
             HoldIs::Found => "as the log shows best",
             HoldIs::Assumed => "which was assumed",
         };
-        format!("{hold}, {why}")
+        let late = outcome.between_samples.iter();
+        let late: Vec<String> = late
+            .map(|(channel, time)| format!("{channel} {} ms", short(1e3 * time)))
+            .collect();
+        let late = match late.is_empty() {
+            true => String::new(),
+            false => format!(
+                "; late by less than half a sample, which is no finding: {}",
+                late.join(", ")
+            ),
+        };
+        format!("{hold}, {why}{late}")
     })
 }
 

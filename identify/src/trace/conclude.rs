@@ -1,6 +1,7 @@
 //! From what was learnt and how it predicts to what is said: the verdict, what is written into the
 //! model, and what only comes nearest.
 
+use super::between_samples::set_apart;
 use super::error::TraceError;
 use super::finding::{Finding, Verdict, findings, much_remains, verdict};
 use super::forces;
@@ -13,6 +14,7 @@ use super::score::Score;
 use super::series::{Details, Series, weighed};
 use crate::log::Record;
 use crate::number::short;
+use std::collections::BTreeMap;
 
 /// The same of open-loop predictions, of which a log holds few; where there are none, they say
 /// nothing.
@@ -21,6 +23,8 @@ const ROLLOUT_AT_FLOOR: f64 = 1.5;
 /// What was learnt, with errors on a log that nothing was fitted to.
 pub(super) struct Judgement {
     pub learnt: Learnt,
+    /// Times that are too short to be findings, by channel.
+    between_samples: BTreeMap<String, f64>,
     /// Of the model as given.
     pub before: Score,
     /// With what was learnt.
@@ -39,10 +43,11 @@ pub(super) struct Judgement {
 /// # Errors
 /// If the log that is judged by cannot be smoothed, or the model not be evaluated along it.
 pub(super) fn judged(
-    learnt: Learnt,
+    mut learnt: Learnt,
     test: &Record,
     request: &Request<'_>,
 ) -> Result<Judgement, TraceError> {
+    let between_samples = set_apart(&learnt.dictionary, &mut learnt.selection);
     let Learnt {
         dictionary,
         selection,
@@ -64,6 +69,7 @@ pub(super) fn judged(
     let [before, learnt_errors, noise_floor] = scores;
     Ok(Judgement {
         learnt,
+        between_samples,
         before,
         learnt_errors,
         noise_floor,
@@ -176,6 +182,7 @@ impl Judgement {
             misfit_after,
             sensor_noise: sensor_noise(&selection.observed),
             input_hold: selection.observed.hold,
+            between_samples: self.between_samples,
             input_hold_is: match (request.hold, basis) {
                 (Some(_), _) => HoldIs::Stated,
                 (None, Basis::Motion) => HoldIs::Found,
@@ -229,7 +236,6 @@ fn provenance(basis: Basis, scores: [&Score; 2], split: &Split, seed: u64) -> St
 mod tests {
     use super::*;
     use crate::trace::score::{Errors, RolloutErrors};
-    use std::collections::BTreeMap;
 
     /// What has no share, or has not changed, is not said beside a line of the model.
     #[test]

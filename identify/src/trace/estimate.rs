@@ -24,6 +24,10 @@ pub struct Observed {
     pub velocity_sd: Vec<f64>,
     /// Standard deviation of the acceleration sensors (unused where none).
     pub acceleration_sd: Vec<f64>,
+    /// Standard deviation of the noise that was taken off each input, zero where it is as logged.
+    pub input_sd: Vec<f64>,
+    /// Standard deviation of what is left of it in the input as it is taken.
+    pub input_error: Vec<f64>,
     /// How long forces that nothing explains last, per coordinate, s.
     pub correlation: DVector<f64>,
     /// What inputs do between samples.
@@ -51,6 +55,8 @@ impl Observed {
         let velocity_sd = noise(|n| n.sd_dq);
         let acceleration_sd = noise(|n| n.sd_ddq);
         Ok(Self {
+            input_sd: vec![0.0; record.u.len()],
+            input_error: vec![0.0; record.u.len()],
             record,
             curve,
             position_sd,
@@ -108,6 +114,8 @@ impl Observed {
             position_sd: self.position_sd.clone(),
             velocity_sd: self.velocity_sd.clone(),
             acceleration_sd: self.acceleration_sd.clone(),
+            input_sd: self.input_sd.clone(),
+            input_error: self.input_error.clone(),
             correlation: self.correlation.clone(),
             hold: self.hold,
         })

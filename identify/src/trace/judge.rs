@@ -94,6 +94,10 @@ pub(super) fn judge(
     // The states of the test log as the patched model sees them, from where faultless sensors
     // would have.
     let mut observed = Observed::new(test.clone(), hold)?;
+    observed.input_sd.clone_from(&selection.observed.input_sd);
+    observed
+        .input_error
+        .clone_from(&selection.observed.input_error);
     if patched.focus.machine.has_sensor_errors() {
         observed.curve = Observed::new(faultless, hold)?.curve;
     }

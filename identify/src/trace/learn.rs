@@ -36,6 +36,8 @@ pub(super) struct Learner<'a> {
     pub source: Source<'a>,
     /// The log.
     pub observed: &'a Observed,
+    /// The log with inputs as the machine felt them.
+    pub felt: &'a Observed,
     /// Where it goes.
     pub ranges: &'a Ranges,
     /// How long predictions run that are compared, s.
@@ -92,7 +94,8 @@ impl Learner<'_> {
     /// exerts against every force that no model holds: then inputs are what errs, and not the motion
     /// that follows from them.
     fn is_nearer(&self, dictionary: &Dictionary, forces: &Selection, motion: &Selection) -> bool {
-        let left = |selection: &Selection| forces::left(dictionary, selection).ok();
+        let logged = &self.observed.record.u;
+        let left = |selection: &Selection| forces::left(dictionary, selection, logged).ok();
         let leaves_less = left(forces)
             .zip(left(motion))
             .is_some_and(|(forces, motion)| forces < motion);
@@ -111,7 +114,7 @@ impl Learner<'_> {
     }
 
     fn by_motion(&self, dictionary: &Dictionary) -> Result<Selection, SolveError> {
-        let observed = self.observed.clone();
+        let observed = self.felt.clone();
         select_with_slow_errors(dictionary, observed, self.free_hold, self.progress)
     }
 

@@ -15,7 +15,9 @@ pub(super) fn first_noise(
     values: &[f64],
 ) -> Result<ProcessNoise, SolveError> {
     let dynamics = linearised(focus, observed, values)?;
-    Ok(noise(&dynamics, FIRST_SHARE))
+    let mut noise = noise(&dynamics, FIRST_SHARE);
+    observed.bear_inputs(&mut noise, &focus.machine, &focus.values(values))?;
+    Ok(noise)
 }
 
 /// Share of the machine's forces that nothing explains, to begin with.
@@ -50,9 +52,8 @@ pub(super) fn smooth(
     observed: Observed,
     values: &[f64],
 ) -> Result<Observed, SolveError> {
-    let dynamics = linearised(&dictionary.focus(accepted), &observed, values)?;
     let mut explanation = Explanation {
-        noise: noise(&dynamics, FIRST_SHARE),
+        noise: first_noise(&dictionary.focus(accepted), &observed, values)?,
         values: values.to_vec(),
         observed,
     };

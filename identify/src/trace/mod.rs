@@ -1,5 +1,6 @@
 //! From a log to the named effects that the model lacks.
 
+mod between_samples;
 mod command;
 mod conclude;
 mod constraints;
@@ -11,6 +12,7 @@ mod estimate;
 mod finding;
 mod focus;
 mod forces;
+mod input_noise;
 mod judge;
 mod learn;
 mod linearised;

@@ -122,12 +122,17 @@ pub struct Outcome {
     pub misfit_before: f64,
     /// The same of the patched model; one if sensor noise explains it.
     pub misfit_after: f64,
-    /// Estimated standard deviation of each channel's noise.
+    /// Estimated standard deviation of each channel's noise; of an input where the machine did not feel
+    /// it.
     pub sensor_noise: BTreeMap<String, f64>,
     /// What inputs do between samples.
     pub input_hold: Hold,
     /// How that is known.
     pub input_hold_is: HoldIs,
+    /// How late channels are beside that, s, where it is half a sample or less: what a drive does
+    /// between the samples of a log, and no finding.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub between_samples: BTreeMap<String, f64>,
     /// Which samples served what.
     pub split: Split,
     /// Why the search ended before it was done; what was found is the best until then.
@@ -159,6 +164,11 @@ pub(super) fn sensor_noise(observed: &Observed) -> BTreeMap<String, f64> {
         }
         if record.ddq[i].is_some() {
             noise.insert(format!("ddq_{name}"), observed.acceleration_sd[i]);
+        }
+    }
+    for (name, &sd) in record.inputs.iter().zip(&observed.input_sd) {
+        if sd > 0.0 {
+            noise.insert(format!("u_{name}"), sd);
         }
     }
     noise

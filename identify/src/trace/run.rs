@@ -91,9 +91,14 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     observed.believe(&dictionary)?;
     check_measured(&dictionary, &observed)?;
     progress.enter(Stage::Fit, &[]);
+    let at = |source| TraceError::at(source, &observed.record.t);
+    let felt = observed
+        .as_felt(&dictionary, request.hold.is_none())
+        .map_err(at);
     let learner = Learner {
         source,
         observed: &observed,
+        felt: &felt?,
         ranges: &ranges,
         horizon: request.horizon,
         free_hold: request.hold.is_none(),
@@ -101,6 +106,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     };
     let learnt = learner.learn(dictionary)?;
     let unfinished = progress.ended();
+    let test = learnt.selection.observed.felt_in(&test);
     check_corrected(&learnt.dictionary, &learnt.selection)?;
     progress.enter(Stage::Judge, &[]);
     let judged = judged(learnt, &test, request)?;
@@ -147,6 +153,8 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         }
         _ => left,
     };
+    let inputs = selection.observed.said_of_inputs();
+    warnings.extend(inputs.map(|warning| warning.to_string()));
     warnings.extend(judged.contradiction());
     Ok(Outcome {
         misread,

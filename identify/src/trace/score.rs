@@ -510,7 +510,12 @@ pub(super) fn with_noise(mut record: Record, observed: &Observed, seed: u64) -> 
             shake(values, observed.acceleration_sd[i]);
         }
     }
-    record
+    for (values, &sd) in record.u.iter_mut().zip(&observed.input_sd) {
+        if sd > 0.0 {
+            shake(values, sd);
+        }
+    }
+    observed.felt_in(&record)
 }
 
 #[cfg(test)]

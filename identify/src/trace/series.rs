@@ -4,10 +4,9 @@
 use super::Dictionary;
 use super::estimate::Observed;
 use super::focus::Focus;
-use super::linearised::linearised;
+use super::linearised::{first_noise, linearised};
 use super::score::Look;
 use super::selection::Selection;
-use super::settle::{SMALLEST_SHARE, noise};
 use crate::machine::SolveError;
 use crate::regression::Whitener;
 use serde::Serialize;
@@ -190,7 +189,7 @@ fn autocorrelations(
 ) -> Result<Vec<Vec<f64>>, SolveError> {
     let dynamics = linearised(focus, observed, values)?;
     let readings = observed.readings(focus, values, &dynamics.accelerations());
-    let noise = noise(&dynamics, SMALLEST_SHARE);
+    let noise = first_noise(focus, observed, values)?.at_smallest();
     let whitener = Whitener::new(&dynamics, &readings, &noise);
     let mut sequences = vec![Vec::new(); observed.record.q.len()];
     for innovation in whitener.position_innovations() {

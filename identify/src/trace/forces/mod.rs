@@ -111,8 +111,13 @@ pub(super) fn learn(
 ///
 /// # Errors
 /// If the log cannot be smoothed, or a state's equation has no solution along it.
-pub(super) fn left(dictionary: &Dictionary, selection: &Selection) -> Result<f64, TraceError> {
-    let observed = &selection.observed;
+pub(super) fn left(
+    dictionary: &Dictionary,
+    selection: &Selection,
+    inputs: &[Vec<f64>],
+) -> Result<f64, TraceError> {
+    let mut observed = selection.observed.clone();
+    observed.record.u = inputs.to_vec();
     let focus = dictionary.focus(&selection.accepted());
     let values = focus.values(&selection.values);
     let faultless = corrected(&observed.record, &focus, &values)?;

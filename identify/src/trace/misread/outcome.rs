@@ -69,6 +69,7 @@ pub(in crate::trace) fn outcome(
         misfit_after: f64::NAN,
         sensor_noise: sensor_noise(&observed),
         input_hold: hold,
+        between_samples: std::collections::BTreeMap::new(),
         input_hold_is: match request.hold {
             Some(_) => HoldIs::Stated,
             None => HoldIs::Assumed,

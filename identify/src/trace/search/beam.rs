@@ -438,7 +438,10 @@ impl<'a> Search<'a> {
 }
 
 /// The model as given, fitted to a log.
-fn as_given(
+///
+/// # Errors
+/// If the equation of motion cannot be solved along the curve.
+pub fn as_given(
     dictionary: &Dictionary,
     observed: &Observed,
     hold: Hold,

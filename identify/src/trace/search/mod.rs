@@ -26,6 +26,9 @@ use super::selection::Selection;
 use crate::machine::SolveError;
 use crate::trace::settings::SEARCHED;
 use beam::Search;
+pub(super) use beam::as_given;
+pub(super) use channel::is_time;
+pub(super) use fit::Fitted;
 
 /// Searches for the terms that explain `observed` best. What inputs do between samples is part of
 /// the answer if `free_hold`.

@@ -1,0 +1,88 @@
+//! Times that are shorter than a log can tell from what drives do between its samples.
+//!
+//! A controller that is faster than the log holds each of its own samples, which the log does not
+//! have: on average its inputs are late by half such a step, any time up to half a step of the log. That
+//! is no fault of a drive, and no reason to change a model.
+
+use super::dictionary::Dictionary;
+use super::search::is_time;
+use super::selection::Selection;
+use crate::log::median_step;
+use std::collections::BTreeMap;
+
+/// Takes terms that are such times out of a selection, and says which they were: the column, or
+/// the effect's ports, and the time in s.
+pub(super) fn set_apart(
+    dictionary: &Dictionary,
+    selection: &mut Selection,
+) -> BTreeMap<String, f64> {
+    let half = 0.5 * median_step(&selection.observed.record.t);
+    let mut apart = BTreeMap::new();
+    let Selection { terms, values, .. } = selection;
+    terms.retain(|term| {
+        let candidate = &dictionary.candidates[term.candidate];
+        let Some(&time) = candidate.parameters.first() else {
+            return true;
+        };
+        let value = values[time];
+        let is_short =
+            candidate.channel && is_time(dictionary, term.candidate) && value.abs() <= half;
+        if is_short {
+            apart.insert(candidate.subject.on().join(", "), value);
+            values[time] = dictionary.defaults[time];
+        }
+        !is_short
+    });
+    apart
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::trace::Verdict;
+    use crate::trace::wheel::{WHEEL, rectangular, traced};
+    use std::fmt::Write;
+
+    /// A log at 200 Hz of a wheel whose motor's controller has a step of 1 ms, and comes `late` ms later.
+    fn log(late: i32) -> String {
+        let torque = |tick: i32| {
+            let t = 1e-3 * f64::from(tick - late);
+            0.06 * (3.0 * t).cos() + 0.15 * (9.0 * t).cos()
+        };
+        let mut text = String::from("t,q_angle,u_motor\n");
+        let mut noise = rectangular(8);
+        let (mut q, mut v, step) = (0.0, 0.0, 1e-3);
+        for tick in 0..10_000 {
+            if tick % 5 == 0 {
+                let (t, u) = (step * f64::from(tick), torque(tick + late));
+                writeln!(text, "{t:.3},{},{u}", q + 2e-6 * noise()).unwrap();
+            }
+            let a = torque(tick) / 0.02;
+            q += v * step + 0.5 * a * step * step;
+            v += a * step;
+        }
+        text
+    }
+
+    #[test]
+    fn half_a_step_of_the_controller_is_no_fault_of_its_drive() {
+        let outcome = traced(WHEEL, &log(0));
+        assert_eq!(outcome.verdict, Verdict::None, "{:#?}", outcome.findings);
+        // As a late motor, or as an early sensor.
+        let late: Vec<f64> = outcome
+            .between_samples
+            .into_values()
+            .map(f64::abs)
+            .collect();
+        let [late] = late[..] else {
+            panic!("{late:?}");
+        };
+        assert!((late - 5e-4).abs() < 1e-4, "{late}");
+    }
+
+    #[test]
+    fn what_is_later_than_half_a_sample_is() {
+        let outcome = traced(WHEEL, &log(6));
+        assert_eq!(outcome.verdict, Verdict::Channel, "{:#?}", outcome.findings);
+        assert!(outcome.between_samples.is_empty());
+    }
+}

@@ -1,0 +1,212 @@
+//! Noise of logged inputs that the machine never felt.
+//!
+//! A torque is measured, too: its column carries the noise of a current sensor. Taken for torque it
+//! shakes the model, and whatever evens it out looks as if it were missing: a lag, a delay, a load.
+//! What is smooth of a column is estimated as a motion is ([`smooth`](crate::smooth)), without the
+//! model. Whether the machine felt the rest, its motion says.
+
+use super::dictionary::Dictionary;
+use super::estimate::Observed;
+use super::score::deviation;
+use super::search::{Fitted, as_given};
+use super::settings::{MARGIN, SEARCHED};
+use crate::log::{Record, Warning, rms};
+use crate::machine::{Machine, SolveError};
+use crate::regression::{Hold, ProcessNoise};
+use crate::smooth::{Channels, SmoothError, Smoother};
+use rayon::prelude::*;
+
+/// Noise below this share of an input's deviation moves nothing that is worth a name.
+const VISIBLE: f64 = 1e-3;
+
+/// An input without its noise.
+#[derive(Clone)]
+struct Quiet {
+    input: usize,
+    values: Vec<f64>,
+    /// Standard deviation of what was taken off.
+    noise: f64,
+    /// Standard deviation of what is left of it.
+    error: f64,
+}
+
+/// Some inputs of a log without white noise; those that cannot be smoothed stay as they are.
+fn quiet(record: &Record, inputs: impl Iterator<Item = usize>) -> Vec<Quiet> {
+    let each: Vec<usize> = inputs.collect();
+    let each = each.into_par_iter().map(|input| {
+        let channels = Channels::new(&record.t, &record.u[input], None, None)?;
+        let smoothed = Smoother::fit(&channels)?.apply(&channels)?;
+        Ok(Quiet {
+            input,
+            noise: smoothed.noise.sd_q,
+            error: rms(&smoothed.sd_q),
+            values: smoothed.q,
+        })
+    });
+    let each: Vec<Result<Quiet, SmoothError>> = each.collect();
+    each.into_iter().flatten().collect()
+}
+
+impl Observed {
+    /// The same log with some inputs as they are without noise.
+    fn with_inputs(&self, quiet: &[&Quiet]) -> Self {
+        let mut observed = self.clone();
+        for quiet in quiet {
+            observed.record.u[quiet.input].clone_from(&quiet.values);
+            observed.curve.u[quiet.input].clone_from(&quiet.values);
+            observed.input_sd[quiet.input] = quiet.noise;
+            observed.input_error[quiet.input] = quiet.error;
+        }
+        observed
+    }
+
+    /// The same log without noise of its inputs that the machine did not feel: of all that have
+    /// noise, or else of one after the other, where the model as given says so.
+    ///
+    /// # Errors
+    /// If the equation of motion cannot be solved along the curve.
+    pub(super) fn as_felt(
+        &self,
+        dictionary: &Dictionary,
+        free_hold: bool,
+    ) -> Result<Self, SolveError> {
+        let record = &self.record;
+        let mut noisy = quiet(record, 0..record.u.len());
+        noisy.retain(|quiet| quiet.noise > VISIBLE * deviation(&record.u[quiet.input]));
+        if noisy.is_empty() {
+            return Ok(self.clone());
+        }
+        let score = |quiet: &[&Quiet]| -> Result<f64, SolveError> {
+            let felt = self.with_inputs(quiet);
+            let felt = felt.excerpt(SEARCHED).unwrap_or(felt);
+            let holds = match free_hold {
+                true => &[Hold::Linear, Hold::Previous][..],
+                false => &[self.hold],
+            };
+            let each = holds.iter().map(|&hold| as_given(dictionary, &felt, hold));
+            let scores = each.map(|fitted| fitted.map(|Fitted { score, .. }| score));
+            scores.reduce(|a, b| Ok(a?.min(b?))).expect("a hold")
+        };
+        let as_logged = score(&[])?;
+        let all: Vec<&Quiet> = noisy.iter().collect();
+        if score(&all)? < as_logged - MARGIN {
+            return Ok(self.with_inputs(&all));
+        }
+        let (mut felt, mut best) = (Vec::new(), as_logged);
+        for &one in all.iter().filter(|_| all.len() > 1) {
+            felt.push(one);
+            match score(&felt)? {
+                better if better < best - MARGIN => best = better,
+                _ => drop(felt.pop()),
+            }
+        }
+        Ok(self.with_inputs(&felt))
+    }
+
+    /// Takes what noise leaves in the inputs for the least of the forces that nothing explains. Of
+    /// the model `focus` with these values of its own parameters.
+    ///
+    /// # Errors
+    /// If the equation of motion cannot be solved along the curve.
+    pub(super) fn bear_inputs(
+        &self,
+        noise: &mut ProcessNoise,
+        machine: &Machine,
+        values: &[f64],
+    ) -> Result<(), SolveError> {
+        if self.input_error.iter().all(|error| *error == 0.0) {
+            return Ok(());
+        }
+        let along = machine.remember(&self.curve, self.hold, values)?;
+        let motions = machine.motion(&along, values)?;
+        for (i, smallest) in noise.smallest.iter_mut().enumerate() {
+            let of_input = |(j, error): (usize, &f64)| {
+                let squares = motions.iter().map(|m| m.terms.input_matrix[(i, j)].powi(2));
+                squares.sum::<f64>() / motions.len() as f64 * error * error
+            };
+            let square: f64 = self.input_error.iter().enumerate().map(of_input).sum();
+            *smallest = smallest.hypot(square.sqrt());
+        }
+        noise.force_sd = noise.force_sd.sup(&noise.smallest);
+        Ok(())
+    }
+
+    /// Another log of the same machine, without noise of the same inputs.
+    pub(super) fn felt_in(&self, other: &Record) -> Record {
+        let mut felt = other.clone();
+        let noisy = self.input_sd.iter().enumerate();
+        let noisy = noisy.filter(|(_, sd)| **sd > 0.0).map(|(input, _)| input);
+        for quiet in quiet(other, noisy) {
+            felt.u[quiet.input] = quiet.values;
+        }
+        felt
+    }
+
+    /// What a reader should know of inputs that were taken otherwise than logged.
+    pub(super) fn said_of_inputs(&self) -> impl Iterator<Item = Warning> {
+        let record = &self.record;
+        let noisy = self.input_sd.iter().enumerate();
+        let noisy = noisy.filter(|(_, sd)| **sd > 0.0);
+        noisy.map(|(input, &noise)| Warning::InputNoise {
+            column: format!("u_{}", record.inputs[input]),
+            noise,
+            share: noise / deviation(&record.u[input]),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trace::Verdict;
+    use crate::trace::wheel::{WHEEL, begun, rectangular, traced};
+    use std::fmt::Write;
+
+    /// A wheel that is turned by a motor of these torques, each felt with as much `felt` noise and
+    /// logged with as much `read` noise.
+    fn log(felt: f64, read: f64) -> String {
+        let mut text = String::from("t,q_angle,u_motor\n");
+        let (mut noise, mut error) = (rectangular(8), rectangular(9));
+        let (mut q, mut v, step) = (0.0, 0.0, 0.0004);
+        let wave = |t: f64| 0.06 * (3.0 * t).cos() + 0.15 * (7.0 * t).cos();
+        for k in 0..2000 {
+            let t = 0.004 * f64::from(k);
+            let shaken = felt * error();
+            let u = wave(t) + shaken + read * error();
+            writeln!(text, "{t},{},{u}", q + 2e-5 * noise()).unwrap();
+            for part in 0..10 {
+                let middle = t + step * (f64::from(part) + 0.5);
+                let a = (wave(middle) + shaken - 0.01 * v) / 0.02;
+                q += v * step + 0.5 * a * step * step;
+                v += a * step;
+            }
+        }
+        text
+    }
+
+    fn sd_of_input(log: &str) -> f64 {
+        let (dictionary, start) = begun(WHEEL, log, ["angle", "motor"]);
+        start.observed.as_felt(&dictionary, true).unwrap().input_sd[0]
+    }
+
+    #[test]
+    fn the_motion_says_whose_noise_it_is() {
+        let read = sd_of_input(&log(0.0, 0.02));
+        let expected = 0.02 / 12.0_f64.sqrt();
+        assert!((read / expected - 1.0).abs() < 0.05, "{read} {expected}");
+        assert_eq!(sd_of_input(&log(0.02, 0.0)), 0.0);
+        assert_eq!(sd_of_input(&log(0.0, 0.0)), 0.0);
+    }
+
+    #[test]
+    fn noise_in_a_torque_is_no_lag_of_it() {
+        let outcome = traced(WHEEL, &log(0.0, 0.04));
+        assert_eq!(outcome.verdict, Verdict::Effect, "{:#?}", outcome.findings);
+        let [friction] = &outcome.findings[..] else {
+            panic!("{:#?}", outcome.findings);
+        };
+        assert_eq!(friction.effect, "viscous");
+        let d = &friction.parameters["d"];
+        assert!((d.value - 0.01).abs() < 3.0 * d.std, "{d:?}");
+    }
+}
