@@ -143,10 +143,15 @@ def main():
     found = [p for p in found if json.loads((p / "truth.json").read_text())["class"] == "none"][:a.of]
     if not found:
         parser.error(f"{a.machines} holds no machine that lacks nothing")
-    with ThreadPoolExecutor(a.jobs) as pool:
-        lines = list(pool.map(lambda i: trial(i, found, a.seed, a.program, a.limit), range(a.count)))
+    lines = []
     if a.out:
-        a.out.write_text("".join(json.dumps(line) + "\n" for line in lines))
+        a.out.write_text("")
+    with ThreadPoolExecutor(a.jobs) as pool:
+        for line in pool.map(lambda i: trial(i, found, a.seed, a.program, a.limit), range(a.count)):
+            lines.append(line)
+            if a.out:
+                with a.out.open("a") as out:
+                    out.write(json.dumps(line) + "\n")
     show(lines)
     return 0
 
