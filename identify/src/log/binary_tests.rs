@@ -51,7 +51,6 @@ fn survives_damage(bytes: &[u8]) {
     }
 }
 
-#[cfg(feature = "parquet")]
 mod parquet {
     use super::*;
     use ::parquet::data_type::{ByteArrayType, DoubleType, Int64Type};
@@ -148,7 +147,6 @@ mod parquet {
     }
 }
 
-#[cfg(feature = "mcap")]
 mod mcap {
     use super::*;
     use ::mcap::Writer;
@@ -232,10 +230,12 @@ mod mcap {
         }
         messages.push(("/camera", "cdr", START, "\0\0\0".to_owned()));
         messages.push(("/text", "json", START, "no json".to_owned()));
-        let map = Map::parse("x.toml", "columns.u_b = { column = \"/motor.torque\" }").unwrap();
+        let map = "columns.u_b = { column = \"/motor.torque\" }
+            columns.q_c = { column = \"/cell.load.0\" }";
+        let map = Map::parse("x.toml", map).unwrap();
         let log = Log::from_bytes_with("x", &file(&messages), Some(&map)).unwrap();
         let line: Vec<f64> = log.t.iter().map(|t| 60.0 * t).collect();
-        close(&log.channels["/cell.load.0"], &line);
+        close(&log.channels["q_c"], &line);
         let held: Vec<f64> = log.t.iter().map(|t| ((t + 1e-9) / 0.05).floor()).collect();
         close(&log.channels["u_b"], &held);
         insta::assert_snapshot!(said(&log));
