@@ -11,12 +11,19 @@ use mcap::io::MessageReader;
 use mcap::sans_io::LinearReaderOptions;
 use mcap::{McapError, Message};
 use std::collections::HashMap;
+use std::panic::catch_unwind;
 
 /// Records and chunks longer than this many bytes are refused.
 const LARGEST_RECORD: usize = 1 << 28;
 
 /// Reads the topics that are asked for and brings them to the stamps of one.
 pub(super) fn table(bytes: &[u8], demand: Demand<'_>) -> Result<Table, Problems> {
+    // The reader takes lengths of records inside chunks at their word, and subtracts them.
+    let outcome = catch_unwind(|| topics(bytes, demand));
+    outcome.unwrap_or_else(|_| Err(damaged("its records contradict one another".to_owned())))
+}
+
+fn topics(bytes: &[u8], demand: Demand<'_>) -> Result<Table, Problems> {
     let mut topics = Topics::new(demand);
     let mut types = Types::default();
     let mut size = 0;
@@ -34,7 +41,7 @@ pub(super) fn table(bytes: &[u8], demand: Demand<'_>) -> Result<Table, Problems>
                 topics.warn(Warning::BreaksOff { reason });
                 break;
             }
-            Err(error) => return Err(damaged(&error)),
+            Err(error) => return Err(damaged(error.to_string())),
         };
         size += message.data.len() as u64;
         if size > MOST_MESSAGE_BYTES {
@@ -60,10 +67,10 @@ pub(super) fn table(bytes: &[u8], demand: Demand<'_>) -> Result<Table, Problems>
     topics.table()
 }
 
-fn damaged(error: &McapError) -> Problems {
+fn damaged(reason: String) -> Problems {
     Problems::whole(ProblemKind::Damaged {
         format: "MCAP file",
-        reason: error.to_string(),
+        reason,
     })
 }
 

@@ -58,7 +58,7 @@ fn columns(bytes: &[u8]) -> Result<Vec<(String, Vec<Cell>)>, ProblemKind> {
             }
         }
     }
-    let unread = || vec![Cell::Other("no number".into())];
+    let unread = || vec![Cell::Other("text, a list or a structure".into())];
     columns.extend(others.iter().map(|field| (named(field), unread())));
     Ok(columns)
 }

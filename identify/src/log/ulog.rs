@@ -40,17 +40,24 @@ pub(super) fn table(bytes: &[u8], demand: Demand<'_>) -> Result<Table, Problems>
     let mut skipped = Skipped::default();
     let mut at = HEADER;
     while at < bytes.len() {
-        let Some((kind, body)) = message(bytes, at) else {
-            topics.warn(breaks_off(at));
-            break;
+        let found = message(bytes, at);
+        let sound = found.filter(|(kind, body)| {
+            KINDS.contains(kind) || is_sound_behind(bytes, at + 3 + body.len())
+        });
+        let Some((kind, body)) = sound else {
+            // What a lost card leaves: the next mark says where messages go on.
+            match find_sync(bytes, at) {
+                Some(next) => {
+                    skipped.add(at, next - at);
+                    at = next;
+                    continue;
+                }
+                None => {
+                    topics.warn(breaks_off(at));
+                    break;
+                }
+            }
         };
-        // Between messages that a lost card left: the next mark says where they go on.
-        if !KINDS.contains(&kind) && !is_sound_behind(bytes, at + 3 + body.len()) {
-            let next = find_sync(bytes, at);
-            skipped.add(at, next.unwrap_or(bytes.len()) - at);
-            at = next.unwrap_or(bytes.len());
-            continue;
-        }
         match kind {
             b'B' => check_flags(body)?,
             b'F' => formats.add(body),
@@ -68,7 +75,7 @@ pub(super) fn table(bytes: &[u8], demand: Demand<'_>) -> Result<Table, Problems>
 
 fn breaks_off(at: usize) -> Warning {
     Warning::BreaksOff {
-        reason: format!("the message at byte {at} is longer than what is left"),
+        reason: format!("at byte {at} stands no whole message, and no mark behind it"),
     }
 }
 
@@ -100,8 +107,10 @@ fn check_flags(body: &[u8]) -> Result<(), Problems> {
     {
         true => Ok(()),
         false => Err(Problems::whole(ProblemKind::Damaged {
-            format: "ULog file that is known here",
-            reason: format!("it says that it cannot be read without knowing {needed:02x?}"),
+            format: "ULog file",
+            reason: format!(
+                "its flags {needed:02x?} change its format in a way that is not known here"
+            ),
         })),
     }
 }
