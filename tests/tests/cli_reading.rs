@@ -167,7 +167,7 @@ const ROD: &str = r#"<robot name="arm"><link name="base"/>
 </robot>"#;
 
 /// A folder with these files and the rod, and the path of each.
-fn folder_with(files: &[(&str, String)]) -> (TempDir, impl Fn(&str) -> String) {
+fn folder_with(files: &[(&str, String)]) -> (TempDir, impl Fn(&str) -> String + use<>) {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("rod.urdf"), ROD).unwrap();
     for (name, text) in files {

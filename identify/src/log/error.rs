@@ -202,6 +202,12 @@ pub enum ProblemKind {
         /// The limit in bytes.
         limit: u64,
     },
+    /// A piece of a file, which is read as a whole, is larger than allowed.
+    #[error("a piece of the file is larger than {limit} bytes when decompressed")]
+    PieceTooLarge {
+        /// The limit in bytes.
+        limit: u64,
+    },
     /// More cells than are read.
     #[error("the log has more than {limit} cells")]
     TooManyCells {
@@ -362,6 +368,7 @@ impl ProblemKind {
                 "copy the file again, or repair it (`gzip -t` tests it)"
             }
             Self::TooLarge { .. } => "cut the log into parts or lower its rate",
+            Self::PieceTooLarge { .. } => "write the log in smaller chunks",
             Self::TooManyCells { .. } => {
                 "cut the log into parts, lower its rate, or leave out columns that the model does not need"
             }

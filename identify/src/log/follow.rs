@@ -70,6 +70,18 @@ impl Log {
         Ok(())
     }
 
+    /// The names of its files, as reports show them: `a.csv`, or `a.csv, b.csv`.
+    pub fn name(&self) -> String {
+        let later = self.followed.iter().map(|(_, path)| path.as_path());
+        let names = std::iter::once(self.path.as_path())
+            .chain(later)
+            .map(|path| {
+                let name = path.file_name().unwrap_or_default();
+                name.to_string_lossy().into_owned()
+            });
+        names.collect::<Vec<String>>().join(", ")
+    }
+
     /// The samples of each recording.
     pub(super) fn recordings(&self) -> impl Iterator<Item = Range<usize>> {
         let firsts = self.followed.iter().map(|(first, _)| *first);
@@ -101,7 +113,7 @@ mod tests {
     fn recordings_that_start_anew_follow_with_a_gap() {
         let mut all = log("a.csv", &good(60));
         all.follow(log("b.csv", &good(80))).unwrap();
-        assert_eq!(all.len(), 140);
+        assert_eq!((all.len(), all.name()), (140, "a.csv, b.csv".to_owned()));
         assert_eq!(all.recordings().collect::<Vec<_>>(), [0..60, 60..140]);
         let record = all.select(&names(&["a"]), &names(&["a"])).unwrap();
         assert_eq!(record.segments(), [0..60, 60..140]);

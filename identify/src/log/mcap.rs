@@ -41,6 +41,10 @@ fn topics(bytes: &[u8], demand: Demand<'_>) -> Result<Table, Problems> {
                 topics.warn(Warning::BreaksOff { reason });
                 break;
             }
+            Err(McapError::ChunkTooLarge(_) | McapError::RecordTooLarge { .. }) => {
+                let limit = LARGEST_RECORD as u64;
+                return Err(Problems::whole(ProblemKind::PieceTooLarge { limit }));
+            }
             Err(error) => return Err(damaged(error.to_string())),
         };
         size += message.data.len() as u64;

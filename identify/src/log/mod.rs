@@ -133,6 +133,7 @@ impl Log {
         let bytes = bytes(path)?;
         let demand = Demand { map, before: 0 };
         let mut table = source::table(path, &bytes, demand)?;
+        table.warnings.extend(rosbag::left_behind(path, &bytes));
         drop(bytes);
         for other in map.iter().flat_map(|map| map.beside_log(path)) {
             let before = table.columns.len();

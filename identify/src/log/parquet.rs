@@ -42,7 +42,7 @@ fn columns(bytes: &[u8]) -> Result<Vec<(String, Vec<Cell>)>, ProblemKind> {
     let schema = reader.metadata().file_metadata().schema();
     let fields = schema.get_fields().iter().cloned();
     // Text stands in a dictionary once, and for every row that has it: it is not unpacked.
-    let (numbers, others): (Vec<TypePtr>, Vec<TypePtr>) = fields.partition(|f| is_number(f));
+    let (numbers, others): (Vec<TypePtr>, Vec<TypePtr>) = fields.partition(is_number);
     let named = |field: &TypePtr| field.name().to_owned();
     let mut columns: Vec<(String, Vec<Cell>)> = numbers
         .iter()

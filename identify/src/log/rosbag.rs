@@ -7,12 +7,32 @@ use super::error::{ProblemKind, Problems};
 use super::limits::MOST_MESSAGE_BYTES;
 use super::table::{Demand, Table};
 use super::topics::Topics;
+use super::warning::Warning;
 use rusqlite::{Connection, Error, MAIN_DB, Row};
 use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 
 /// Where the header of a file says how it was written and how it is to be read: 2 for a journal
 /// beside it, which a file in memory cannot have.
 const JOURNAL: std::ops::Range<usize> = 18..20;
+
+/// First bytes of the files.
+pub(super) const MAGIC: &[u8] = b"SQLite format 3\0";
+
+/// What a recorder that was stopped left in the journal beside a file, which is not read.
+pub(super) fn left_behind(path: &Path, bytes: &[u8]) -> Option<Warning> {
+    let mut journal = path.as_os_str().to_owned();
+    journal.push("-wal");
+    let journal = PathBuf::from(journal);
+    let found = bytes.starts_with(MAGIC) && journal.metadata().is_ok_and(|file| file.len() > 0);
+    found.then(|| Warning::BreaksOff {
+        reason: format!(
+            "its last messages stand in `{}` (`sqlite3 {} .tables` moves them over)",
+            journal.display(),
+            path.display()
+        ),
+    })
+}
 
 /// Reads the topics that are asked for and brings them to the stamps of one.
 pub(super) fn table(bytes: &[u8], demand: Demand<'_>) -> Result<Table, Problems> {

@@ -27,7 +27,7 @@ const FOREIGN: [(&[u8], &str); 6] = [
 const BINARY: [(&[u8], Reader); 4] = [
     (b"PAR1", parquet::table),
     (b"\x89MCAP", mcap::table),
-    (b"SQLite format 3\0", rosbag::table),
+    (rosbag::MAGIC, rosbag::table),
     (b"ULog\x01\x12\x35", ulog::table),
 ];
 

@@ -150,6 +150,21 @@ fn recordings_that_break_off_are_read_up_to_there() {
     insta::assert_snapshot!(said(&log));
 }
 
+/// A recorder that was stopped leaves what it wrote last in a journal.
+#[test]
+fn a_journal_that_is_not_read_is_told() {
+    let folder = std::env::temp_dir().join(format!("journal-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("bag.db3");
+    std::fs::write(&path, fixture("jazzy.db3")).unwrap();
+    assert_eq!(said(&Log::read(&path).unwrap()), "");
+    std::fs::write(folder.join("bag.db3-wal"), "x").unwrap();
+    let warned = said(&Log::read(&path).unwrap());
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert!(warned.contains("its last messages stand in"), "{warned}");
+    assert!(warned.contains("bag.db3-wal"), "{warned}");
+}
+
 /// Neither a field nor a message of it, but what every reader must know of.
 #[test]
 fn unknown_ulog_is_refused() {
