@@ -253,4 +253,9 @@ fn one_map_and_files_side_by_side() {
 fn a_recording_with_other_joints() {
     let said = refuse(&["trace", MODEL, "tests/tests/fixtures/logs/jazzy.db3"], "");
     insta::assert_snapshot!(said);
+    let said = refuse(
+        &["trace", MODEL, "tests/tests/fixtures/logs/flight.ulg"],
+        "",
+    );
+    insta::assert_snapshot!(said);
 }

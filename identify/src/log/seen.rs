@@ -143,6 +143,8 @@ fn nearest(name: &str, found: &[Seen]) -> Option<String> {
 /// All that is missing, and what is there.
 pub(super) fn missing(missing: &[Missing], found: &[Seen]) -> String {
     let mut text = match missing.len() {
+        0 => "no map names columns, and not exactly one topic holds joint states; the log has "
+            .to_owned(),
         1 => "a column is missing; the log has ".to_owned(),
         n => format!("{n} columns are missing; the log has "),
     };

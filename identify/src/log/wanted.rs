@@ -1,7 +1,7 @@
 //! What a model wants of a log.
 
 use super::record::missing;
-use super::seen::Seen;
+use super::seen::{Missing, Seen};
 use super::{Log, LogError, Map};
 use std::path::Path;
 
@@ -57,6 +57,7 @@ impl Wanted {
             return error;
         };
         let made = map.iter().flat_map(|map| map.channels()).map(Seen::named);
+        let found = found.to_vec();
         let there = found.iter().cloned().chain(made);
         let mut log = Log {
             path: Default::default(),
@@ -69,7 +70,12 @@ impl Wanted {
         };
         self.fit(&mut log, map);
         let more = missing(&log, &names(&self.coordinates), &names(&self.inputs));
-        listed.extend(more);
+        let is_there = |name: &String| found.iter().any(|seen| seen.name == *name);
+        listed.extend(more.into_iter().map(|missing| Missing {
+            // What is assumed is no column that could be meant.
+            nearest: missing.nearest.filter(is_there),
+            ..missing
+        }));
         error
     }
 }

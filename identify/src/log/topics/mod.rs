@@ -17,7 +17,7 @@ pub(super) use topic::Topic;
 use super::error::{ProblemKind, Problems};
 use super::limits::{self, MOST_CELLS};
 use super::median_step;
-use super::seen::{Missing, Seen};
+use super::seen::Seen;
 use super::table::{Cell, Demand, Table, from_columns};
 use super::warning::Warning;
 use std::collections::{BTreeMap, HashMap};
@@ -204,12 +204,10 @@ fn nothing(unread: &[String], demand: Demand<'_>) -> Result<Table, Problems> {
             warnings: Vec::new(),
         });
     }
-    let missing = vec![Missing {
-        column: "q_<name>".to_owned(),
-        role: "positions: not exactly one topic holds joint states".to_owned(),
-        nearest: None,
-    }];
-    let found = unread.iter().map(|name| Seen::named(name)).collect();
+    // Whoever asks knows what is missing, and adds it.
+    let missing = Vec::new();
+    let found = std::iter::once("t").chain(unread.iter().map(String::as_str));
+    let found = found.map(Seen::named).collect();
     Err(Problems::whole(ProblemKind::MissingColumns {
         missing,
         found,
