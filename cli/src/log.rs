@@ -4,7 +4,7 @@ use crate::mistake::Mistake;
 use crate::output;
 use clap::Args;
 use dynamics_codegen::Model;
-use identify::log::{Log, LogError, Map, template};
+use identify::log::{Axis, Log, LogError, Map, Seen, Wanted, template};
 use std::path::{Path, PathBuf};
 
 /// The arguments of every command that reads logs.
@@ -17,6 +17,68 @@ pub struct LogArguments {
 }
 
 impl LogArguments {
+    /// Reads the logs to learn from and, if there are any, those to judge by. Several of a kind
+    /// become one, one recording after the other.
+    ///
+    /// # Errors
+    /// As [`LogArguments::read`]; if recordings do not fit each other, if one is given twice, or
+    /// `--map` puts the same file beside several logs.
+    pub fn read_both(
+        &self,
+        train: &[PathBuf],
+        test: &[PathBuf],
+        model: &Model,
+    ) -> Result<(Log, Option<Log>), Mistake> {
+        self.check(train, test)?;
+        let learnt = self.read_all(train, model)?;
+        let learnt = learnt.ok_or_else(|| Mistake::new("there is no log to learn from"))?;
+        Ok((learnt, self.read_all(test, model)?))
+    }
+
+    /// What can be said of the files before any of them is read.
+    fn check(&self, train: &[PathBuf], test: &[PathBuf]) -> Result<(), Mistake> {
+        for paths in [train, test] {
+            for (k, path) in paths.iter().enumerate() {
+                if paths[..k].contains(path) {
+                    let message = format!("`{}` is given twice", path.display());
+                    return Err(Mistake::new(message).help("give each recording once"));
+                }
+            }
+        }
+        let all = train.len() + test.len();
+        let Some(path) = self.map.as_ref().filter(|_| all > 1) else {
+            return Ok(());
+        };
+        let map = Map::read(path).map_err(|error| Mistake::new(error.to_string()))?;
+        match map.beside_all() {
+            None => Ok(()),
+            Some(file) => {
+                let message = format!(
+                    "`{}` holds for {all} logs and puts the one file `{file}` beside all of them",
+                    path.display()
+                );
+                let help = format!(
+                    "write `{{log}}` for a log's own name: `beside = [\"{{log}}-{file}\"]`"
+                );
+                Err(Mistake::new(message).help(help))
+            }
+        }
+    }
+
+    fn read_all(&self, paths: &[PathBuf], model: &Model) -> Result<Option<Log>, Mistake> {
+        let mut whole: Option<Log> = None;
+        for path in paths {
+            let log = self.read(path, model)?;
+            match &mut whole {
+                None => whole = Some(log),
+                Some(whole) => whole
+                    .follow(log)
+                    .map_err(|error| Mistake::new(error.to_string()))?,
+            }
+        }
+        Ok(whole)
+    }
+
     /// Reads a log that is to have the channels of a model.
     ///
     /// # Errors
@@ -24,25 +86,14 @@ impl LogArguments {
     /// from.
     pub fn read(&self, path: &Path, model: &Model) -> Result<Log, Mistake> {
         let map = self.map_of(path)?;
-        let names = |names: Vec<&String>| names.into_iter().cloned().collect::<Vec<String>>();
-        let coordinates = names(model.coordinates.iter().map(|c| &c.name).collect());
-        let inputs = names(model.inputs.iter().map(|u| &u.name).collect());
-        let explained = |error: LogError| {
+        let wanted = wanted(model);
+        wanted.read(path, map.as_ref()).map_err(|error: LogError| {
             let mistake = Mistake::new(error.to_string());
             match error.columns() {
                 None => mistake,
-                Some(columns) => mistake.help(start(path, &map, columns, &coordinates, &inputs)),
+                Some(columns) => mistake.help(start(path, &map, columns, &wanted)),
             }
-        };
-        let mut log = Log::read_with(path, map.as_ref()).map_err(explained)?;
-        if map.is_none() {
-            log.name_by_number(&coordinates, &inputs);
-        }
-        // A robot description has a motor at every joint; a log need not.
-        let assumed = model.inputs.iter().filter(|input| input.assumed);
-        log.assume_no_input(assumed.map(|input| input.name.as_str()));
-        log.select(&coordinates, &inputs).map_err(explained)?;
-        Ok(log)
+        })
     }
 
     /// The map of a log, and word of it if nobody asked.
@@ -64,14 +115,26 @@ impl LogArguments {
     }
 }
 
+/// The channels of a model. A robot description has a motor at every joint; a log need not.
+fn wanted(model: &Model) -> Wanted {
+    let coordinates = model.coordinates.iter().map(|coordinate| Axis {
+        name: coordinate.name.clone(),
+        unit: coordinate.unit.clone(),
+        assumed: false,
+    });
+    let inputs = model.inputs.iter().map(|input| Axis {
+        name: input.name.clone(),
+        unit: input.unit.clone(),
+        assumed: input.assumed,
+    });
+    Wanted {
+        coordinates: coordinates.collect(),
+        inputs: inputs.collect(),
+    }
+}
+
 /// What to write where, for a log that lacks columns.
-fn start(
-    path: &Path,
-    map: &Option<Map>,
-    columns: &[String],
-    coordinates: &[String],
-    inputs: &[String],
-) -> String {
+fn start(path: &Path, map: &Option<Map>, columns: &[Seen], wanted: &Wanted) -> String {
     let file = map
         .as_ref()
         .map_or_else(|| Map::beside(path), |map| map.path.clone());
@@ -79,6 +142,6 @@ fn start(
     format!(
         "{what} `{}` to say what the columns are, starting from this:\n\n{}",
         file.display(),
-        template(columns, coordinates, inputs)
+        template(columns, wanted)
     )
 }

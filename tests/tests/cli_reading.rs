@@ -5,7 +5,7 @@
 
 mod cli;
 
-use cli::refuse;
+use cli::{refuse, succeed};
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
@@ -137,5 +137,125 @@ fn logs_that_are_too_long_to_trace() {
     }
     fs::write(&path, log).unwrap();
     let said = refuse(&["trace", MODEL, path.to_str().unwrap()], "");
+    insta::assert_snapshot!(said);
+}
+
+/// A rod that swings under gravity, driven and braked by viscous friction, as its own equation has
+/// it: `u = i q″ + m g l sin q + d q′`. Rows of `t,q,u`, from a sample on.
+fn swing(first: u32, rows: u32) -> String {
+    let mut text = String::new();
+    for k in first..first + rows {
+        let t = 0.01 * f64::from(k);
+        let (mut q, mut v, mut a) = (0.0, 0.0, 0.0);
+        for (size, rate) in [(0.5, 1.3_f64), (0.3, 3.7), (0.1, 7.1)] {
+            let (sin, cos) = (rate * t).sin_cos();
+            q += size * sin;
+            v += size * rate * cos;
+            a -= size * rate * rate * sin;
+        }
+        let u = 0.11 * a + 9.81 * 0.3 * q.sin() + 0.05 * v;
+        writeln!(text, "{t:.2},{q:.6},{u:.6}").unwrap();
+    }
+    text
+}
+
+const ROD: &str = r#"<robot name="arm"><link name="base"/>
+  <link name="rod"><inertial><origin xyz="0 0 -0.3"/><mass value="1"/>
+    <inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.01"/></inertial></link>
+  <joint name="j" type="continuous"><parent link="base"/><child link="rod"/>
+    <axis xyz="0 1 0"/></joint>
+</robot>"#;
+
+/// A folder with these files and the rod, and the path of each.
+fn folder_with(files: &[(&str, String)]) -> (TempDir, impl Fn(&str) -> String + use<>) {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("rod.urdf"), ROD).unwrap();
+    for (name, text) in files {
+        fs::write(folder.path().join(name), text).unwrap();
+    }
+    let place = folder.path().to_path_buf();
+    (folder, move |name: &str| {
+        place.join(name).to_str().unwrap().to_owned()
+    })
+}
+
+/// Without a header, refused with a map to start from; with that map, completed, read.
+#[test]
+fn a_log_without_a_header() {
+    let (folder, path) = folder_with(&[("swing.csv", swing(0, 700))]);
+    let (rod, log) = (path("rod.urdf"), path("swing.csv"));
+    let said = refuse(&["fit", &rod, &log], "");
+    insta::assert_snapshot!(said.replace(folder.path().to_str().unwrap(), "FOLDER"));
+    let map = "time.rate = 100\n[columns]\nq_j = { column = 2 }\nu_j = { column = 3 }\n";
+    fs::write(path("swing.toml"), map).unwrap();
+    let (said, _) = succeed(&["fit", &rod, &log], "");
+    assert!(said.contains("friction(j)"), "{said}");
+}
+
+/// Several recordings to learn from and to judge by: errors are over all of them.
+#[test]
+fn recordings_one_after_the_other() {
+    let part = |first| format!("t,q_j,u_j\n{}", swing(first, 150));
+    let names = ["a.csv", "b.csv", "c.csv", "d.csv"];
+    let files: Vec<(&str, String)> = (0..4).map(|k| (names[k], part(200 * k as u32))).collect();
+    let (_folder, path) = folder_with(&files);
+    let [rod, a, b, c, d] = ["rod.urdf", "a.csv", "b.csv", "c.csv", "d.csv"].map(&path);
+    let arguments = ["fit", &rod, &a, &b, "--test", &d, "--test", &c, "--json"];
+    let (said, warned) = succeed(&arguments, "");
+    let found: serde_json::Value = serde_json::from_str(&said).unwrap();
+    assert_eq!(found["samples"], serde_json::json!([300, 300]), "{said}");
+    // The fourth ends after the third begins.
+    assert!(warned.contains("c.csv` start anew"), "{warned}");
+    let said = refuse(&["fit", &rod, &a, &a], "");
+    assert!(said.contains("a.csv` is given twice"), "{said}");
+}
+
+/// A map for several logs may put a file beside each, but not one beside all.
+#[test]
+fn one_map_and_files_side_by_side() {
+    let rows = swing(0, 450);
+    let column = |keep: &[usize]| -> String {
+        let cells = |line: &str| -> String {
+            let cells: Vec<&str> = line.split(',').collect();
+            let kept: Vec<&str> = keep.iter().map(|&k| cells[k]).collect();
+            kept.join(",") + "\n"
+        };
+        rows.lines().map(cells).collect()
+    };
+    let motion = format!("t,q_j\n{}", column(&[0, 1]));
+    let forces = format!("tau\n{}", column(&[2]));
+    let (_folder, path) = folder_with(&[
+        ("a.csv", motion.clone()),
+        ("b.csv", motion),
+        ("a-tau.csv", forces.clone()),
+        ("b-tau.csv", forces),
+        (
+            "each.toml",
+            "files.beside = [\"{log}-tau.csv\"]\ncolumns.u_j = { column = \"tau\" }".to_owned(),
+        ),
+        (
+            "one.toml",
+            "files.beside = [\"a-tau.csv\"]\ncolumns.u_j = { column = \"tau\" }".to_owned(),
+        ),
+    ]);
+    let [rod, a, b, each, one] = ["rod.urdf", "a.csv", "b.csv", "each.toml", "one.toml"].map(&path);
+    let (said, _) = succeed(&["fit", &rod, &a, "--test", &b, "--map", &each], "");
+    assert!(said.contains("friction(j)"), "{said}");
+    let said = refuse(&["fit", &rod, &a, "--test", &b, "--map", &one], "");
+    assert!(
+        said.contains("puts the one file `a-tau.csv` beside all of them"),
+        "{said}"
+    );
+}
+
+/// What a recording of ROS 2 has, for a model that calls its joints otherwise.
+#[test]
+fn a_recording_with_other_joints() {
+    let said = refuse(&["trace", MODEL, "tests/tests/fixtures/logs/jazzy.db3"], "");
+    insta::assert_snapshot!(said);
+    let said = refuse(
+        &["trace", MODEL, "tests/tests/fixtures/logs/flight.ulg"],
+        "",
+    );
     insta::assert_snapshot!(said);
 }

@@ -21,19 +21,21 @@ Examples:
   dynamics fit arm.urdf log.csv.gz
   dynamics fit arm.urdf train.csv --test test.csv --inertia consistent --json
   dynamics fit arm.urdf train.csv --test test.csv --compare
+  dynamics fit arm.urdf run1.csv run2.csv --test run3.csv --test run4.csv
 
 Without --test the last third of the log is kept apart and judged by.")]
 pub struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
-    /// The log to learn from, with columns `t`, `q_<coordinate>` and `u_<input>`
-    #[arg(value_name = "LOG")]
-    log: PathBuf,
+    /// The log to learn from, or several recordings of one machine, with columns `t`,
+    /// `q_<coordinate>` and `u_<input>`
+    #[arg(value_name = "LOG", required = true)]
+    log: Vec<PathBuf>,
 
-    /// A second log of the same machine, to judge by
+    /// Another log of the same machine, to judge by; again for each of several
     #[arg(long, value_name = "LOG")]
-    test: Option<PathBuf>,
+    test: Vec<PathBuf>,
 
     #[command(flatten)]
     columns: LogArguments,
@@ -78,9 +80,8 @@ enum InertiaArgument {
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let loaded = arguments.model.load()?;
     let model = &loaded.compiled.model;
-    let read = |path| arguments.columns.read(path, model);
-    let train = read(arguments.log.as_path())?;
-    let test = arguments.test.as_deref().map(read).transpose()?;
+    let columns = &arguments.columns;
+    let (train, test) = columns.read_both(&arguments.log, &arguments.test, model)?;
     let request = Request {
         compiled: &loaded.compiled,
         parameters: &loaded.parameters,

@@ -1,5 +1,6 @@
 //! What can be wrong with a log: place, expectation, mend.
 
+use super::seen::{self, Missing, Seen};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -11,7 +12,7 @@ const LISTED: usize = 10;
 pub enum LogError {
     /// The file could not be opened or read.
     #[error(
-        "{}: cannot read the log: {source}\n  mend: give the path of a CSV file (plain or gzipped) that may be read",
+        "{}: cannot read the log: {source}\n  mend: give the path of a log that may be read: CSV, plain or gzipped, Parquet, MCAP, db3 or ULog",
         path.display()
     )]
     Open {
@@ -33,24 +34,30 @@ pub enum LogError {
 }
 
 impl LogError {
-    /// The columns that the log has, if one that is needed is not among them.
-    pub fn columns(&self) -> Option<&[String]> {
+    /// The columns that the log has, if what they are has to be said.
+    pub fn columns(&self) -> Option<&[Seen]> {
         let LogError::Invalid { problems, .. } = self else {
             return None;
         };
         problems.iter().find_map(|problem| match &problem.kind {
-            ProblemKind::MissingColumn { found, .. } => Some(found.as_slice()),
+            ProblemKind::MissingColumns { found, .. } | ProblemKind::NoHeader { found } => {
+                Some(found.as_slice())
+            }
             _ => None,
         })
     }
 
-    /// An error with a single problem.
-    pub(crate) fn one(path: &Path, problem: Problem) -> LogError {
-        LogError::Invalid {
-            path: path.to_owned(),
-            problems: vec![problem],
-            omitted: 0,
-        }
+    /// The list of missing columns, if that is what is wrong.
+    pub(super) fn missing(&mut self) -> Option<(&mut Vec<Missing>, &[Seen])> {
+        let LogError::Invalid { problems, .. } = self else {
+            return None;
+        };
+        problems
+            .iter_mut()
+            .find_map(|problem| match &mut problem.kind {
+                ProblemKind::MissingColumns { missing, found } => Some((missing, found.as_slice())),
+                _ => None,
+            })
     }
 }
 
@@ -85,6 +92,13 @@ impl Problems {
         } else {
             self.omitted += 1;
         }
+    }
+
+    /// One that has no place inside of the file.
+    pub(crate) fn whole(kind: ProblemKind) -> Self {
+        let mut problems = Self::default();
+        problems.push(None, None, kind);
+        problems
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -133,16 +147,8 @@ pub enum ProblemKind {
     #[error("the file ends after its header; expected samples")]
     HeaderOnly,
     /// The first bytes are those of another file format.
-    #[error("the file is {0}; expected CSV text, plain or gzipped")]
+    #[error("the file is {0}; expected CSV (plain or gzipped), Parquet, MCAP, db3 or ULog")]
     Foreign(&'static str),
-    /// A format that this program was built without.
-    #[error("the file is {format}, which this program was built without")]
-    NeedsFeature {
-        /// The format.
-        format: &'static str,
-        /// The feature that reads it.
-        feature: &'static str,
-    },
     /// A file of a known binary format that is damaged.
     #[error("the file is no sound {format}: {reason}")]
     Damaged {
@@ -151,11 +157,22 @@ pub enum ProblemKind {
         /// What its reader said.
         reason: String,
     },
-    /// An MCAP file without messages that can be read.
-    #[error("the file holds no message in JSON; topics: {}", if topics.is_empty() { "none".to_owned() } else { topics.join(", ") })]
+    /// A file of messages none of which can be read.
+    #[error("the file holds no message that can be read; topics: {}", if topics.is_empty() { "none".to_owned() } else { topics.join(", ") })]
     NoMessages {
-        /// The topics, each with its encoding.
+        /// The topics, each with what is wrong with its messages.
         topics: Vec<String>,
+    },
+    /// The topic whose stamps are to be used is not there.
+    #[error(
+        "there is no topic `{topic}`, to whose stamps the log's map brings the others; topics: {}",
+        quoted(found)
+    )]
+    NoTopic {
+        /// What the map says.
+        topic: String,
+        /// The topics that are there.
+        found: Vec<String>,
     },
     /// A byte sequence that is no UTF-8.
     #[error("byte {offset} of the text is not UTF-8; expected UTF-8 text")]
@@ -185,6 +202,12 @@ pub enum ProblemKind {
         /// The limit in bytes.
         limit: u64,
     },
+    /// A piece of a file, which is read as a whole, is larger than allowed.
+    #[error("a piece of the file is larger than {limit} bytes when decompressed")]
+    PieceTooLarge {
+        /// The limit in bytes.
+        limit: u64,
+    },
     /// More cells than are read.
     #[error("the log has more than {limit} cells")]
     TooManyCells {
@@ -199,11 +222,12 @@ pub enum ProblemKind {
         /// The limit.
         limit: usize,
     },
-    /// The first row consists of numbers only.
-    #[error(
-        "the first row holds numbers; expected column names such as `t`, `q_<name>`, `u_<name>`"
-    )]
-    NumericHeader,
+    /// The first row consists of numbers only, and no map says what they are.
+    #[error("the log has no header: its first row holds numbers")]
+    NoHeader {
+        /// The columns, named by their numbers from 1 on.
+        found: Vec<Seen>,
+    },
     /// Two columns share a name.
     #[error("columns {first} and {second} have the same name")]
     DuplicateColumn {
@@ -212,15 +236,56 @@ pub enum ProblemKind {
         /// Position of the second of the two.
         second: usize,
     },
-    /// A column that is needed is not there.
-    #[error("missing: {role}; the log has {}", list(found))]
-    MissingColumn {
-        /// What the column is for.
-        role: String,
+    /// Columns that are needed are not there.
+    #[error("{}", seen::missing(missing, found))]
+    MissingColumns {
+        /// All of them.
+        missing: Vec<Missing>,
         /// The columns that are there.
-        found: Vec<String>,
-        /// The most similar of them.
-        nearest: Option<String>,
+        found: Vec<Seen>,
+    },
+    /// A file that is to stand beside another has another number of rows.
+    #[error("it has {rows} rows and `{beside}`, which it stands beside, has {expected}")]
+    OtherLength {
+        /// Its rows.
+        rows: usize,
+        /// The file of the log itself.
+        beside: String,
+        /// The rows of that.
+        expected: usize,
+    },
+    /// A file that is to stand beside another has other stamps.
+    #[error("its stamp is {stamp} where `{beside}`, which it stands beside, has {expected}")]
+    OtherStamps {
+        /// Its stamp on the line.
+        stamp: f64,
+        /// The file of the log itself.
+        beside: String,
+        /// The stamp of that in the same row.
+        expected: f64,
+    },
+    /// A recording at another rate than the one it is to follow.
+    #[error(
+        "it was recorded every {step:.6} s and `{after}`, which it follows, every {expected:.6} s"
+    )]
+    OtherStep {
+        /// Its median step.
+        step: f64,
+        /// The recording before it.
+        after: String,
+        /// The median step of that.
+        expected: f64,
+    },
+    /// A recording without columns of the one it is to follow.
+    #[error(
+        "it has no column {} as `{after}` has, which it follows",
+        quoted(columns)
+    )]
+    OtherColumns {
+        /// The columns that it lacks.
+        columns: Vec<String>,
+        /// The recording before it.
+        after: String,
     },
     /// A cell that is no number.
     #[error("found `{0}`; expected a finite number")]
@@ -293,27 +358,30 @@ impl ProblemKind {
         match self {
             Self::Empty | Self::HeaderOnly => "record or export the log again",
             Self::Foreign(_) => "export the log as CSV in UTF-8",
-            Self::NeedsFeature { feature, .. } => {
-                return format!("build it with `--features {feature}`, or export the log as CSV");
-            }
             Self::Damaged { .. } => "copy the file again, or record it to its end",
             Self::NoMessages { .. } => {
-                "record joint states as JSON, or convert the file (CSV, Parquet)"
+                "record joint states, in JSON or CDR with their definitions, or convert the file (CSV, Parquet)"
             }
+            Self::NoTopic { .. } => "correct `[time] topic` in the log's map",
             Self::NotUtf8 { .. } => "save the file as UTF-8 (names in ASCII are safest)",
             Self::TruncatedGzip { .. } | Self::CorruptGzip { .. } => {
                 "copy the file again, or repair it (`gzip -t` tests it)"
             }
             Self::TooLarge { .. } => "cut the log into parts or lower its rate",
+            Self::PieceTooLarge { .. } => "write the log in smaller chunks",
             Self::TooManyCells { .. } => {
                 "cut the log into parts, lower its rate, or leave out columns that the model does not need"
             }
             Self::TooManyColumns { .. } => "leave out columns that the model does not need",
-            Self::NumericHeader => {
-                "add a header line; if it is there as a comment, remove the leading `#`"
+            Self::NoHeader { .. } => {
+                "say in the log's map which column is which, by its number (`q_arm = { column = 2 }`), or add a header line; if it is there as a comment, remove the leading `#`"
             }
             Self::DuplicateColumn { .. } => "rename or delete one of them",
-            Self::MissingColumn { nearest, .. } => return mend_missing(nearest.as_deref()),
+            Self::MissingColumns { missing, found } => return seen::mend_missing(missing, found),
+            Self::OtherLength { .. } => "cut both to the rows that belong together",
+            Self::OtherStamps { .. } => "bring both to the same stamps, or leave out the column of stamps of one",
+            Self::OtherStep { .. } => "give recordings at one rate, or bring them to one",
+            Self::OtherColumns { .. } => "give recordings of the same columns, each with its map if they are called otherwise",
             Self::NotANumber(_) => "correct the cell or delete the row",
             Self::DecimalComma(_) => "export with a decimal point",
             Self::NotFinite(_) => "delete the rows without a measurement; a gap in time is allowed",
@@ -340,17 +408,7 @@ impl ProblemKind {
     }
 }
 
-fn mend_missing(nearest: Option<&str>) -> String {
-    match nearest {
-        Some(name) => format!("is it `{name}`? give both the same name"),
-        None => "add the column to the log".to_owned(),
-    }
-}
-
-fn list(names: &[String]) -> String {
+fn quoted(names: &[String]) -> String {
     let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
-    match quoted.len() {
-        0 => "no column".to_owned(),
-        _ => quoted.join(", "),
-    }
+    quoted.join(", ")
 }

@@ -31,7 +31,11 @@ const SATURATED_SHARE: f64 = 0.01;
 pub(super) fn examine(record: &mut Record, log: &Log) {
     let mut warnings = sampling(&record.t);
     for (name, values) in record.coordinates.iter().zip(&mut record.q) {
-        warnings.extend(unwrap(&format!("q_{name}"), &record.t, values, TAU));
+        // A recording that starts anew has turned by nobody knows how much.
+        for part in log.recordings() {
+            let (t, values) = (&record.t[part.clone()], &mut values[part]);
+            warnings.extend(unwrap(&format!("q_{name}"), t, values, TAU));
+        }
     }
     warnings.extend(spikes::set_aside(record, log));
     let mut moving = Vec::new();

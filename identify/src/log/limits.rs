@@ -14,6 +14,10 @@ pub(super) const FILE: Limit = Limit {
 /// Most bytes of a log as text, after decompression.
 pub(super) const MOST_BYTES: u64 = 1 << 29;
 
+/// Most bytes of messages that are looked at, after decompression; most of a recording may be
+/// images, which are stepped over.
+pub(super) const MOST_MESSAGE_BYTES: u64 = 1 << 32;
+
 /// Most cells of a log: 256 MiB as numbers, of which reading holds up to three copies. Seven
 /// joints with positions, velocities and torques at 1 kHz reach it in 25 minutes.
 pub const MOST_CELLS: u64 = 1 << 25;
@@ -78,7 +82,6 @@ impl<R: Read> Read for Counted<R> {
 ///
 /// # Errors
 /// [`ProblemKind::TooManyColumns`] or [`ProblemKind::TooManyCells`].
-#[cfg(any(feature = "parquet", feature = "mcap"))]
 pub(super) fn check(rows: usize, columns: usize) -> Result<(), ProblemKind> {
     check_columns(columns)?;
     match rows.checked_mul(columns) {

@@ -6,13 +6,13 @@
 //! name; anything else is kept as an extra channel. SI units, radians. A log that is not
 //! like that gets a [`Map`], a small TOML file beside it.
 //!
-//! Formats: CSV, plain or gzipped; behind the feature `parquet` Parquet; behind the feature
-//! `mcap` MCAP with messages in JSON. `docs/log-format.md` has the whole.
+//! Formats: CSV, plain or gzipped; Parquet; messages in JSON or CDR in MCAP and db3 files, as ROS 2
+//! records them; ULog. `docs/log-format.md` has the whole.
 //!
 //! Accepted as they are: gzip (recognised by its first bytes), a UTF-8 byte
 //! order mark, Windows line ends, comma, semicolon or tab between cells,
-//! spaces around names and numbers, blank lines, lines that start with `#`.
-//! Everything else that is not a finite number in its place is refused with
+//! spaces around names and numbers, blank lines, lines that start with `#`. Dropped, with a warning:
+//! bytes that are no text at the ends, a last row that breaks off. Everything else that is not a finite number in its place is refused with
 //! the line, the column, what was expected and how to mend it, several
 //! problems at once. What can be used but should be known — gaps, jitter,
 //! wrapped angles, wild samples, stuck or quantised channels, saturated inputs — comes
@@ -36,24 +36,33 @@
 
 mod aside;
 mod assumed;
+mod beside;
+mod cdr;
+mod ends;
 mod error;
+mod follow;
 mod frozen;
 pub(crate) mod health;
+mod json;
 mod limits;
 mod map;
-#[cfg(feature = "mcap")]
 mod mcap;
 mod numbered;
-#[cfg(feature = "parquet")]
 mod parquet;
 mod quantum;
 mod record;
+mod rosbag;
 mod said;
+mod seen;
 mod source;
 mod spikes;
 mod statistics;
 mod table;
+mod text;
 mod time;
+mod topics;
+mod ulog;
+mod wanted;
 mod warning;
 
 pub use aside::Aside;
@@ -65,13 +74,15 @@ pub use quantum::quantisation_step;
 pub use record::Record;
 pub(crate) use record::{longest_step, median_step, segments, stretches};
 pub(crate) use said::said_of;
+pub use seen::{Glance, Missing, Seen};
 pub(crate) use statistics::{mad_sd, median, rms, share_of_news};
+pub use wanted::{Axis, Wanted};
 pub use warning::Warning;
 
 use dynamics_codegen::file;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use table::Demand;
+use table::{Demand, Table};
 
 /// Fewest samples a log must have: three windows of the shortest filter used
 /// downstream, and enough for a held-out block.
@@ -92,12 +103,16 @@ pub struct Log {
     /// Line of the file each sample stands on, length n; where there are no lines, its
     /// number, counted from 1.
     pub lines: Vec<u64>,
+    /// Columns of topics that nobody asked for: they were not read.
+    pub unread: Vec<String>,
+    /// Recordings that follow the first: the first sample of each, and its file.
+    pub followed: Vec<(usize, PathBuf)>,
     /// What was set aside while reading (repeated rows, columns of text).
     pub warnings: Vec<Warning>,
 }
 
 impl Log {
-    /// Reads a log from a file: CSV, plain or gzipped, or what features add.
+    /// Reads a log from a file.
     ///
     /// # Errors
     ///
@@ -111,14 +126,21 @@ impl Log {
     ///
     /// # Errors
     ///
-    /// As [`Log::read`]; also when a column that the map names is not there.
+    /// As [`Log::read`]; also when a column that the map names is not there, or a file that it
+    /// puts beside the log does not belong there.
     pub fn read_with(path: impl AsRef<Path>, map: Option<&Map>) -> Result<Log, LogError> {
         let path = path.as_ref();
-        let bytes = file::read(path, limits::FILE).map_err(|source| LogError::Open {
-            path: path.to_owned(),
-            source,
-        })?;
-        Log::from_bytes_with(path, &bytes, map)
+        let bytes = bytes(path)?;
+        let demand = Demand { map, before: 0 };
+        let mut table = source::table(path, &bytes, demand)?;
+        table.warnings.extend(rosbag::left_behind(path, &bytes));
+        drop(bytes);
+        for other in map.iter().flat_map(|map| map.beside_log(path)) {
+            let before = table.columns.len();
+            let there = source::table(&other, &self::bytes(&other)?, Demand { map, before })?;
+            beside::join(&mut table, there, path, &other)?;
+        }
+        Log::from_table(path, table, map)
     }
 
     /// Reads a log from the bytes of a file; `path` is its name in messages.
@@ -130,7 +152,8 @@ impl Log {
         Log::from_bytes_with(path, bytes, None)
     }
 
-    /// As [`Log::from_bytes`], for a log whose columns a [`Map`] explains.
+    /// As [`Log::from_bytes`], for a log whose columns a [`Map`] explains. Files that it puts
+    /// beside the log are not looked at.
     ///
     /// # Errors
     ///
@@ -141,7 +164,11 @@ impl Log {
         map: Option<&Map>,
     ) -> Result<Log, LogError> {
         let path = path.as_ref();
-        let mut table = source::table(path, bytes, Demand { map })?;
+        let table = source::table(path, bytes, Demand { map, before: 0 })?;
+        Log::from_table(path, table, map)
+    }
+
+    fn from_table(path: &Path, mut table: Table, map: Option<&Map>) -> Result<Log, LogError> {
         if let Some(map) = map {
             map.apply(&mut table)
                 .map_err(|found| found.into_error(path))?;
@@ -158,6 +185,8 @@ impl Log {
             t,
             channels,
             lines: table.lines,
+            unread: table.unread,
+            followed: Vec::new(),
             warnings: table.warnings,
         })
     }
@@ -179,6 +208,16 @@ impl Log {
             .collect()
     }
 
+    /// Columns that the log has, whether they were read or not.
+    fn seen(&self) -> Vec<Seen> {
+        let unread = self.unread.iter().map(String::as_str);
+        self.columns()
+            .into_iter()
+            .chain(unread)
+            .map(Seen::named)
+            .collect()
+    }
+
     /// Takes out the channels of a model: `q_<name>` (required), `dq_<name>`
     /// and `ddq_<name>` (where present) of every coordinate, `u_<name>`
     /// (required) of every input, in the order given.
@@ -195,8 +234,15 @@ impl Log {
     }
 }
 
+fn bytes(path: &Path) -> Result<Vec<u8>, LogError> {
+    file::read(path, limits::FILE).map_err(|source| LogError::Open {
+        path: path.to_owned(),
+        source,
+    })
+}
+
 #[cfg(test)]
 mod tests;
 
-#[cfg(all(test, any(feature = "parquet", feature = "mcap")))]
+#[cfg(test)]
 mod binary_tests;

@@ -4,10 +4,12 @@ use super::error::{ProblemKind, Problems};
 use super::limits::{MOST_BYTES, check};
 use super::table::{Cell, Demand, Table, from_columns, shortened};
 use bytes::Bytes;
+use parquet::basic::{LogicalType, Repetition, Type as PhysicalType};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::ParquetMetaData;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
+use parquet::schema::types::{Type, TypePtr};
 use std::panic::catch_unwind;
 
 /// Reads all columns that are not nested. Stamps since 1970 become seconds.
@@ -38,18 +40,41 @@ fn columns(bytes: &[u8]) -> Result<Vec<(String, Vec<Cell>)>, ProblemKind> {
     }
     check_size(reader.metadata())?;
     let schema = reader.metadata().file_metadata().schema();
-    let names = schema
-        .get_fields()
+    let fields = schema.get_fields().iter().cloned();
+    // Text stands in a dictionary once, and for every row that has it: it is not unpacked.
+    let (numbers, others): (Vec<TypePtr>, Vec<TypePtr>) = fields.partition(is_number);
+    let named = |field: &TypePtr| field.name().to_owned();
+    let mut columns: Vec<(String, Vec<Cell>)> = numbers
         .iter()
-        .map(|field| field.name().to_owned());
-    let mut columns: Vec<(String, Vec<Cell>)> = names.map(|name| (name, Vec::new())).collect();
-    for row in reader.get_row_iter(None).map_err(said)? {
-        let row = row.map_err(said)?;
-        for ((_, cells), (_, field)) in columns.iter_mut().zip(row.get_column_iter()) {
-            cells.push(cell(field));
+        .map(|field| (named(field), Vec::new()))
+        .collect();
+    if !numbers.is_empty() {
+        let projection = Type::group_type_builder(schema.name()).with_fields(numbers);
+        let projection = projection.build().map_err(said)?;
+        for row in reader.get_row_iter(Some(projection)).map_err(said)? {
+            let row = row.map_err(said)?;
+            for ((_, cells), (_, field)) in columns.iter_mut().zip(row.get_column_iter()) {
+                cells.push(cell(field));
+            }
         }
     }
+    let unread = || vec![Cell::Other("text, a list or a structure".into())];
+    columns.extend(others.iter().map(|field| (named(field), unread())));
     Ok(columns)
+}
+
+/// Whether a field is a column of numbers.
+fn is_number(field: &TypePtr) -> bool {
+    let repeats = field.get_basic_info().has_repetition()
+        && field.get_basic_info().repetition() == Repetition::REPEATED;
+    let is_text = || match field.get_physical_type() {
+        PhysicalType::BYTE_ARRAY | PhysicalType::INT96 => true,
+        PhysicalType::FIXED_LEN_BYTE_ARRAY => {
+            field.get_basic_info().logical_type_ref() != Some(&LogicalType::Float16)
+        }
+        _ => false,
+    };
+    field.is_primitive() && !repeats && !is_text()
 }
 
 /// Whether the file holds no more than is read, by what it says itself.

@@ -1,6 +1,7 @@
 //! The channels of a log that belong to a model.
 
 use super::error::{LogError, ProblemKind, Problems};
+use super::seen::Missing;
 use super::{Aside, Log, MINIMUM_SAMPLES, Warning, health, median};
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -153,24 +154,22 @@ pub(super) fn select(
     if step > health::LONGEST_STEP {
         problems.push(None, Some("t"), ProblemKind::NotSeconds { step });
     }
-    let mut q: Vec<Vec<f64>> = Vec::new();
-    for name in coordinates {
-        let role = || format!("the position of coordinate `{name}`");
-        q.extend(required(log, "q_", name, role, &mut problems));
-    }
-    let mut u: Vec<Vec<f64>> = Vec::new();
-    for name in inputs {
-        let role = || format!("the input `{name}`");
-        // What nobody measured is as it was commanded.
-        let prefix = match log.input_column(name) == column(log, "ucmd_", name) {
-            true => "ucmd_",
-            false => "u_",
-        };
-        u.extend(required(log, prefix, name, role, &mut problems));
+    let missing = missing(log, coordinates, inputs);
+    if !missing.is_empty() {
+        let found = log.seen();
+        problems.push(None, None, ProblemKind::MissingColumns { missing, found });
     }
     if !problems.is_empty() {
         return Err(problems.into_error(&log.path));
     }
+    let channel = |column: &String| log.channels.get(column).cloned().unwrap_or_default();
+    let q = positions(log, coordinates)
+        .map(|column| channel(&column))
+        .collect();
+    let u = inputs
+        .iter()
+        .map(|name| channel(&log.input_column(name)))
+        .collect();
     let optional = |prefix: &str, names: &[String]| {
         let column = |name: &String| log.channels.get(&column(log, prefix, name)).cloned();
         names.iter().map(column).collect()
@@ -233,31 +232,45 @@ fn column(log: &Log, prefix: &str, name: &str) -> String {
     }
 }
 
-fn required(
-    log: &Log,
-    prefix: &str,
-    name: &str,
-    role: impl Fn() -> String,
-    problems: &mut Problems,
-) -> Option<Vec<f64>> {
-    let column = column(log, prefix, name);
-    let values = log.channels.get(&column).cloned();
-    if values.is_none() {
-        let kind = ProblemKind::MissingColumn {
-            role: role(),
-            found: log.columns().into_iter().map(str::to_owned).collect(),
-            nearest: nearest(log, prefix, name),
-        };
-        problems.push(None, Some(&column), kind);
-    }
-    values
+/// The columns of the positions.
+fn positions(log: &Log, coordinates: &[String]) -> impl Iterator<Item = String> {
+    coordinates.iter().map(|name| column(log, "q_", name))
+}
+
+/// The columns of a model that a log does not have.
+pub(super) fn missing(log: &Log, coordinates: &[String], inputs: &[String]) -> Vec<Missing> {
+    let named = positions(log, coordinates).zip(coordinates);
+    let q = named.map(|(column, name)| {
+        let role = format!("the position of coordinate `{name}`");
+        (column, "q_", name, role)
+    });
+    // What nobody measured is as it was commanded.
+    let u = inputs.iter().map(|name| {
+        let role = format!("the input `{name}`");
+        (log.input_column(name), "u_", name, role)
+    });
+    let absent = q
+        .chain(u)
+        .filter(|(column, ..)| !log.channels.contains_key(column));
+    let missing = absent.map(|(column, prefix, name, role)| Missing {
+        column,
+        role,
+        nearest: nearest(log, prefix, name),
+    });
+    missing.collect()
 }
 
 /// The column most likely meant: the name without its prefix, in other
 /// letters, or the most similar of the same prefix, then of all.
 fn nearest(log: &Log, prefix: &str, name: &str) -> Option<String> {
     let wanted = format!("{prefix}{name}");
-    let mut names: Vec<&str> = log.channels.keys().map(String::as_str).collect();
+    let unread = log.unread.iter();
+    let mut names: Vec<&str> = log
+        .channels
+        .keys()
+        .chain(unread)
+        .map(String::as_str)
+        .collect();
     let same = |found: &&&str| found.eq_ignore_ascii_case(&wanted) || **found == name;
     if let Some(found) = names.iter().find(same) {
         return Some((*found).to_owned());

@@ -1,101 +1,76 @@
 //! From the bytes of a file to a table: compression, format and encoding.
 
-use super::error::{LogError, Problem, ProblemKind};
+use super::error::{LogError, ProblemKind, Problems};
 use super::limits::{CellCount, Counted, MOST_BYTES, MOST_CELLS};
-use super::table::{self, Demand, Table};
+use super::table::{Demand, Table};
+use super::{ends, mcap, parquet, rosbag, text, ulog};
 use flate2::read::MultiGzDecoder;
 use std::borrow::Cow;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
-use std::str::Utf8Error;
 
-const BYTE_ORDER_MARK: char = '\u{feff}';
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 const GZIP: &[u8] = &[0x1f, 0x8b];
 
 /// First bytes of formats that are easily taken for a log.
-const FOREIGN: [(&[u8], &str); 6] = [
+const FOREIGN: [(&[u8], &str); 8] = [
     (b"PK\x03\x04", "a ZIP archive or a spreadsheet"),
     (b"\x89HDF", "an HDF5 or MATLAB file"),
     (b"\x28\xb5\x2f\xfd", "a Zstandard archive"),
     (b"BZh", "a bzip2 archive"),
+    (b"\x93NUMPY", "a NumPy file"),
+    (b"#ROSBAG", "a recording of ROS 1"),
     (b"\xff\xfe", "UTF-16 text"),
     (b"\xfe\xff", "UTF-16 text"),
 ];
 
-/// First bytes of a Parquet file.
-const PARQUET: &[u8] = b"PAR1";
+/// First bytes of formats of their own, and who reads them.
+const BINARY: [(&[u8], Reader); 4] = [
+    (b"PAR1", parquet::table),
+    (b"\x89MCAP", mcap::table),
+    (rosbag::MAGIC, rosbag::table),
+    (b"ULog\x01\x12\x35", ulog::table),
+];
 
-/// First bytes of an MCAP file.
-const MCAP: &[u8] = b"\x89MCAP";
+type Reader = fn(&[u8], Demand<'_>) -> Result<Table, Problems>;
 
 /// Reads a log of any format that this program knows.
 pub(super) fn table(path: &Path, bytes: &[u8], demand: Demand<'_>) -> Result<Table, LogError> {
-    if bytes.starts_with(PARQUET) {
-        #[cfg(feature = "parquet")]
-        return super::parquet::table(bytes, demand).map_err(|found| found.into_error(path));
-        #[cfg(not(feature = "parquet"))]
-        return Err(LogError::one(path, without("a Parquet file", "parquet")));
-    }
-    if bytes.starts_with(MCAP) {
-        #[cfg(feature = "mcap")]
-        return super::mcap::table(bytes, demand).map_err(|found| found.into_error(path));
-        #[cfg(not(feature = "mcap"))]
-        return Err(LogError::one(path, without("an MCAP file", "mcap")));
-    }
-    let text = text(bytes).map_err(|problem| LogError::one(path, problem))?;
-    table::parse(&text, demand).map_err(|found| found.into_error(path))
+    let binary = BINARY.iter().find(|(magic, _)| bytes.starts_with(magic));
+    let table = match binary {
+        Some((_, read)) => read(bytes, demand),
+        None => text_table(bytes, demand),
+    };
+    table.map_err(|found| found.into_error(path))
 }
 
-#[cfg(not(all(feature = "parquet", feature = "mcap")))]
-fn without(format: &'static str, feature: &'static str) -> Problem {
-    nowhere(ProblemKind::NeedsFeature { format, feature })
-}
-
-/// Decompresses where needed, checks the encoding, removes a byte order mark.
-fn text(bytes: &[u8]) -> Result<Cow<'_, str>, Problem> {
-    let bytes = if bytes.starts_with(GZIP) {
-        Cow::Owned(decompress(bytes).map_err(nowhere)?)
-    } else {
-        measure(bytes).map_err(nowhere)?;
-        Cow::Borrowed(bytes)
+/// Decompresses where needed, removes a byte order mark and garbage at the ends.
+fn text_table(bytes: &[u8], demand: Demand<'_>) -> Result<Table, Problems> {
+    let bytes = match bytes.starts_with(GZIP) {
+        true => Cow::Owned(decompress(bytes).map_err(Problems::whole)?),
+        false => {
+            measure(bytes).map_err(Problems::whole)?;
+            Cow::Borrowed(bytes)
+        }
     };
     if let Some((_, what)) = FOREIGN.iter().find(|(magic, _)| bytes.starts_with(magic)) {
-        return Err(nowhere(ProblemKind::Foreign(what)));
+        return Err(Problems::whole(ProblemKind::Foreign(what)));
     }
-    match bytes {
-        Cow::Borrowed(bytes) => std::str::from_utf8(bytes)
-            .map(|text| Cow::Borrowed(text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text)))
-            .map_err(|error| not_utf8(bytes, error)),
-        Cow::Owned(bytes) => match String::from_utf8(bytes) {
-            Ok(mut text) => {
-                if text.starts_with(BYTE_ORDER_MARK) {
-                    text.drain(..BYTE_ORDER_MARK.len_utf8());
-                }
-                Ok(Cow::Owned(text))
-            }
-            Err(error) => Err(not_utf8(error.as_bytes(), error.utf8_error())),
-        },
-    }
-}
-
-fn nowhere(kind: ProblemKind) -> Problem {
-    Problem {
-        line: None,
-        column: None,
-        kind,
-    }
+    let marked = bytes.strip_prefix(BYTE_ORDER_MARK);
+    let skipped = bytes.len() - marked.map_or(bytes.len(), <[u8]>::len);
+    let sound =
+        ends::sound(&bytes[skipped..]).map_err(|offset| not_utf8(&bytes, skipped + offset))?;
+    text::parse(sound, demand)
 }
 
 /// The place of the first bad byte: its offset and its line, counted from 1.
-fn not_utf8(bytes: &[u8], error: Utf8Error) -> Problem {
-    let offset = error.valid_up_to();
+fn not_utf8(bytes: &[u8], offset: usize) -> Problems {
     let ends = bytes[..offset].iter().filter(|byte| **byte == b'\n');
-    Problem {
-        line: Some(1 + ends.count() as u64),
-        column: None,
-        kind: ProblemKind::NotUtf8 { offset },
-    }
+    let mut problems = Problems::default();
+    let line = 1 + ends.count() as u64;
+    problems.push(Some(line), None, ProblemKind::NotUtf8 { offset });
+    problems
 }
 
 /// Whether a text may be a log by its size.

@@ -6,7 +6,7 @@ use flate2::write::GzEncoder;
 use std::io::Write;
 
 /// A log of `n` samples at 100 Hz of coordinate and input `a`.
-fn good(n: usize) -> String {
+pub(super) fn good(n: usize) -> String {
     let mut text = String::from("t,q_a,u_a\n");
     for k in 0..n {
         text += &row(k);
@@ -98,8 +98,7 @@ fn no_content() {
 
 #[test]
 fn foreign_content() {
-    #[cfg(not(feature = "parquet"))]
-    insta::assert_snapshot!("foreign_content", refused(b"PAR1\x15\x04"));
+    insta::assert_snapshot!("foreign_content", refused(b"PK\x03\x04abc"));
     insta::assert_snapshot!("foreign_content-2", refused(b"\xff\xfet\0,\0"));
     let mut bytes = good(60).into_bytes();
     bytes[100] = 0xe9;
@@ -134,6 +133,46 @@ fn bad_header() {
     insta::assert_snapshot!(refused(rows));
     insta::assert_snapshot!(refused(format!("t,q_a,q_a\n{rows}")));
     insta::assert_snapshot!(refused(format!("Time,q_a,u_a\n{rows}")));
+}
+
+/// What a recorder that was stopped, or a line that was cut, leaves at the ends.
+#[test]
+fn garbage_at_the_ends_is_dropped() {
+    let whole = Log::from_bytes("x", good(80).as_bytes()).unwrap();
+    let read = |text: &[u8]| {
+        let log = Log::from_bytes("x", text).unwrap();
+        let said: Vec<String> = log.warnings.iter().map(ToString::to_string).collect();
+        (log, said.join("\n"))
+    };
+    let (log, said) = read(&[b"\x07\xff\0,\x99\n", good(80).as_bytes(), &[0; 40]].concat());
+    assert_eq!((&log.t, &log.channels), (&whole.t, &whole.channels));
+    assert_eq!(log.lines[0], 3);
+    insta::assert_snapshot!(said, @r"
+    the log begins with 6 bytes that are no text: they were dropped, it is read from line 2 on
+    the log ends with 40 bytes that are no text, from line 83 on: they were dropped
+    ");
+    let text = good(81);
+    for cut in [12, 3] {
+        let (log, said) = read(&text.as_bytes()[..text.len() - cut]);
+        let at = text.len() - cut;
+        let complete = text[..at].ends_with(|c: char| c.is_ascii_digit()) && cut == 3;
+        assert_eq!(log.len(), 80 + usize::from(complete), "{said}");
+    }
+    let cut = &text[..text.rfind(',').unwrap()];
+    insta::assert_snapshot!(read(cut.as_bytes()).1, @"line 82, the last one, breaks off (`0.80,0.6754632`): it was dropped");
+    insta::assert_snapshot!(read(format!("{cut},-").as_bytes()).1, @"line 82, the last one, breaks off (`0.80,0.6754632,-`): it was dropped");
+}
+
+/// A row that is too short, or what is no text, between rows that are sound.
+#[test]
+fn garbage_in_the_middle_is_refused() {
+    assert!(refused(with_lines(60, &[(30, "0.28,1")])).contains("line 30: the row has 2 cells"));
+    let mut bytes = good(60).into_bytes();
+    bytes[200] = 0;
+    assert!(refused(bytes).contains("expected a finite number"));
+    // A quote that nobody closes swallows rows, which are not one row that was cut off.
+    let open = with_lines(60, &[(30, "0.28,\"1,1")]);
+    assert!(refused(open).contains("the row has 2 cells"));
 }
 
 #[test]

@@ -16,6 +16,46 @@ pub enum Warning {
         /// Line of the first.
         line: u64,
     },
+    /// A log that begins with what is no text.
+    DroppedStart {
+        /// How many bytes were dropped.
+        bytes: usize,
+        /// Line of the file on which the text begins.
+        line: u64,
+    },
+    /// A log that ends with what is no text.
+    DroppedEnd {
+        /// How many bytes were dropped.
+        bytes: usize,
+        /// Line of the first of them.
+        line: u64,
+    },
+    /// A last row that breaks off was dropped.
+    CutRow {
+        /// Its line.
+        line: u64,
+        /// What stands there.
+        text: String,
+    },
+    /// A file of messages that breaks off: what stands in front of that was read.
+    BreaksOff {
+        /// What is missing, or wrong, and where.
+        reason: String,
+    },
+    /// Bytes in a file of messages that are none were stepped over.
+    SkippedBytes {
+        /// Where the first of them stands.
+        at: usize,
+        /// How many they are.
+        bytes: usize,
+    },
+    /// A recording whose stamps start anew was put behind the one before.
+    Shifted {
+        /// The recording.
+        file: String,
+        /// What was added to its stamps \[s\].
+        by: f64,
+    },
     /// A column without a name was set aside.
     NamelessColumn {
         /// Its position, counted from 1.
@@ -66,6 +106,8 @@ pub enum Warning {
     Wild {
         /// The column.
         column: String,
+        /// The file, if the log has several.
+        file: Option<String>,
         /// Line of the first.
         line: u64,
         /// What stands there.
@@ -193,6 +235,32 @@ impl fmt::Display for Warning {
                 f,
                 "{rows} rows repeat the row before them and were dropped, the first on line {line}"
             ),
+            Self::DroppedStart { bytes, line } => write!(
+                f,
+                "the log begins with {bytes} bytes that are no text: they were dropped, it is read from line {line} on"
+            ),
+            Self::DroppedEnd { bytes, line } => write!(
+                f,
+                "the log ends with {bytes} bytes that are no text, from line {line} on: they were dropped"
+            ),
+            Self::CutRow { line, text } => write!(
+                f,
+                "line {line}, the last one, breaks off (`{text}`): it was dropped"
+            ),
+            Self::BreaksOff { reason } => {
+                write!(
+                    f,
+                    "the file breaks off: {reason}; what stands before that was read"
+                )
+            }
+            Self::SkippedBytes { at, bytes } => write!(
+                f,
+                "{bytes} bytes of the file are no messages, the first at byte {at}: they were stepped over"
+            ),
+            Self::Shifted { file, by } => write!(
+                f,
+                "the stamps of `{file}` start anew: {by:.6} s were added to them; nothing is joined across the gap"
+            ),
             Self::NamelessColumn { position } => {
                 write!(f, "column {position} has no name and was ignored")
             }
@@ -239,12 +307,16 @@ impl fmt::Display for Warning {
             ),
             Self::Wild {
                 column,
+                file,
                 line,
                 value,
                 beside,
                 samples,
             } => {
                 let [value, beside] = apart(*value, *beside);
+                if let Some(file) = file {
+                    write!(f, "{file}, ")?;
+                }
                 write!(
                     f,
                     "line {line}: `{column}` is {value} where its neighbours say {beside}"

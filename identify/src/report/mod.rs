@@ -83,6 +83,10 @@ fn columns(outcome: &Outcome) -> Vec<String> {
         let question = "Are both in one unit? A map of the log says it (docs/log-format.md).";
         return vec![question.to_string()];
     }
+    let logs = outcome.split.train_log.split(", ").map(Path::new);
+    let maps: Vec<String> = logs
+        .map(|log| Map::beside(log).display().to_string())
+        .collect();
     let mut lines = vec![
         format!(
             "As the columns are read, the model's accelerations are off by {before} of their size; \
@@ -90,7 +94,7 @@ fn columns(outcome: &Outcome) -> Vec<String> {
         ),
         format!(
             "A map of the log says so (docs/log-format.md): {} beside it, with",
-            Map::beside(Path::new(&outcome.split.train_log)).display()
+            maps.join(", ")
         ),
         String::new(),
         "  [columns]".to_string(),

@@ -49,17 +49,11 @@ fn check_length(log: &Log) -> Result<(), TraceError> {
     match log.len() <= MOST {
         true => Ok(()),
         false => Err(TraceError::TooLong {
-            log: name(log),
+            log: log.name(),
             samples: log.len(),
             most: MOST,
         }),
     }
-}
-
-/// The name of a log's file.
-fn name(log: &Log) -> String {
-    let name = log.path.file_name();
-    name.map_or_else(String::new, |name| name.to_string_lossy().into_owned())
 }
 
 /// What to learn from and what to judge by.
@@ -101,9 +95,9 @@ fn split(request: &Request<'_>, plain: &Compiled) -> Result<(Record, Record, Spl
         }
     };
     let split = Split {
-        train_log: name(request.train),
+        train_log: request.train.name(),
         train_samples: train.len(),
-        test_log: name(request.test.unwrap_or(request.train)),
+        test_log: request.test.unwrap_or(request.train).name(),
         test_samples: test.len(),
         method,
     };

@@ -42,6 +42,7 @@ pub struct Corpus {
     texts: BTreeMap<Kind, Vec<Grown>>,
     words: BTreeMap<Kind, Vec<String>>,
     hosts: Vec<Host>,
+    recordings: Vec<Vec<u8>>,
 }
 
 impl Corpus {
@@ -69,6 +70,11 @@ impl Corpus {
         &self.hosts
     }
 
+    /// Logs in formats that are no text; never empty.
+    pub fn recordings(&self) -> &[Vec<u8>] {
+        &self.recordings
+    }
+
     fn read() -> Self {
         let hosts: Vec<Host> = files("models", "model").iter().map(|p| host(p)).collect();
         let texts: BTreeMap<Kind, Vec<Grown>> = Kind::ALL
@@ -80,8 +86,19 @@ impl Corpus {
             words: words.collect(),
             texts,
             hosts,
+            recordings: recordings(),
         }
     }
+}
+
+/// The recordings that other libraries wrote.
+fn recordings() -> Vec<Vec<u8>> {
+    let endings = ["db3", "mcap", "ulg"];
+    let all = endings
+        .iter()
+        .flat_map(|ending| files("tests/tests/fixtures/logs", ending));
+    all.map(|path| std::fs::read(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display())))
+        .collect()
 }
 
 fn host(path: &Path) -> Host {
@@ -283,7 +300,7 @@ mod tests {
         assert!(corpus.of(Kind::Model).len() > 30);
         assert!(corpus.of(Kind::Effect).len() >= 29);
         assert!(corpus.of(Kind::Log).len() >= 9);
-        assert_eq!(corpus.of(Kind::Map).len(), 3);
+        assert_eq!(corpus.of(Kind::Map).len(), 6);
         let models: BTreeSet<usize> = corpus.of(Kind::Log).iter().map(|log| log.host).collect();
         assert!(models.len() >= 4, "{models:?}");
     }

@@ -11,8 +11,10 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use std::io::Write;
 
-/// How many logs are compressed, and how many inputs have damaged bytes.
+/// How many logs are compressed, how many are recordings in formats that are no text, and how many
+/// inputs have damaged bytes.
 const COMPRESSED: f64 = 0.15;
+const RECORDED: f64 = 0.1;
 const DAMAGED: f64 = 0.12;
 /// Damages to bytes at most.
 const DAMAGES: usize = 6;
@@ -75,6 +77,13 @@ impl Input {
 }
 
 fn encoded(kind: Kind, rng: &mut ChaCha8Rng, text: String) -> Vec<u8> {
+    if kind == Kind::Log && rng.random_bool(RECORDED) {
+        let recordings = Corpus::get().recordings();
+        let mut bytes = recordings[rng.random_range(0..recordings.len())].clone();
+        let count = rng.random_range(1..=DAMAGES);
+        bytes::damage(rng, &mut bytes, count);
+        return bytes;
+    }
     let mut bytes = text.into_bytes();
     if kind == Kind::Log && rng.random_bool(COMPRESSED) {
         let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());

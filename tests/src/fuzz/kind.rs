@@ -12,7 +12,7 @@ pub enum Kind {
     Urdf,
     /// An effect template, applied to a model.
     Effect,
-    /// A log, CSV, plain or gzipped.
+    /// A log: CSV, plain or gzipped, or a recording of messages.
     Log,
     /// A map of a log's columns, TOML.
     Map,

@@ -28,6 +28,7 @@ Examples:
   dynamics trace models/pendulum2.model train.csv --test test.csv
   dynamics trace arm.model log.csv.gz --parameters arm7.json --report out --json
   dynamics trace arm.model log.csv --apply
+  dynamics trace arm.model run1.csv run2.csv --test run3.csv --test run4.csv
 
 Without --test the last third of the log is kept apart and judged by. At the time limit, and when it
 is interrupted once (Ctrl-C), the search ends with the best that it has and says so; what an
@@ -36,14 +37,15 @@ pub struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
 
-    /// The log to learn from: CSV, plain or gzipped, with columns `t`, `q_<coordinate>`,
-    /// `u_<input>` and, if measured, `dq_<coordinate>` and `ddq_<coordinate>`, or with a map
-    #[arg(value_name = "TRAIN.csv")]
-    train: PathBuf,
+    /// The log to learn from, or several recordings of one machine: CSV, Parquet, MCAP, db3 or
+    /// ULog, with columns `t`, `q_<coordinate>`, `u_<input>` and, if measured, `dq_<coordinate>`
+    /// and `ddq_<coordinate>`, or with a map
+    #[arg(value_name = "TRAIN.csv", required = true)]
+    train: Vec<PathBuf>,
 
-    /// A second log of the same machine, to judge by
+    /// Another log of the same machine, to judge by; again for each of several
     #[arg(long, value_name = "TEST.csv")]
-    test: Option<PathBuf>,
+    test: Vec<PathBuf>,
 
     #[command(flatten)]
     log: LogArguments,
@@ -112,12 +114,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let revision = revision.transpose()?;
     let folder = arguments.report.as_deref();
     let folder = folder.map(|folder| Folder::at(folder, &path)).transpose()?;
-    let train = arguments.log.read(&arguments.train, model)?;
-    let test = arguments
-        .test
-        .as_deref()
-        .map(|path| arguments.log.read(path, model));
-    let test = test.transpose()?;
+    let (train, test) = arguments
+        .log
+        .read_both(&arguments.train, &arguments.test, model)?;
     let stages = Stages::new(limit)?;
     let outcome = run_trace(arguments, &loaded, &text, (&train, test.as_ref()), &stages);
     let took = stages.finish();

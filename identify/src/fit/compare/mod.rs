@@ -283,13 +283,9 @@ fn rows(
 }
 
 fn split_in_words(request: &Request<'_>) -> String {
-    let name = |log: &crate::log::Log| {
-        let file = log.path.file_name();
-        file.map_or_else(String::new, |name| name.to_string_lossy().into_owned())
-    };
-    let train = name(request.train);
+    let train = request.train.name();
     match request.test {
-        Some(test) => format!("learnt from {train}, judged by {}", name(test)),
+        Some(test) => format!("learnt from {train}, judged by {}", test.name()),
         None => format!(
             "learnt from the first two thirds of {train}, judged by its last third, {} s apart",
             super::GUARD

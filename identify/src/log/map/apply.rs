@@ -1,8 +1,9 @@
 //! From columns to channels.
 
-use super::{Fill, Map, Term, Wrap};
+use super::{Clock, Fill, Map, Term, Wrap};
 use crate::log::error::{ProblemKind, Problems};
 use crate::log::health::unwrap;
+use crate::log::seen::Missing;
 use crate::log::spikes::of_angle;
 use crate::log::table::{Column, Table};
 use crate::log::warning::Warning;
@@ -13,19 +14,18 @@ impl Map {
     /// mention stay as they are.
     pub(in crate::log) fn apply(&self, table: &mut Table) -> Result<(), Problems> {
         let mut problems = Problems::default();
-        let found: Vec<String> = table.columns.iter().map(|c| c.name.clone()).collect();
-        for (column, role) in self.columns() {
-            if !found.iter().any(|name| name == column) {
-                let kind = ProblemKind::MissingColumn {
-                    role,
-                    found: found.clone(),
-                    nearest: close(column, &found),
-                };
-                problems.push(None, Some(column), kind);
-            }
-        }
-        if !problems.is_empty() {
-            return Err(problems);
+        let found = table.seen();
+        let absent = self
+            .columns()
+            .filter(|(column, _)| table.column(column).is_none());
+        let missing: Vec<Missing> = absent
+            .map(|(column, role)| Missing::named(column, role, &found))
+            .collect();
+        if !missing.is_empty() {
+            return Err(Problems::whole(ProblemKind::MissingColumns {
+                missing,
+                found,
+            }));
         }
         let t = self.stamps(table);
         let mut continuous: BTreeMap<String, Vec<f64>> = BTreeMap::new();
@@ -60,9 +60,10 @@ impl Map {
         }
         table.columns.retain(|column| {
             let taken = mapped.iter().any(|own| own.name == column.name);
+            let stamps = matches!(&self.clock, Clock::Column(name, _) if *name == column.name);
             // A log has no empty cells: what had some lives on in the channels it fills.
             let whole = column.values.iter().all(|value| value.is_finite());
-            !taken && whole && column.name != self.time.0
+            !taken && whole && !stamps
         });
         mapped.append(&mut table.columns);
         table.columns = mapped;
@@ -71,22 +72,30 @@ impl Map {
 
     /// Stamps in seconds.
     fn stamps(&self, table: &Table) -> Vec<f64> {
-        let (name, second, start) = &self.time;
-        let raw = column(table, name);
-        let first = raw.first().copied().unwrap_or(0.0);
-        // Differences first: stamps since 1970 have few digits left for them.
-        let stamp = |raw: &f64| match start {
-            Some(start) => start + second * (raw - first),
-            None => second * raw,
-        };
-        raw.iter().map(stamp).collect()
+        match &self.clock {
+            Clock::Column(name, second) => {
+                let raw = table.column(name).unwrap_or_default();
+                let first = raw.first().copied().unwrap_or(0.0);
+                // Differences first: stamps since 1970 have few digits left for them.
+                let stamp = |raw: &f64| match self.start {
+                    Some(start) => start + second * (raw - first),
+                    None => second * raw,
+                };
+                raw.iter().map(stamp).collect()
+            }
+            Clock::Rate(rate) => {
+                let start = self.start.unwrap_or(0.0);
+                let rows = 0..table.lines.len();
+                rows.map(|k| start + k as f64 / rate).collect()
+            }
+        }
     }
 }
 
 impl Term {
     /// The column, without empty cells and made continuous.
     fn prepared(&self, t: &[f64], table: &mut Table, problems: &mut Problems) -> Vec<f64> {
-        let mut values = column(table, &self.column).to_vec();
+        let mut values = table.column(&self.column).unwrap_or_default().to_vec();
         if let Some(fill) = self.fill {
             let empty = values.iter().filter(|value| value.is_nan()).count();
             if empty == values.len() {
@@ -110,22 +119,6 @@ impl Term {
         }
         values
     }
-}
-
-fn column<'a>(table: &'a Table, name: &str) -> &'a [f64] {
-    let found = table.columns.iter().find(|column| column.name == name);
-    found.map_or(&[], |column| column.values.as_slice())
-}
-
-fn close(name: &str, found: &[String]) -> Option<String> {
-    let same = found.iter().find(|other| other.eq_ignore_ascii_case(name));
-    let names: Vec<&str> = found.iter().map(String::as_str).collect();
-    let near = || {
-        similar::get_close_matches(name, &names, 1, 0.6)
-            .first()
-            .map(|n| (*n).to_owned())
-    };
-    same.cloned().or_else(near)
 }
 
 /// Takes every step as the shorter way around; those to wild samples and back are none.

@@ -40,7 +40,7 @@ mod unit;
 pub use template::template;
 
 use dynamics_codegen::file::{Limit, read_text};
-use file::{Column, File, Fill};
+use file::{Column, File, Fill, Time};
 use nesting::{DEEPEST, too_deep};
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -72,10 +72,23 @@ pub struct MapError {
 pub struct Map {
     /// Where it came from, as shown in messages.
     pub path: PathBuf,
-    /// The column of time stamps, what one of its units is in seconds, and, if stated,
-    /// the time of the first sample.
-    time: (String, f64, Option<f64>),
+    clock: Clock,
+    /// The time of the first sample, if stated.
+    start: Option<f64>,
+    /// The topic to whose stamps the others are brought, if stated.
+    topic: Option<String>,
+    /// Files that stand beside the log.
+    beside: Vec<String>,
     channels: Vec<Channel>,
+}
+
+/// Where the time stamps come from.
+#[derive(Debug, Clone, PartialEq)]
+enum Clock {
+    /// A column, and what one of its units is in seconds.
+    Column(String, f64),
+    /// A rate in Hz.
+    Rate(f64),
 }
 
 /// A channel of the model as a linear function of columns.
@@ -106,24 +119,35 @@ enum Wrap {
     Stated(f64),
 }
 
+/// Stands for a log's own name in the names of files beside it.
+const LOG: &str = "{log}";
+
+/// Most files beside a log.
+const MOST_BESIDE: usize = 16;
+
 /// Prefixes of channels.
 pub(super) const PREFIXES: [&str; 4] = ["q_", "dq_", "ddq_", "u_"];
 /// What comes before the name of an input as it was commanded.
 pub(super) const COMMANDED: &str = "ucmd_";
 
 impl Map {
-    /// Where the map of a log is looked for: `arm.toml` beside `arm.csv`, `arm.csv.gz`,
-    /// `arm.parquet`, `arm.mcap`.
+    /// Where the map of a log is looked for: `arm.toml` beside `arm.csv` (or `arm.csv.gz`,
+    /// `arm.parquet`, `arm.mcap`, `arm.db3`, `arm.ulg`).
     pub fn beside(log: &Path) -> PathBuf {
+        let mut name = Map::stem(log).into_os_string();
+        name.push(".toml");
+        PathBuf::from(name)
+    }
+
+    /// The path of a log without its endings.
+    fn stem(log: &Path) -> PathBuf {
         let mut stem = log.to_owned();
-        for ending in ["gz", "csv", "tsv", "txt", "parquet", "mcap"] {
+        for ending in ["gz", "csv", "tsv", "txt", "parquet", "mcap", "db3", "ulg"] {
             if stem.extension().is_some_and(|found| found == ending) {
                 stem.set_extension("");
             }
         }
-        let mut name = stem.into_os_string();
-        name.push(".toml");
-        PathBuf::from(name)
+        stem
     }
 
     /// Reads a map.
@@ -154,13 +178,42 @@ impl Map {
 
     /// The columns that a log must have, with what each is for.
     pub(super) fn columns(&self) -> impl Iterator<Item = (&str, String)> {
-        let time = (self.time.0.as_str(), "the time stamps".to_owned());
+        let time = match &self.clock {
+            Clock::Column(name, _) => Some((name.as_str(), "the time stamps".to_owned())),
+            Clock::Rate(_) => None,
+        };
         let terms = self.channels.iter().flat_map(|channel| {
             let role = format!("what `{}` says `{}` is", self.path.display(), channel.name);
             let columns = channel.terms.iter().map(|term| term.column.as_str());
             columns.map(move |column| (column, role.clone()))
         });
-        std::iter::once(time).chain(terms)
+        time.into_iter().chain(terms)
+    }
+
+    /// The channels that it makes of columns.
+    pub(super) fn channels(&self) -> impl Iterator<Item = &str> {
+        self.channels.iter().map(|channel| channel.name.as_str())
+    }
+
+    /// The topic to whose stamps the others are to be brought.
+    pub(super) fn topic(&self) -> Option<&str> {
+        self.topic.as_deref()
+    }
+
+    /// The files that stand beside a log: their columns are columns of the log, too.
+    pub(super) fn beside_log(&self, log: &Path) -> Vec<PathBuf> {
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        let stem = Map::stem(log);
+        let stem = stem.file_name().unwrap_or_default().to_string_lossy();
+        let path = |name: &String| folder.join(name.replace(LOG, &stem));
+        self.beside.iter().map(path).collect()
+    }
+
+    /// A file that this map puts beside each of several logs, since its name does not contain
+    /// `{log}`.
+    pub fn beside_all(&self) -> Option<&str> {
+        let mut names = self.beside.iter();
+        names.find(|name| !name.contains(LOG)).map(String::as_str)
     }
 
     /// Whether cells of this column may be empty.
@@ -191,14 +244,13 @@ impl Reader<'_> {
                 "`docs/log-format.md` has all keys, with examples",
             )
         })?;
-        let second = match &file.time.unit {
-            Some(unit) => self.unit(unit)?,
-            None => 1.0,
-        };
         let start = file.time.start.as_ref().map(|start| self.finite(start));
         let mut map = Map {
             path: self.path.to_owned(),
-            time: (file.time.column.clone(), second, start.transpose()?),
+            clock: self.clock(&file.time)?,
+            start: start.transpose()?,
+            topic: file.time.topic.clone(),
+            beside: self.beside(&file.files.beside)?,
             channels: Vec::new(),
         };
         for (name, column) in &file.columns {
@@ -218,11 +270,57 @@ impl Reader<'_> {
                 "keep it under `[columns]` or in one transmission",
             ));
         }
-        if map.channels.is_empty() && map.time == ("t".to_owned(), 1.0, None) {
+        let bare = Map {
+            path: map.path.clone(),
+            clock: Clock::Column("t".to_owned(), 1.0),
+            start: None,
+            topic: None,
+            beside: Vec::new(),
+            channels: Vec::new(),
+        };
+        if map == bare {
             let mend = "state the channels: `q_arm = { column = \"angle\", unit = \"deg\" }` under `[columns]`";
             return Err(self.fault(None, "the map says nothing".to_owned(), mend));
         }
         Ok(map)
+    }
+
+    fn clock(&self, time: &Time) -> Result<Clock, MapError> {
+        let Some(rate) = &time.rate else {
+            let second = time.unit.as_ref().map_or(Ok(1.0), |unit| self.unit(unit))?;
+            let column = time
+                .column
+                .as_ref()
+                .map(|column| column.get_ref().0.clone());
+            return Ok(Clock::Column(
+                column.unwrap_or_else(|| "t".to_owned()),
+                second,
+            ));
+        };
+        let column = time.column.as_ref().map(|column| ("column", column.span()));
+        let unit = time.unit.as_ref().map(|unit| ("unit", unit.span()));
+        if let Some((key, span)) = column.or(unit) {
+            let message = format!("`rate` and `{key}` exclude each other");
+            let mend = "state the `rate` of a log without stamps, or the `column` of stamps and its `unit`";
+            return Err(self.fault(Some(span), message, mend));
+        }
+        let value = self.finite(rate)?;
+        if value > 0.0 {
+            return Ok(Clock::Rate(value));
+        }
+        let message = format!("`rate` is {value}; expected samples per second");
+        Err(self.fault(Some(rate.span()), message, "for instance 1000"))
+    }
+
+    fn beside(&self, stated: &[Spanned<String>]) -> Result<Vec<String>, MapError> {
+        if let Some(one_more) = stated.get(MOST_BESIDE) {
+            let message = format!(
+                "{} files stand beside the log; at most {MOST_BESIDE} are read",
+                stated.len()
+            );
+            return Err(self.fault(Some(one_more.span()), message, "join some of them"));
+        }
+        Ok(stated.iter().map(|name| name.get_ref().clone()).collect())
     }
 
     fn channel(&self, name: &Spanned<String>, column: &Column) -> Result<Channel, MapError> {
@@ -255,7 +353,7 @@ impl Reader<'_> {
             (Some(source), None) => {
                 let (own, turn) = unit(&column.unit)?;
                 vec![Term {
-                    column: source.clone(),
+                    column: source.0.clone(),
                     factor: factor * own,
                     wrap: self.wrap(&column.wraps, turn.filter(|_| is_position))?,
                     fill: column.fill,
@@ -267,7 +365,7 @@ impl Reader<'_> {
                     let stated = term.unit.as_ref().or(column.unit.as_ref()).cloned();
                     let (own, turn) = unit(&stated)?;
                     found.push(Term {
-                        column: term.column.clone(),
+                        column: term.column.0.clone(),
                         factor: factor * own * self.finite(&term.factor)?,
                         wrap: self.wrap(&term.wraps, turn.filter(|_| is_position))?,
                         fill: column.fill,

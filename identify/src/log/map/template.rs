@@ -1,16 +1,51 @@
 //! A map to start from, for a log whose columns are not called what the model calls them.
 
-use super::PREFIXES;
+use super::{PREFIXES, unit};
+use crate::log::seen::Seen;
+use crate::log::wanted::{Axis, Wanted};
 
 /// What columns of each kind tend to be called, in the order of [`PREFIXES`].
 const WORDS: [&[&str]; 4] = [
     &[
-        "q", "pos", "position", "angle", "theta", "phi", "enc", "encoder", "x", "y", "z",
+        "q",
+        "qpos",
+        "pos",
+        "position",
+        "positions",
+        "angle",
+        "angles",
+        "theta",
+        "phi",
+        "enc",
+        "encoder",
+        "x",
+        "y",
+        "z",
     ],
-    &["dq", "qd", "vel", "velocity", "speed", "omega", "rate"],
-    &["ddq", "qdd", "acc", "accel", "acceleration"],
     &[
-        "u", "tau", "torque", "effort", "force", "cmd", "command", "current", "motor",
+        "dq",
+        "qd",
+        "qvel",
+        "vel",
+        "velocity",
+        "velocities",
+        "speed",
+        "speeds",
+        "omega",
+        "rate",
+    ],
+    &[
+        "ddq",
+        "qdd",
+        "qacc",
+        "acc",
+        "accel",
+        "acceleration",
+        "accelerations",
+    ],
+    &[
+        "u", "tau", "torque", "torques", "effort", "efforts", "force", "forces", "cmd", "command",
+        "current", "currents", "voltage", "pwm", "motor",
     ],
 ];
 
@@ -42,69 +77,138 @@ const POSITIONS: [(&str, &str); 11] = [
 ];
 
 /// Units of velocities and inputs by the word for them, each with its place in [`PREFIXES`].
-const OTHERS: [(&str, &str, usize); 4] = [
+const OTHERS: [(&str, &str, usize); 7] = [
     ("rpm", "rpm", 1),
     ("dps", "deg/s", 1),
     ("nm", "N*m", 3),
     ("mnm", "mN*m", 3),
+    ("current", "A", 3),
+    ("currents", "A", 3),
+    ("voltage", "V", 3),
 ];
 
+/// Units that no force has: a factor makes forces of them.
+const ELECTRIC: [&str; 2] = ["A", "V"];
+
 /// The text of a map: every channel that a model wants, each with the column that it most
-/// likely is, to be checked and completed by hand.
-pub fn template(columns: &[String], coordinates: &[String], inputs: &[String]) -> String {
-    let time = columns.iter().find(|name| is_time(name));
+/// likely is, to be checked and completed by hand. Units that columns do not state are the
+/// model's.
+pub fn template(columns: &[Seen], wanted: &Wanted) -> String {
+    let names: Vec<String> = columns.iter().map(|seen| seen.name.clone()).collect();
     let mut text =
         String::from("# What the columns of the log are; docs/log-format.md has all keys.\n");
-    text += "# Check every line: columns and units are guessed from their names.\n\n[time]\n";
-    text += &format!("column = {}\n", quoted(time.map_or("", String::as_str)));
-    let unit = time.and_then(|name| unit_of_time(name)).unwrap_or("s");
-    text += &format!("unit = \"{unit}\"  # s, ms, us or ns\n\n[columns]\n");
-    let mut used: Vec<&String> = time.into_iter().collect();
-    let wanted = [
-        (0, coordinates, true),
-        (1, coordinates, false),
-        (2, coordinates, false),
-        (3, inputs, true),
+    text += match columns.iter().any(|seen| seen.glance.is_some()) {
+        true => "# The log has no header: state the columns by their numbers, listed below.\n",
+        false => "# Check every line: columns and units are guessed from their names.\n",
+    };
+    let time = time_of(columns);
+    text += &format!("\n[time]\n{}", clock(time));
+    text += "\n[columns]\n";
+    let mut used: Vec<&String> = names.iter().filter(|name| Some(*name) == time).collect();
+    let kinds = [
+        (0, &wanted.coordinates, true),
+        (1, &wanted.coordinates, false),
+        (2, &wanted.coordinates, false),
+        (3, &wanted.inputs, true),
     ];
-    for (kind, names, required) in wanted {
-        let channels = names.iter().map(|name| format!("{}{name}", PREFIXES[kind]));
+    for (kind, axes, required) in kinds {
+        let channel = |axis: &Axis| format!("{}{}", PREFIXES[kind], axis.name);
         // What is called as it should be needs no line.
-        let (there, missing): (Vec<_>, Vec<_>) = names
-            .iter()
-            .zip(channels)
-            .partition(|(_, channel)| columns.contains(channel));
-        let there: Vec<String> = there.into_iter().map(|(_, channel)| channel).collect();
-        used.extend(columns.iter().filter(|column| there.contains(column)));
-        let candidates: Vec<&String> = columns
+        let (there, missing): (Vec<&Axis>, Vec<&Axis>) =
+            axes.iter().partition(|axis| names.contains(&channel(axis)));
+        let there: Vec<String> = there.into_iter().map(channel).collect();
+        used.extend(names.iter().filter(|column| there.contains(column)));
+        let candidates: Vec<&String> = names
             .iter()
             .filter(|column| kind_of(column) == Some(kind) && !used.contains(column))
             .collect();
-        let names: Vec<&String> = missing.iter().map(|(name, _)| *name).collect();
-        for ((_, channel), guess) in missing.iter().zip(guesses(&candidates, &names)) {
+        let called: Vec<&String> = missing.iter().map(|axis| &axis.name).collect();
+        for (axis, guess) in missing.iter().zip(guesses(&candidates, &called)) {
             if guess.is_none() && !required {
                 continue;
             }
             used.extend(guess);
-            let unit = guess.and_then(|column| unit_for(column, kind));
-            let unit = unit.unwrap_or_else(|| ["rad", "rad/s", "rad/s^2", "N*m"][kind].into());
-            let (channel, column) = (key(channel), quoted(guess.map_or("", String::as_str)));
-            text += &format!(
-                "{channel} = {{ column = {column}, unit = \"{unit}\", sign = 1, offset = 0 }}\n"
-            );
+            text += &line(kind, axis, guess.map(String::as_str));
         }
     }
-    let unused: Vec<&str> = columns
-        .iter()
-        .filter(|c| !used.contains(c))
-        .map(String::as_str)
-        .collect();
-    if !unused.is_empty() {
-        text += &format!(
-            "\n# Columns not used above: {}\n",
-            unused.join(", ").replace(char::is_control, " ")
-        );
+    text + &unused(columns, &used)
+}
+
+/// The column of stamps: by its name, or the only one that rises as stamps do.
+fn time_of(columns: &[Seen]) -> Option<&String> {
+    let named = columns.iter().find(|seen| is_time(&seen.name));
+    let rises = |seen: &&Seen| seen.glance.as_ref().is_some_and(|g| g.rises.is_some());
+    let mut rising = columns.iter().filter(rises);
+    let only = rising.next().filter(|_| rising.next().is_none());
+    named.or(only).map(|seen| &seen.name)
+}
+
+/// What stands under `[time]`.
+fn clock(time: Option<&String>) -> String {
+    let unit = time.and_then(|name| unit_of_time(name)).unwrap_or("s");
+    let column = source(time.map_or("", String::as_str));
+    let rate = match time {
+        Some(_) => "",
+        None => {
+            "# rate = 1000  # Hz: in place of both lines above, if there is no column of stamps\n"
+        }
+    };
+    format!("column = {column}\nunit = \"{unit}\"  # s, ms, us or ns\n{rate}")
+}
+
+/// The line of a channel.
+fn line(kind: usize, axis: &Axis, column: Option<&str>) -> String {
+    let stated = column.and_then(|column| unit_for(column, kind));
+    let unit = stated.unwrap_or_else(|| own_unit(kind, axis));
+    let (channel, source) = (
+        key(&format!("{}{}", PREFIXES[kind], axis.name)),
+        source(column.unwrap_or("")),
+    );
+    let electric = kind == 3 && ELECTRIC.contains(&unit.as_str());
+    let (factor, note) = match electric {
+        true => (
+            "factor = 1, ",
+            format!("  # factor: {} per {unit}", own_unit(kind, axis)),
+        ),
+        false => ("", String::new()),
+    };
+    format!(
+        "{channel} = {{ column = {source}, unit = {}, {factor}sign = 1, offset = 0 }}{note}\n",
+        quoted(&unit)
+    )
+}
+
+/// The unit in which a model has a channel, if a map can state it.
+fn own_unit(kind: usize, axis: &Axis) -> String {
+    let known = unit::factor(&axis.unit).is_ok();
+    let (own, usual) = (axis.unit.trim(), if kind == 3 { "N*m" } else { "rad" });
+    let unit = if known { own } else { usual };
+    match kind {
+        1 => format!("{unit}/s"),
+        2 => format!("{unit}/s^2"),
+        _ => unit.to_owned(),
     }
-    text
+}
+
+/// The columns that are left, for whoever completes the map.
+fn unused(columns: &[Seen], used: &[&String]) -> String {
+    if columns.iter().any(|seen| seen.glance.is_some()) {
+        let listed = columns.iter().map(|seen| match &seen.glance {
+            Some(glance) => format!("#   {}: {glance}\n", plain(&seen.name)),
+            None => format!("#   {}\n", plain(&seen.name)),
+        });
+        return format!("\n# The columns:\n{}", listed.collect::<String>());
+    }
+    let left = columns.iter().filter(|seen| !used.contains(&&seen.name));
+    let left: Vec<String> = left.map(|seen| plain(&seen.name)).collect();
+    match left.is_empty() {
+        true => String::new(),
+        false => format!("\n# Columns not used above: {}\n", left.join(", ")),
+    }
+}
+
+fn plain(name: &str) -> String {
+    name.replace(char::is_control, " ")
 }
 
 fn is_time(name: &str) -> bool {
@@ -234,6 +338,14 @@ fn guesses<'a>(candidates: &[&'a String], names: &[&String]) -> Vec<Option<&'a S
         }
     }
     found
+}
+
+/// A column as a map states it: a number where it has no name.
+fn source(name: &str) -> String {
+    match name.parse::<u32>() {
+        Ok(number) if number > 0 && name == number.to_string() => name.to_owned(),
+        _ => quoted(name),
+    }
 }
 
 /// A string of TOML, on one line.

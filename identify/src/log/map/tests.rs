@@ -1,7 +1,7 @@
 //! Maps: what they compute, and what is said about mistakes in them.
 
 use super::*;
-use crate::log::Log;
+use crate::log::{Axis, Log, Seen, Wanted};
 
 /// A log of a header and rows computed from the sample's number.
 fn csv(header: &str, row: impl Fn(usize) -> Vec<f64>) -> String {
@@ -204,11 +204,11 @@ fn columns_that_are_not_there() {
     let text = csv("stamp,angle", |k| vec![0.01 * k as f64, k as f64]);
     let error = Log::from_bytes_with("arm.csv", text.as_bytes(), Some(&map.unwrap())).unwrap_err();
     insta::assert_snapshot!(error, @r"
-    arm.csv: 2 problems in the log
-      column `Stamp`: missing: the time stamps; the log has `stamp`, `angle`
-        mend: is it `stamp`? give both the same name
-      column `angel`: missing: what `arm.toml` says `q_arm` is; the log has `stamp`, `angle`
-        mend: is it `angle`? give both the same name
+    arm.csv: 1 problem in the log
+      2 columns are missing; the log has `stamp`, `angle`
+        `Stamp`, the time stamps (is it `stamp`?)
+        `angel`, what `arm.toml` says `q_arm` is (is it `angle`?)
+        mend: say in the log's map which columns they are, or add them to the log; a log without stamps has a rate: `[time] rate = 1000` (Hz)
     ");
 }
 
@@ -237,6 +237,9 @@ fn mistakes_have_their_line() {
         "[columns]\nq_a = { colum = \"x\" }",
         "[columns]\n\narm = { column = \"x\" }",
         "[columns]\nq_a = { unit = \"deg\" }",
+        "[columns]\nq_a = { column = 0 }",
+        "time = { rate = 1000, unit = \"ms\" }",
+        "time.rate = -5",
         "[columns]\nq_a = { column = \"x\", unit = \"degree\" }",
         "[columns]\nq_a = { column = \"x\", sign = 2 }",
         "[columns]\nq_a = { column = \"x\", factor = nan }",
@@ -263,6 +266,8 @@ fn maps_stand_beside_logs() {
         "run/arm.csv.gz",
         "run/arm.parquet",
         "run/arm.mcap",
+        "run/arm.db3",
+        "run/arm.ulg",
         "run/arm",
     ] {
         assert_eq!(
@@ -278,9 +283,28 @@ fn names(list: &[&str]) -> Vec<String> {
     list.iter().map(|name| (*name).to_owned()).collect()
 }
 
+/// A map to start from for columns of these names, and a model of these coordinates and inputs.
+fn start(columns: &[&str], coordinates: &[&str], inputs: &[&str]) -> String {
+    let seen: Vec<Seen> = columns.iter().map(|name| Seen::named(name)).collect();
+    let axes = |names: &[&str], unit: &str| names.iter().map(|name| axis(name, unit)).collect();
+    let wanted = Wanted {
+        coordinates: axes(coordinates, "rad"),
+        inputs: axes(inputs, "N*m"),
+    };
+    template(&seen, &wanted)
+}
+
+fn axis(name: &str, unit: &str) -> Axis {
+    Axis {
+        name: name.to_owned(),
+        unit: unit.to_owned(),
+        assumed: false,
+    }
+}
+
 #[test]
 fn a_template_guesses_what_it_can() {
-    let columns = names(&[
+    let columns = [
         "Timestamp",
         "shoulder_pos",
         "elbow_pos",
@@ -289,17 +313,117 @@ fn a_template_guesses_what_it_can() {
         "motorCurrent1",
         "motorCurrent2",
         "mode",
-    ]);
-    insta::assert_snapshot!(template(
-        &columns,
-        &names(&["shoulder", "elbow"]),
-        &names(&["shoulder", "elbow"])
-    ));
-    insta::assert_snapshot!(template(
-        &names(&["a", "b"]),
-        &names(&["joint 1"]),
-        &names(&["joint 1"])
-    ));
+    ];
+    let both = ["shoulder", "elbow"];
+    insta::assert_snapshot!(start(&columns, &both, &both));
+    insta::assert_snapshot!(start(&["a", "b"], &["joint 1"], &["joint 1"]));
+}
+
+/// A column that states no unit has the model's: a cart is in metres and driven by newtons.
+#[test]
+fn a_template_has_the_units_of_the_model() {
+    let columns = [
+        "stamp", "position", "velocity", "effort", "pole_deg", "pole_rpm",
+    ];
+    let columns: Vec<Seen> = columns.iter().map(|name| Seen::named(name)).collect();
+    let wanted = Wanted {
+        coordinates: vec![axis("cart", "m"), axis("pole", "rad")],
+        inputs: vec![axis("cart", "N")],
+    };
+    insta::assert_snapshot!(template(&columns, &wanted));
+}
+
+/// Without a header, columns have numbers, and what they look like is said.
+#[test]
+fn a_template_numbers_columns_without_a_header() {
+    let text = csv("", |k| vec![5.0 * k as f64, (0.3 * k as f64).sin(), 4.0]);
+    let error = Log::from_bytes("arm.csv", text.trim_start().as_bytes()).unwrap_err();
+    insta::assert_snapshot!(error);
+    let wanted = Wanted {
+        coordinates: vec![axis("arm", "rad")],
+        inputs: vec![axis("arm", "N*m")],
+    };
+    insta::assert_snapshot!(template(error.columns().unwrap(), &wanted));
+    let map = r#"
+        time = { column = 1, unit = "ms" }
+        [columns]
+        q_arm = { column = 2 }
+        u_arm = { terms = [{ column = 3, factor = 2 }] }
+        "#;
+    let log = mapped(map, text.trim_start());
+    close(&log.t, |k| 0.005 * k);
+    close(&log.channels["q_arm"], |k| (0.3 * k).sin());
+    close(&log.channels["u_arm"], |_| 8.0);
+    let map = Map::parse("arm.toml", "[columns]\nq_arm = { column = 4 }").unwrap();
+    let error = Log::from_bytes_with("arm.csv", text.trim_start().as_bytes(), Some(&map));
+    insta::assert_snapshot!(error.unwrap_err(), @r"
+    arm.csv: 1 problem in the log
+      2 columns are missing; the log has `1`, `2`, `3`
+        `t`, the time stamps
+        `4`, what `arm.toml` says `q_arm` is
+        mend: the log has no header: name its columns by their numbers, from 1 on; a log without stamps has a rate: `[time] rate = 1000` (Hz)
+    ");
+}
+
+#[test]
+fn a_rate_stands_for_stamps() {
+    let text = csv("a", |k| vec![k as f64]);
+    let log = mapped(
+        "time = { rate = 5000, start = 1 }\ncolumns.q_a = { column = \"a\" }",
+        &text,
+    );
+    close(&log.t, |k| 1.0 + 0.0002 * k);
+}
+
+/// A column in one file, its neighbour in another: by the map, which stands beside the log.
+#[test]
+fn files_stand_side_by_side() {
+    let folder = std::env::temp_dir().join(format!("beside-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
+    let read = |map: &str| {
+        write("run.toml", map);
+        let map = Map::read(&folder.join("run.toml")).unwrap();
+        let log = Log::read_with(folder.join("run.csv"), Some(&map));
+        log.map_err(|error| {
+            error
+                .to_string()
+                .replace(folder.to_str().unwrap(), "FOLDER")
+        })
+    };
+    write("run.csv", &csv("t,a", |k| vec![0.01 * k as f64, k as f64]));
+    write(
+        "run-torques.csv",
+        &csv("t,a,b", |k| vec![0.01 * k as f64, 2.0, 3.0 * k as f64]),
+    );
+    write(
+        "late.csv",
+        &csv("t,b", |k| vec![1.0 + 0.01 * k as f64, 3.0]),
+    );
+    write("short.csv", "b\n1\n2\n");
+    write("numbers.csv", csv("", |k| vec![k as f64, 7.0]).trim_start());
+    let log = read(
+        r#"
+        files.beside = ["{log}-torques.csv", "numbers.csv"]
+        [columns]
+        q_a = { column = "a" }
+        u_a = { column = "b" }
+        u_b = { column = "run-torques.a" }
+        u_c = { column = 6 }
+        "#,
+    );
+    let log = log.unwrap();
+    close(&log.channels["u_a"], |k| 3.0 * k);
+    close(&log.channels["u_b"], |_| 2.0);
+    close(&log.channels["u_c"], |_| 7.0);
+    let refused = ["late.csv", "short.csv", "none.csv"].map(|name| {
+        let error = read(&format!(
+            "files.beside = [\"{name}\"]\ncolumns.q_a = {{ column = \"a\" }}"
+        ));
+        error.unwrap_err()
+    });
+    std::fs::remove_dir_all(&folder).unwrap();
+    insta::assert_snapshot!(refused.join("\n"));
 }
 
 /// A unit in a column's name says what the column is, and goes into the map.
@@ -314,10 +438,10 @@ fn a_template_takes_units_from_names() {
         "arm_Nm",
         "tau_wrist",
     ];
-    let both = names(&["arm", "wrist"]);
-    insta::assert_snapshot!(template(&names(&columns), &both, &both));
+    let both = ["arm", "wrist"];
+    insta::assert_snapshot!(start(&columns, &both, &both));
     let columns = ["t", "cart_mm", "pos_deg_1", "speed_deg_1"];
-    let text = template(&names(&columns), &names(&["cart", "pole_1"]), &[]);
+    let text = start(&columns, &["cart", "pole_1"], &[]);
     insta::assert_snapshot!(text);
 }
 
@@ -326,7 +450,7 @@ fn a_template_takes_units_from_names() {
 #[test]
 fn long_names_and_open_tables_take_no_room() {
     let name = format!("arm_deg{}", "^1".repeat(20_000));
-    let text = template(&names(&["t", &name]), &names(&["arm"]), &[]);
+    let text = start(&["t", &name], &["arm"], &[]);
     assert!(text.contains("unit = \"deg\""));
     let text = format!("[columns]\n{}", "q_a = { column = \"a\"\n".repeat(20_000));
     insta::assert_snapshot!(Map::parse("arm.toml", &text).unwrap_err(), @r"
@@ -337,14 +461,15 @@ fn long_names_and_open_tables_take_no_room() {
 
 #[test]
 fn a_template_is_a_map() {
-    let columns = names(&["time", "pos \"1\"", "pos2", "tau1", "tau2"]);
-    let both = names(&["joint 1", "ü"]);
-    let text = template(&columns, &both, &both);
+    let columns = ["time", "pos \"1\"", "pos2", "tau1", "tau2"];
+    let both = ["joint 1", "ü"];
+    let text = start(&columns, &both, &both);
     let map = Map::parse("arm.toml", &text).unwrap();
     let log = csv("time,\"pos \"\"1\"\"\",pos2,tau1,tau2", |k| {
         vec![0.01 * k as f64, 1.0, 2.0, 3.0, 4.0]
     });
     let log = Log::from_bytes_with("arm.csv", log.as_bytes(), Some(&map)).unwrap();
+    let both = names(&both);
     let record = log.select(&both, &both).unwrap();
     assert_eq!((record.q[1][0], record.u[0][0]), (2.0, 3.0));
 }
@@ -357,17 +482,19 @@ fn documented_maps_are_maps() {
     let blocks: Vec<&str> = blocks
         .map(|block| block.split("```").next().unwrap())
         .collect();
-    assert_eq!(blocks.len(), 3);
+    assert_eq!(blocks.len(), 6);
     for block in &blocks {
         Map::parse("docs/log-format.md", block).unwrap();
     }
     for wrong in [
         "[columns]\nq_a = { x = 1 }",
         "[time]\nx = 1",
+        "[files]\nx = 1",
         "[[transmission]]\nx = 1",
     ] {
         let known = refused(wrong);
-        let (_, known) = known.split_once("expected one of ").unwrap();
+        let (_, known) = known.split_once("expected ").unwrap();
+        let known = known.trim_start_matches("one of ");
         let known = known.lines().next().unwrap();
         for key in known.split(", ") {
             let unit = key.ends_with("_unit`");
@@ -385,7 +512,8 @@ mod any_text {
 
         #[test]
         fn templates_are_maps(columns in prop::collection::vec(".{0,8}", 0..6), name in "[^\0]{1,8}") {
-            let text = template(&columns, std::slice::from_ref(&name), std::slice::from_ref(&name));
+            let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
+            let text = start(&columns, &[&name], &[&name]);
             prop_assert!(Map::parse("x.toml", &text).is_ok(), "{}", text);
         }
     }

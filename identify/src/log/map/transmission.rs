@@ -112,7 +112,7 @@ impl Reader<'_> {
             };
             for (row, name) in names.iter().enumerate() {
                 let terms = columns.iter().enumerate().map(|(column, source)| Term {
-                    column: source.clone(),
+                    column: source.0.clone(),
                     factor: own * matrix[(row, column)],
                     wrap,
                     fill: None,

@@ -50,6 +50,7 @@ pub(super) fn set_aside(record: &mut Record, log: &Log) -> Vec<Warning> {
             kind.replace(t, values, &wild, &segments);
             warnings.push(Warning::Wild {
                 column,
+                file: log.file_of(first).map(|path| path.display().to_string()),
                 line: log.lines[first],
                 value: found,
                 beside: values[first],

@@ -1,7 +1,7 @@
 //! A map of a log's columns, and a log that has the columns it names.
 
 use crate::fuzz::Input;
-use identify::log::{Log, Map, template};
+use identify::log::{Axis, Log, Map, Seen, Wanted, template};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use std::collections::BTreeSet;
@@ -35,7 +35,20 @@ pub(super) fn run(input: &Input) -> bool {
         Err(error) => assert!(!error.to_string().is_empty()),
     }
     let names = &columns[..columns.len().min(3)];
-    let start = template(&columns, names, names);
+    let axes = |unit: &str| -> Vec<Axis> {
+        let axis = |name: &String| Axis {
+            name: name.clone(),
+            unit: unit.to_owned(),
+            assumed: false,
+        };
+        names.iter().map(axis).collect()
+    };
+    let wanted = Wanted {
+        coordinates: axes("m"),
+        inputs: axes(""),
+    };
+    let seen: Vec<Seen> = columns.iter().map(|name| Seen::named(name)).collect();
+    let start = template(&seen, &wanted);
     Map::parse("template.toml", &start).unwrap_or_else(|e| panic!("{e}\n{start}"));
     true
 }
