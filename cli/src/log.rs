@@ -91,7 +91,9 @@ fn lockable(model: &Model, columns: &[String]) -> Option<String> {
     let lacking: Vec<String> = lacking.map(|(_, c)| written_name(&c.name)).collect();
     let some = !lacking.is_empty() && lacking.len() < model.coordinates.len();
     some.then(|| {
-        let (file, joints) = (&robot.file, lacking.join(", "));
+        // From the folder of the model: that of the description, if there is no model yet.
+        let file = Path::new(&robot.file).file_name().unwrap_or_default();
+        let (file, joints) = (file.to_string_lossy(), lacking.join(", "));
         format!(
             "if joints stood still, lock them in a model, each where it stood (`{} = 0.3`, if not \
              at zero): `urdf {file:?} {{ lock: {joints}; }}`",
