@@ -108,6 +108,9 @@ pub struct Term {
     pub gain: f64,
     /// By how many nats these blocks are likelier with it.
     pub evidence: f64,
+    /// Of a payload: whether it is where the body's own centre of mass is, so that the body may as
+    /// well be heavier than stated.
+    pub may_be_body: bool,
     #[serde(skip)]
     details: Details,
 }
@@ -320,6 +323,7 @@ fn terms(
                 .collect(),
             gain: gain.share,
             evidence: gain.nats,
+            may_be_body: may_be_body(columns, group, estimate),
             details: Details {
                 stated: group.stated.clone(),
                 width: group.width(fastest),
@@ -327,6 +331,19 @@ fn terms(
         }
     })
     .collect()
+}
+
+/// Within so many standard errors two places are one.
+const ONE_PLACE: f64 = 3.0;
+
+/// Whether a payload is, as far as the log knows, in the body's own centre of mass.
+fn may_be_body(columns: &Columns, group: &Group, estimate: &Estimate) -> bool {
+    let Some((point, std)) = estimate.point.filter(|_| group.law == Law::Payload) else {
+        return false;
+    };
+    let center = columns.centers[group.columns.start / point::TEN];
+    let mut axes = point.at.iter().zip(center).zip(&std[1..]);
+    group.carried.is_none() && axes.all(|((at, center), std)| (at - center).abs() < ONE_PLACE * std)
 }
 
 /// The coefficients of a group, with what the model states of them already.

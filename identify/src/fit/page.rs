@@ -1,6 +1,6 @@
 //! What was fitted, for people.
 
-use super::{Doubt, Fit, Inertia, InertialParameter};
+use super::{Doubt, Fit, Inertia, InertialParameter, Term, Value};
 use crate::number::{short, with_error};
 use std::fmt::Write;
 
@@ -135,21 +135,10 @@ fn terms(fit: &Fit, out: &mut String) -> std::fmt::Result {
     )?;
     for term in &fit.terms {
         let name = format!("{}({})", term.term, term.on.join(", "));
-        let values = term.coefficients.iter().map(|(name, v)| {
-            let value = match v.std.is_nan() && v.value == 0.0 {
-                true => format!("{name} = 0 (held: no less is possible)"),
-                false => format!("{name} = {}", with_error(v.value, v.std)),
-            };
-            let value = match (term.term.as_str(), name.as_str()) {
-                ("payload", "m") => format!("{value} kg"),
-                ("payload", _) => format!("{value} m"),
-                _ => value,
-            };
-            match term.stated.get(name) {
-                Some(stated) => format!("{value} (the model states {})", short(*stated)),
-                None => value,
-            }
-        });
+        let values = term
+            .coefficients
+            .iter()
+            .map(|(name, v)| coefficient(term, name, v));
         let values: Vec<String> = values.collect();
         let gain = 100.0 * term.gain;
         writeln!(
@@ -157,8 +146,38 @@ fn terms(fit: &Fit, out: &mut String) -> std::fmt::Result {
             "  {name:<32} {}  (removes {gain:.1} %)",
             values.join(", ")
         )?;
+        if term.may_be_body {
+            writeln!(
+                out,
+                "    it is in the body's own centre of mass: a load, or the body itself is heavier"
+            )?;
+        }
     }
     writeln!(out)
+}
+
+/// A place that is known no better than this, m, is what was believed before.
+const ANYWHERE: f64 = 0.25;
+
+/// A coefficient with its error, in words where it has none.
+fn coefficient(term: &Term, name: &str, v: &Value) -> String {
+    let is_payload = term.term == "payload";
+    if is_payload && name != "m" && v.std > ANYWHERE {
+        return format!("{name} is not determined");
+    }
+    let value = match v.std.is_nan() && v.value == 0.0 {
+        true => format!("{name} = 0 (held: no less is possible)"),
+        false => format!("{name} = {}", with_error(v.value, v.std)),
+    };
+    let value = match (is_payload, name) {
+        (true, "m") => format!("{value} kg"),
+        (true, _) => format!("{value} m"),
+        _ => value,
+    };
+    match term.stated.get(name) {
+        Some(stated) => format!("{value} (the model states {})", short(*stated)),
+        None => value,
+    }
 }
 
 fn inertial(p: &InertialParameter, remark: &str, out: &mut String) -> std::fmt::Result {

@@ -30,10 +30,12 @@ pub(super) struct Gain {
 
 /// The weights and what they leave settle in a few rounds.
 const ROUNDS: usize = 3;
-/// What says something of the machine's structure, a load or a coupling, removes at least this
-/// share of the error when it comes: a body's inertia that is a little wrong looks like a small
-/// load, a bearing's friction that depends on the posture like a small coupling.
+/// What says something of the machine's structure, a load, a coupling or other inertias, removes at
+/// least this share of the error when it comes: a body's inertia that is a little wrong looks like
+/// a small load, a bearing's friction that depends on the posture like a small coupling.
 const STRUCTURE: f64 = 0.05;
+/// Student's t, one-sided, of twelve blocks.
+const ONE_IN_A_HUNDRED: f64 = 2.72;
 /// A rise of a joint's squared error by less than this share is none.
 const RISE: f64 = 0.01;
 
@@ -95,8 +97,9 @@ impl Selection<'_> {
         let (held, free) = (self.held_out(groups, false)?, self.held_out(groups, true)?);
         let helps =
             self.is_significant(&held, &free) && !self.hurts((groups, false), (groups, true));
-        let fall = held.iter().sum::<f64>() - free.iter().sum::<f64>();
-        helps.then_some(0.5 * self.equations.news * fall)
+        let total = held.iter().sum::<f64>();
+        let fall = total - free.iter().sum::<f64>();
+        (helps && fall > STRUCTURE * total).then_some(0.5 * self.equations.news * fall)
     }
 
     /// Takes in one group after the other. What acts in one place is simpler than what couples two:
@@ -172,7 +175,9 @@ impl Selection<'_> {
     }
 
     /// Whether the second is worse than the first in some joint, on blocks that neither was
-    /// fitted to, beyond chance: what helps one joint must not be paid for by another.
+    /// fitted to, beyond chance: what helps one joint must not be paid for by another. Chance
+    /// is what the errors' memory leaves of the log, or how the blocks differ; of a force that
+    /// lasts, the first says little.
     fn hurts(&self, first: (&[usize], bool), second: (&[usize], bool)) -> bool {
         let errors = |(groups, inertias): (&[usize], bool)| {
             let design = Design::new(self.columns, groups, inertias);
@@ -181,10 +186,13 @@ impl Selection<'_> {
         let (Some(before), Some(after)) = (errors(first), errors(second)) else {
             return false;
         };
-        let mut pairs = before.iter().zip(&after);
-        pairs.any(|(before, after)| {
-            let rise = after - before;
-            rise > RISE * before && self.exceeds_chance(rise)
+        let mut joints = before.iter().zip(&after);
+        joints.any(|(before, after)| {
+            let pairs = before.iter().zip(after);
+            let rises: Vec<f64> = pairs.map(|(before, after)| after - before).collect();
+            let rise: f64 = rises.iter().sum();
+            rise > RISE * before.iter().sum::<f64>()
+                && (self.exceeds_chance(rise) || is_consistent(&rises))
         })
     }
 
@@ -211,17 +219,18 @@ impl Selection<'_> {
         Some(pairs.map(|(block, x)| block.squared_error(&x)).collect())
     }
 
-    /// The same by joint, over all blocks; under constraints by direction.
-    fn held_out_by_joint(&self, design: &Design) -> Option<Vec<f64>> {
+    /// The same per joint; under constraints per direction.
+    fn held_out_by_joint(&self, design: &Design) -> Option<Vec<Errors>> {
         let blocks = self.without_each(design)?;
-        let mut sums = vec![0.0; self.equations.scale.len()];
+        let mut joints = vec![Vec::new(); self.equations.scale.len()];
         for (block, x) in blocks.iter().enumerate() {
             let errors = self.equations.squared_errors(block, x);
-            sums.iter_mut()
+            joints
+                .iter_mut()
                 .zip(errors)
-                .for_each(|(sum, more)| *sum += more);
+                .for_each(|(all, own)| all.push(own));
         }
-        Some(sums)
+        Some(joints)
     }
 
     /// Per block, what the others say.
@@ -273,6 +282,14 @@ impl Selection<'_> {
             }
         }
     }
+}
+
+/// Whether numbers that stand for each other are above zero by more than they differ.
+fn is_consistent(rises: &[f64]) -> bool {
+    let count = rises.len() as f64;
+    let mean = rises.iter().sum::<f64>() / count;
+    let squares: f64 = rises.iter().map(|rise| (rise - mean).powi(2)).sum();
+    mean > ONE_IN_A_HUNDRED * (squares / (count * (count - 1.0))).sqrt()
 }
 
 impl Chosen {
