@@ -7,7 +7,9 @@
 //!
 //! `δφ` are corrections to the bodies' standard inertial parameters, drawn to the model's
 //! own values by a prior; `ψ` are friction, rotor inertia, offset and couplings, each
-//! taken in only if it predicts blocks of the log that it was not fitted to. Under
+//! taken in only if it predicts blocks of the log that it was not fitted to. One point mass on a
+//! body competes with them: `δφ` of that body is then `m (1, p, …)`, which is not linear in its
+//! place `p`. What the model states of all these already is where the estimate begins. Under
 //! constraints the equations are projected onto the directions that no multiplier
 //! reaches, the null space of `A`. Errors are reported on a part of the log that nothing was fitted to.
 
