@@ -6,7 +6,9 @@
 //! interrupt ended early, with what it had.
 
 pub mod answer;
+pub mod command_line;
 pub mod commands;
+pub mod folder;
 pub mod inputs;
 pub mod json;
 pub mod lines;
@@ -18,6 +20,7 @@ pub mod output;
 pub mod page;
 pub mod parameters;
 pub mod pending;
+pub mod revision;
 pub mod signals;
 pub mod stages;
 pub mod state;

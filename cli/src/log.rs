@@ -4,6 +4,8 @@ use crate::mistake::Mistake;
 use crate::output;
 use clap::Args;
 use dynamics_codegen::Model;
+use dynamics_codegen::syntax::written_name;
+use dynamics_codegen::tree::Joint;
 use identify::log::{Axis, Log, LogError, Map, Seen, Wanted, template};
 use std::path::{Path, PathBuf};
 
@@ -91,7 +93,13 @@ impl LogArguments {
             let mistake = Mistake::new(error.to_string());
             match error.columns() {
                 None => mistake,
-                Some(columns) => mistake.help(start(path, &map, columns, &wanted)),
+                Some(columns) => {
+                    let start = start(path, &map, columns, &wanted);
+                    match lockable(model, columns) {
+                        Some(locks) => mistake.help(locks).help(start),
+                        None => mistake.help(start),
+                    }
+                }
             }
         })
     }
@@ -131,6 +139,39 @@ fn wanted(model: &Model) -> Wanted {
         coordinates: coordinates.collect(),
         inputs: inputs.collect(),
     }
+}
+
+/// How a model is written whose robot description has joints that the log lacks, if there are
+/// some and not all: a gripper, the torso under an arm.
+fn lockable(model: &Model, columns: &[Seen]) -> Option<String> {
+    let robot = model.robot.as_ref()?;
+    let is_joint = |index: usize| {
+        let mut joints = model.tree.bodies.iter().map(|body| &body.joint);
+        joints.any(|joint| match joint {
+            Joint::Revolute { coordinate, .. } | Joint::Prismatic { coordinate, .. } => {
+                coordinate.index == index
+            }
+            _ => false,
+        })
+    };
+    let absent = |name: &str| {
+        let column = format!("q_{name}");
+        !columns.iter().any(|seen| seen.name == column)
+    };
+    let coordinates = model.coordinates.iter().enumerate();
+    let lacking = coordinates.filter(|(index, c)| is_joint(*index) && absent(&c.name));
+    let lacking: Vec<String> = lacking.map(|(_, c)| written_name(&c.name)).collect();
+    let some = !lacking.is_empty() && lacking.len() < model.coordinates.len();
+    some.then(|| {
+        // From the folder of the model: that of the description, if there is no model yet.
+        let file = Path::new(&robot.file).file_name().unwrap_or_default();
+        let (file, joints) = (file.to_string_lossy(), lacking.join(", "));
+        format!(
+            "if joints stood still, lock them in a model, each where it stood (`{} = 0.3`, if not \
+             at zero): `urdf {file:?} {{ lock: {joints}; }}`",
+            lacking[0]
+        )
+    })
 }
 
 /// What to write where, for a log that lacks columns.

@@ -1,16 +1,22 @@
 //! `dynamics fit`: inertias, friction and couplings of a machine whose forces were measured.
 
+use crate::command_line::command;
+use crate::folder::{self, Folder};
 use crate::log::LogArguments;
 use crate::mistake::Mistake;
-use crate::model::ModelArguments;
+use crate::model::{Loaded, ModelArguments};
 use crate::output;
+use crate::revision::Revision;
 use clap::{Args, ValueEnum};
+use dynamics_codegen::diagnostic::visible;
 use identify::fit::{
-    Comparison, Fit, Inertia, Request, Settings, compare, comparison_page, fit, page,
+    Comparison, Fit, FitError, Inertia, Request, Settings, Source, Unwritable, compare,
+    comparison_page, fit, page, written,
 };
+use identify::report::{self, FitPage, Portable, fit_html, portable};
 use serde::Serialize;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use std::time::Instant;
 
@@ -19,11 +25,17 @@ use std::time::Instant;
 #[command(after_help = "\
 Examples:
   dynamics fit arm.urdf log.csv.gz
-  dynamics fit arm.urdf train.csv --test test.csv --inertia consistent --json
+  dynamics fit arm.model train.csv --test test.csv --apply --report out
+  dynamics fit arm.urdf train.csv --test test.csv --inertia fixed --json
   dynamics fit arm.urdf train.csv --test test.csv --compare
   dynamics fit arm.urdf run1.csv run2.csv --test run3.csv --test run4.csv
 
-Without --test the last third of the log is kept apart and judged by.")]
+Without --test the last third of the log is kept apart and judged by. What is looked for: friction,
+rotors and constant forces in every joint, couplings of neighbouring joints, one payload, and other
+inertias. Losses that the model states compete: they may be set to what the log says, down to zero.
+A term is taken in if it predicts blocks of the log that it was not fitted to, and no joint's error
+on them rises beyond chance. With a robot description as the model, --apply writes a new model
+beside it.")]
 pub struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
@@ -41,8 +53,18 @@ pub struct Arguments {
     columns: LogArguments,
 
     /// How inertial parameters are treated
-    #[arg(long, value_enum, value_name = "HOW", default_value = "linear")]
+    #[arg(long, value_enum, value_name = "HOW", default_value = "consistent")]
     inertia: InertiaArgument,
+
+    /// Write what was found into the model file
+    #[arg(long)]
+    apply: bool,
+
+    /// A folder for the report (`report.html`, `report.json`, `series.json`, `summary.txt`,
+    /// `model.diff`, the model with what was found and the files that it names); made if it is not
+    /// there
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
 
     /// Also learn what the model leaves by Gaussian processes (output residual, latent force,
     /// contact-invariant residual) and compare them on the data that is judged by
@@ -67,18 +89,42 @@ pub struct Arguments {
 enum InertiaArgument {
     /// They are the model's
     Fixed,
-    /// Linear regression, near the model's where the log is silent
+    /// Linear regression, near the model's where the log is silent; of no use in a model
     Linear,
     /// Only numbers that a rigid body can have
     Consistent,
 }
 
+/// The files that every report has, beside the model.
+const FILES: [&str; 5] = [
+    "report.html",
+    "report.json",
+    "series.json",
+    "summary.txt",
+    "model.diff",
+];
+
 /// Runs the command.
 ///
 /// # Errors
-/// If model and log cannot be used together.
+/// If model and log cannot be used together, or the results not be written.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    if arguments.inertia == InertiaArgument::Linear
+        && (arguments.apply || arguments.report.is_some())
+    {
+        let message =
+            "inertias by linear regression may be those of no body: no model is written with them";
+        let help = "leave out `--inertia linear`, or say `--inertia fixed`";
+        return Err(Mistake::new(message).help(help).into());
+    }
     let loaded = arguments.model.load()?;
+    let (text, path) = loaded.text();
+    // Before time is spent on what could not be written afterwards.
+    let revision = arguments.apply.then(|| Revision::of(&loaded, &path));
+    let revision = revision.transpose()?;
+    let folder = arguments.report.as_deref();
+    let folder = folder.map(|folder| Folder::at(folder, &path, &FILES));
+    let folder = folder.transpose()?;
     let model = &loaded.compiled.model;
     let columns = &arguments.columns;
     let (train, test) = columns.read_both(&arguments.log, &arguments.test, model)?;
@@ -93,40 +139,51 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             InertiaArgument::Consistent => Inertia::Consistent,
         },
     };
-    let mistake = |error: identify::fit::FitError| Mistake::new(error.to_string());
-    let found = if arguments.compare {
-        let settings = Settings {
-            points: arguments.points.map(|points| points as usize),
-            seed: arguments.seed,
-            clock: Some(seconds),
-        };
-        let (fit, comparison) = compare(&request, &settings).map_err(mistake)?;
-        Found {
-            fit,
-            comparison: Some(comparison),
-        }
-    } else {
-        Found {
-            fit: Some(fit(&request).map_err(mistake)?),
-            comparison: None,
-        }
+    let mut found = find(arguments, &request)?;
+    let change = found
+        .fit
+        .as_mut()
+        .map(|fit| Change::new(fit, &request, &loaded, &text, &path));
+    let change = change.transpose()?;
+    // What was found is told, whatever becomes of the files.
+    let reported = match (&folder, &found.fit, &change) {
+        (Some(folder), Some(fit), Some(change)) => change.report(folder, fit, &found, &request),
+        _ => Ok(()),
     };
-    for warning in found.fit.iter().flat_map(|fit| &fit.warnings) {
-        output::complain(&format!("warning: {warning}"));
+    let applied = match (&revision, &change) {
+        (Some(revision), Some(change)) if !change.diff.is_empty() => {
+            revision.write(&change.text).map(|()| true)
+        }
+        _ => Ok(false),
+    };
+    found.tell(arguments.json, change.as_ref(), matches!(applied, Ok(true)))?;
+    match (reported, applied) {
+        (Err(first), Err(second)) => {
+            output::explain(&second);
+            Err(first)
+        }
+        (reported, applied) => reported.and(applied.map(drop).map_err(Into::into)),
     }
-    let mut out = output::stdout();
-    if arguments.json {
-        serde_json::to_writer_pretty(&mut out, &found)?;
-        writeln!(out)?;
-    } else {
-        let pages = [
-            found.fit.as_ref().map(page),
-            found.comparison.as_ref().map(comparison_page),
-        ];
-        let pages: Vec<String> = pages.into_iter().flatten().collect();
-        out.write_all(pages.join("\n").as_bytes())?;
+}
+
+fn find(arguments: &Arguments, request: &Request<'_>) -> Result<Found, Mistake> {
+    let mistake = |error: FitError| Mistake::new(error.to_string());
+    if !arguments.compare {
+        return Ok(Found {
+            fit: Some(fit(request).map_err(mistake)?),
+            comparison: None,
+        });
     }
-    Ok(out.flush()?)
+    let settings = Settings {
+        points: arguments.points.map(|points| points as usize),
+        seed: arguments.seed,
+        clock: Some(seconds),
+    };
+    let (fit, comparison) = compare(request, &settings).map_err(mistake)?;
+    Ok(Found {
+        fit,
+        comparison: Some(comparison),
+    })
 }
 
 /// Seconds since it was first asked.
@@ -142,4 +199,126 @@ struct Found {
     fit: Option<Fit>,
     #[serde(skip_serializing_if = "Option::is_none")]
     comparison: Option<Comparison>,
+}
+
+impl Found {
+    fn summary(&self) -> String {
+        let pages = [
+            self.fit.as_ref().map(page),
+            self.comparison.as_ref().map(comparison_page),
+        ];
+        let pages: Vec<String> = pages.into_iter().flatten().collect();
+        pages.join("\n")
+    }
+
+    fn tell(&self, json: bool, change: Option<&Change<'_>>, applied: bool) -> anyhow::Result<()> {
+        for warning in self.fit.iter().flat_map(|fit| &fit.warnings) {
+            output::complain(&format!("warning: {warning}"));
+        }
+        let mut out = output::stdout();
+        if json {
+            serde_json::to_writer_pretty(&mut out, self)?;
+            writeln!(out)?;
+        } else {
+            out.write_all(self.summary().as_bytes())?;
+            if let Some(Change { name, diff, .. }) = change.filter(|c| !c.diff.is_empty()) {
+                let applied = match applied {
+                    true => "Written into",
+                    false => "Patch (--apply writes it) for",
+                };
+                writeln!(out, "\n{applied} {name}:\n\n{diff}")?;
+            }
+        }
+        Ok(out.flush()?)
+    }
+}
+
+/// The model with what was found.
+struct Change<'a> {
+    loaded: &'a Loaded,
+    /// Where it belongs.
+    path: &'a Path,
+    /// The same, as it is shown.
+    name: String,
+    text: String,
+    /// Against what stands there; empty if nothing changes.
+    diff: String,
+}
+
+impl<'a> Change<'a> {
+    /// Of a fit; why nothing is written is one of its warnings.
+    fn new(
+        fit: &mut Fit,
+        request: &Request<'_>,
+        loaded: &'a Loaded,
+        text: &str,
+        path: &'a Path,
+    ) -> anyhow::Result<Self> {
+        let name = path.display().to_string();
+        let source = Source {
+            name: &name,
+            text,
+            library: &loaded.library,
+        };
+        let changed = match written(fit, request, &source) {
+            Ok(changed) => changed,
+            Err(Unwritable::Model(report)) => {
+                anyhow::bail!("the model with what was found does not compile:\n{report}")
+            }
+            Err(refusal) => {
+                fit.warnings.push(refusal.to_string());
+                text.to_string()
+            }
+        };
+        let original = match loaded.is_robot_description() {
+            true => "",
+            false => text,
+        };
+        let diff = match changed == text {
+            true => String::new(),
+            false => report::diff(&name, original, &changed),
+        };
+        Ok(Self {
+            loaded,
+            path,
+            name,
+            text: changed,
+            diff,
+        })
+    }
+
+    fn report(
+        &self,
+        folder: &Folder<'_>,
+        fit: &Fit,
+        found: &Found,
+        request: &Request<'_>,
+    ) -> anyhow::Result<()> {
+        let Loaded {
+            compiled, library, ..
+        } = self.loaded;
+        let portable: Portable = portable(&self.text, compiled, library);
+        let reading = folder::reading(&portable, self.path);
+        let html = fit_html(&FitPage {
+            fit,
+            model: &compiled.model,
+            file: &self.name,
+            log: &request.train.path.display().to_string(),
+            diff: &self.diff,
+            reading: reading.as_deref(),
+            command: &command(None),
+        })?;
+        let texts = [
+            html,
+            serde_json::to_string_pretty(found)?,
+            serde_json::to_string(&fit.curves)?,
+            visible(&found.summary()).into_owned(),
+            self.diff.clone(),
+        ];
+        let files: Vec<(&str, &str)> = FILES
+            .into_iter()
+            .zip(texts.iter().map(String::as_str))
+            .collect();
+        Ok(folder.write(&files, &portable)?)
+    }
 }

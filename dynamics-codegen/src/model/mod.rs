@@ -38,7 +38,7 @@ pub use fold::Variables;
 pub use kinematic::{Kinematic, Reading};
 pub(crate) use library::TEMPLATE_LIMIT;
 pub use library::{Library, LibraryError};
-pub use robot::{Described, RobotBase};
+pub use robot::{Described, FRICTION_SPEED, RobotBase, StatedLosses};
 pub use state::State;
 
 use crate::dimension::Dimension;

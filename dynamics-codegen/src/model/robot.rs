@@ -19,12 +19,12 @@ use crate::graph::{ExprId, Unary};
 use crate::source::{SourceId, Sources, Span};
 use crate::syntax::{Name, RobotOption};
 use crate::tree;
-use crate::urdf::{self, JointKind, Losses, Robot, Snapped};
+use crate::urdf::{self, Joint, JointKind, Robot, Snapped};
 
 /// Standard gravity along −z, unless the model states its own, m/s².
 const GRAVITY: f64 = 9.81;
 /// Speed at which Coulomb friction of a URDF has reached 76 %, rad/s or m/s.
-const FRICTION_SPEED: f64 = 0.01;
+pub const FRICTION_SPEED: f64 = 0.01;
 /// What a rotation's entries are rounded by unless `snap: off`.
 const SNAP: f64 = 1e-9;
 
@@ -41,6 +41,24 @@ pub struct RobotBase {
     pub snapped: Snapped,
     /// Which of its numbers are parameters.
     pub described: Vec<Described>,
+    /// What `<dynamics>` says of the joints whose losses act.
+    pub losses: Vec<StatedLosses>,
+}
+
+/// Friction that a description states and that acts: `damping v + friction tanh(v/0.01)`, with the
+/// rate `v` of the joint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct StatedLosses {
+    /// The joint.
+    pub joint: String,
+    /// The coordinate that it moves by; that of another joint, if it mimics.
+    pub coordinate: usize,
+    /// Whether it mimics another joint.
+    pub follows: bool,
+    /// Viscous: N·m·s/rad, or N·s/m.
+    pub damping: f64,
+    /// Coulomb: N·m, or N.
+    pub friction: f64,
 }
 
 /// A parameter whose value is the description's.
@@ -97,8 +115,12 @@ impl Builder<'_> {
             .into_owned();
         let id = sources.add(shown, text);
         let mut findings = Vec::new();
-        let snap = options.snap.then_some(SNAP);
-        let robot = urdf::read_with(sources, id, urdf::Options { snap }, &mut findings);
+        let reading = urdf::Options {
+            snap: options.snap.then_some(SNAP),
+            locked: &options.lock,
+            impossible: options.impossible,
+        };
+        let robot = urdf::read_with(sources, id, reading, &mut findings);
         for finding in findings {
             self.report::<()>(finding);
         }
@@ -109,6 +131,7 @@ impl Builder<'_> {
             source: id,
             snapped: robot.snapped,
             described: Vec::new(),
+            losses: Vec::new(),
         });
         self.has_kinetic = true;
         if !self.states_gravity {
@@ -158,7 +181,7 @@ impl Assembly<'_, '_> {
         Some(())
     }
 
-    /// Joints that `inputs` and `origins` name and links that `parameters` names.
+    /// Joints that `inputs`, `origins` and `losses` name and links that `parameters` names.
     fn check_names(&mut self) -> Option<()> {
         let joints: Vec<&str> = (self.robot.bodies.iter())
             .filter_map(|body| body.joint.as_ref().map(|joint| joint.name.as_str()))
@@ -166,7 +189,9 @@ impl Assembly<'_, '_> {
         let links: Vec<&str> = self.robot.bodies.iter().map(|b| b.link.as_str()).collect();
         let inputs = self.options.inputs.iter().flatten();
         let origins = self.options.origins.names.iter();
-        let wanted = inputs.chain(origins).map(|name| (name, &joints, "joint"));
+        let losses = self.options.losses.names().iter();
+        let wanted = inputs.chain(origins).chain(losses);
+        let wanted = wanted.map(|name| (name, &joints, "joint"));
         let parameters = self.options.parameters.names.iter();
         let wanted = wanted.chain(parameters.map(|name| (name, &links, "link")));
         let mut clean = true;
@@ -183,6 +208,13 @@ impl Assembly<'_, '_> {
                 None if known.len() > 20 => error,
                 None => error.help(format!("it has: {}", known.join(", "))),
             });
+        }
+        let locked = |name: &&Name| self.options.lock.iter().any(|l| l.joint == name.text);
+        if let Some(name) = self.options.inputs.iter().flatten().find(locked) {
+            let message = format!("`{}` is locked: nothing drives it", name.text);
+            return self
+                .builder
+                .report(Diagnostic::error(name.span, message).help("take it out of `inputs`"));
         }
         clean.then_some(())
     }
@@ -213,7 +245,7 @@ impl Assembly<'_, '_> {
                         self.coordinate(index, &format!("{name}_{suffix}"), unit, span)
                     });
                 for coordinate in &coordinates {
-                    self.losses(joint.losses, coordinate.index);
+                    self.losses(joint, coordinate.index, None);
                 }
                 tree::Joint::Planar {
                     normal: axis,
@@ -248,7 +280,7 @@ impl Assembly<'_, '_> {
                 index: source,
                 ratio: mimic.multiplier,
             };
-            self.follower_losses(joint.losses, source, mimic.multiplier);
+            self.losses(joint, source, Some(mimic.multiplier));
             return follower;
         }
         let own = match self.coordinates[index].first() {
@@ -279,7 +311,7 @@ impl Assembly<'_, '_> {
         if driven {
             self.input(&joint.name, effort, joint.span, coordinate.index);
         }
-        self.losses(joint.losses, coordinate.index);
+        self.losses(joint, coordinate.index, None);
         coordinate.index
     }
 
@@ -338,16 +370,23 @@ impl Assembly<'_, '_> {
         self.builder.note_driven(on, arrives);
     }
 
-    /// `<dynamics damping friction>`: viscous and Coulomb friction.
-    fn losses(&mut self, losses: Option<Losses>, on: usize) {
-        self.follower_losses(losses, on, 1.0);
-    }
-
-    /// Losses at a joint that turns `ratio` times as far as its coordinate.
-    fn follower_losses(&mut self, losses: Option<Losses>, on: usize, ratio: f64) {
-        let Some(losses) = losses.filter(|_| self.options.losses) else {
+    /// `<dynamics damping friction>`: viscous and Coulomb friction; a joint that follows turns
+    /// `follows` times as far as its coordinate.
+    fn losses(&mut self, joint: &Joint, on: usize, follows: Option<f64>) {
+        let acts = self.options.losses.includes(&joint.name);
+        let Some(losses) = joint.losses.filter(|_| acts) else {
             return;
         };
+        let ratio = follows.unwrap_or(1.0);
+        if let Some(robot) = &mut self.builder.model.robot {
+            robot.losses.push(StatedLosses {
+                joint: joint.name.clone(),
+                coordinate: on,
+                follows: follows.is_some(),
+                damping: losses.damping,
+                friction: losses.friction,
+            });
+        }
         let model = &mut self.builder.model;
         let graph = &mut model.graph;
         let rate = graph.var(model.coordinates[on].velocity);

@@ -2,16 +2,42 @@
 
 use super::builder::Builder;
 use crate::diagnostic::{Diagnostic, nearest};
-use crate::syntax::{Name, RobotOption};
+use crate::syntax::{Expr, Name, RobotOption};
+use crate::urdf::Lock;
 
 /// The braces, read.
 pub(super) struct Options {
     pub floating: bool,
     pub inputs: Option<Vec<Name>>,
-    pub losses: bool,
+    pub losses: Acting,
+    pub lock: Vec<Lock>,
+    pub impossible: bool,
     pub snap: bool,
     pub parameters: Chosen,
     pub origins: Chosen,
+}
+
+/// Which joints' losses act.
+pub(super) enum Acting {
+    All,
+    Of(Vec<Name>),
+}
+
+impl Acting {
+    pub fn includes(&self, joint: &str) -> bool {
+        match self {
+            Self::All => true,
+            Self::Of(names) => names.iter().any(|name| name.text == joint),
+        }
+    }
+
+    /// The joints that are named.
+    pub fn names(&self) -> &[Name] {
+        match self {
+            Self::All => &[],
+            Self::Of(names) => names,
+        }
+    }
 }
 
 /// `none`, `all` or some names.
@@ -36,20 +62,36 @@ impl Chosen {
     }
 }
 
-const OPTIONS: [&str; 6] = ["base", "inputs", "losses", "origins", "parameters", "snap"];
+const OPTIONS: [&str; 8] = [
+    "base",
+    "inertias",
+    "inputs",
+    "lock",
+    "losses",
+    "origins",
+    "parameters",
+    "snap",
+];
 
 impl Builder<'_> {
     pub(super) fn robot_options(&mut self, given: &[RobotOption]) -> Option<Options> {
         let mut options = Options {
             floating: false,
             inputs: None,
-            losses: true,
+            losses: Acting::All,
+            lock: Vec::new(),
+            impossible: false,
             snap: true,
             parameters: Chosen::default(),
             origins: Chosen::default(),
         };
         let mut clean = true;
-        for RobotOption { name, values } in given {
+        for RobotOption {
+            name,
+            values,
+            positions,
+        } in given
+        {
             let only = |word: &str| values.len() == 1 && values[0].text == word;
             let understood = match name.text.as_str() {
                 "base" => {
@@ -57,8 +99,22 @@ impl Builder<'_> {
                     only("fixed") || only("floating")
                 }
                 "losses" => {
-                    options.losses = only("act");
-                    only("act") || only("ignore")
+                    options.losses = match (only("act"), only("ignore")) {
+                        (true, _) => Acting::All,
+                        (_, true) => Acting::Of(Vec::new()),
+                        _ => Acting::Of(values.clone()),
+                    };
+                    true
+                }
+                "lock" => {
+                    let locks = values.iter().zip(positions);
+                    let locks = locks.map(|(joint, position)| self.lock(joint, position.as_ref()));
+                    options.lock.extend(locks.collect::<Option<Vec<Lock>>>()?);
+                    true
+                }
+                "inertias" => {
+                    options.impossible = only("as_stated");
+                    only("possible") || only("as_stated")
                 }
                 "snap" => {
                     options.snap = only("on");
@@ -82,18 +138,36 @@ impl Builder<'_> {
                 }
                 _ => false,
             };
+            let placed = positions.iter().flatten().next();
             if !understood {
                 clean = false;
                 self.report_option(name, values);
+            } else if let Some(position) = placed.filter(|_| name.text != "lock") {
+                clean = false;
+                let message = format!("`{}` takes no numbers", name.text);
+                let error = Diagnostic::error(position.span, message);
+                self.report::<()>(error.help("only `lock` does: `lock: j5 = 0.3`"));
             }
         }
         clean.then_some(options)
     }
 
+    fn lock(&mut self, joint: &Name, position: Option<&Expr>) -> Option<Lock> {
+        let at = match position {
+            Some(position) => self.number(position)?,
+            None => 0.0,
+        };
+        Some(Lock {
+            joint: joint.text.clone(),
+            at,
+            span: joint.span,
+        })
+    }
+
     fn report_option(&mut self, name: &Name, values: &[Name]) {
         let words = match name.text.as_str() {
             "base" => "`base` is `fixed` or `floating`",
-            "losses" => "`losses` are `act` or `ignore`",
+            "inertias" => "`inertias` are `possible` or `as_stated`",
             "snap" => "`snap` is `on` or `off`",
             other => {
                 let message = format!("a robot description has no option `{other}`");

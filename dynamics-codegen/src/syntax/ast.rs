@@ -221,6 +221,8 @@ pub struct RobotOption {
     pub name: Name,
     /// Its values.
     pub values: Vec<Name>,
+    /// Per value what stands behind its `=`, if anything does: `lock: j5 = 0.3`.
+    pub positions: Vec<Option<Expr>>,
 }
 
 /// A rigid body.

@@ -9,7 +9,7 @@ use crate::diagnostic::{Diagnostic, nearest};
 /// What `{ … }` of a body may hold.
 const BODY: [&str; 4] = ["frame", "mass", "center", "inertia"];
 
-/// `urdf "robot.urdf" { base: floating; inputs: j1, j2; };`, the braces may be
+/// `urdf "robot.urdf" { base: floating; inputs: j1, j2; lock: j3 = 0.5; };`, the braces may be
 /// left out. Also: whether they were there.
 pub(super) fn urdf(stream: &mut Stream<'_>) -> Parsed<(StatementKind, bool)> {
     let file = stream.text("the path of a URDF in quotes: `urdf \"robot.urdf\";`")?;
@@ -17,11 +17,20 @@ pub(super) fn urdf(stream: &mut Stream<'_>) -> Parsed<(StatementKind, bool)> {
     let braced = in_braces(stream, false, |inner| {
         let name = inner.name("an option such as `base`")?;
         inner.expect(':', "the option's name")?;
-        let mut values = vec![inner.name("a word")?];
-        while inner.eat(',') {
+        let (mut values, mut positions) = (Vec::new(), Vec::new());
+        loop {
             values.push(inner.name("a word")?);
+            let position = inner.eat('=').then(|| expression(inner)).transpose()?;
+            positions.push(position);
+            if !inner.eat(',') {
+                break;
+            }
         }
-        options.push(RobotOption { name, values });
+        options.push(RobotOption {
+            name,
+            values,
+            positions,
+        });
         Ok(())
     })?;
     Ok((StatementKind::Urdf { file, options }, braced))

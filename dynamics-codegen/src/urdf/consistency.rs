@@ -8,7 +8,7 @@ use super::spatial::{Inertia, Matrix3, apply, dot};
 use super::text::shown;
 use super::tree::Place;
 use super::xml::Places;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::source::Span;
 
 /// The tree, as far as this check needs it.
@@ -80,6 +80,21 @@ fn finding(at: Span, name: &str, impossible: &Impossible, welded: bool) -> Diagn
         );
     }
     Diagnostic::error(at, what).label(impossible.why).help(MEND)
+}
+
+/// Makes warnings of errors about inertias: whoever published them may have no better ones.
+pub(super) fn excuse(findings: &mut [Diagnostic]) {
+    for finding in findings
+        .iter_mut()
+        .filter(|f| f.severity == Severity::Error)
+    {
+        finding.severity = Severity::Warning;
+        finding.help = vec![
+            "the figures are used as they stand: energy may become negative, and then no motion \
+             can be predicted; `dynamics fit --inertia consistent` finds ones that a body can have"
+                .to_string(),
+        ];
+    }
 }
 
 /// One warning about all links without `<inertial>` but the root.

@@ -31,7 +31,11 @@ pub(super) struct PartReader<'p, 't> {
 
 impl<'p, 't> PartReader<'p, 't> {
     /// Nothing read yet.
-    pub fn new(places: Places<'t>, options: Options, findings: &'p mut Vec<Diagnostic>) -> Self {
+    pub fn new(
+        places: Places<'t>,
+        options: Options<'_>,
+        findings: &'p mut Vec<Diagnostic>,
+    ) -> Self {
         Self {
             places,
             findings,

@@ -29,6 +29,7 @@ mod check;
 mod consistency;
 mod impossible;
 mod joint;
+mod lock;
 mod merge;
 mod mimic;
 mod records;
@@ -45,6 +46,7 @@ mod values;
 mod xml;
 
 pub(crate) use impossible::{Impossible, MEND};
+pub use lock::Lock;
 pub use merge::merge_fixed;
 pub use robot::{Body, Frame, Joint, JointKind, Limits, Losses, Mimic, Robot, plane_basis};
 pub use snap::Snapped;
@@ -72,17 +74,25 @@ const MAX_FINDINGS: usize = 100;
 
 /// How a URDF is read.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Options {
+pub struct Options<'a> {
     /// Entries of rotations and axes that are this near to 0 or ±1 are rounded
     /// to it; `None` leaves them as they are. At 1e-9, the default, an angle
     /// such as `1.57079632679` becomes a quarter turn; files with six or seven
     /// digits (`1.570796`) need 1e-6.
     pub snap: Option<f64>,
+    /// Joints that stand still, welded at a position; those that mimic them stand still, too.
+    pub locked: &'a [Lock],
+    /// Whether an inertia that no body can have is a warning, and used as it stands.
+    pub impossible: bool,
 }
 
-impl Default for Options {
+impl Default for Options<'_> {
     fn default() -> Self {
-        Self { snap: Some(1e-9) }
+        Self {
+            snap: Some(1e-9),
+            locked: &[],
+            impossible: false,
+        }
     }
 }
 
@@ -126,7 +136,7 @@ pub fn read(sources: &Sources, id: SourceId, diagnostics: &mut Vec<Diagnostic>) 
 pub fn read_with(
     sources: &Sources,
     id: SourceId,
-    options: Options,
+    options: Options<'_>,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<Robot> {
     let places = Places {
@@ -140,7 +150,11 @@ pub fn read_with(
     robot.filter(|_| !failed)
 }
 
-fn read_text(places: Places, options: Options, findings: &mut Vec<Diagnostic>) -> Option<Robot> {
+fn read_text(
+    places: Places,
+    options: Options<'_>,
+    findings: &mut Vec<Diagnostic>,
+) -> Option<Robot> {
     let document = xml::parse(places)
         .and_then(|document| check::is_urdf(places, &document).map(|()| document))
         .map_err(|error| findings.push(*error))
@@ -185,7 +199,7 @@ impl File<'_, '_> {
     fn assemble(
         &self,
         order: Option<&[Place]>,
-        options: Options,
+        options: Options<'_>,
         findings: &mut Vec<Diagnostic>,
     ) -> Option<Robot> {
         let mut reader = PartReader::new(self.places, options, findings);
@@ -198,7 +212,7 @@ impl File<'_, '_> {
             .map(|(joint, value)| reader.joint(joint, value))
             .collect();
         let snapped = reader.snapped;
-        let robot = order.map(|order| {
+        let mut robot = order.map(|order| {
             let parts = Parts {
                 links: &self.links,
                 inertias: &inertias,
@@ -210,11 +224,18 @@ impl File<'_, '_> {
             };
             assemble(self.places, self.document, &parts, order)
         });
+        if let Some(robot) = &mut robot {
+            lock::lock(robot, options.locked, findings);
+        }
         let tree = robot
             .as_ref()
             .zip(order)
             .and_then(|(r, order)| tree(r, order));
+        let first = findings.len();
         check_links(self.places, &self.links, &inertias, tree.as_ref(), findings);
+        if options.impossible {
+            consistency::excuse(&mut findings[first..]);
+        }
         if let Some(robot) = &robot {
             check_mimics(robot, findings);
             check_mobility(robot, findings);

@@ -142,6 +142,17 @@ pub fn rotation_from_rpy([roll, pitch, yaw]: Vector3) -> Matrix3 {
     ]
 }
 
+/// The rotation by `angle` rad about a unit vector (Rodrigues).
+pub fn rotation_about([x, y, z]: Vector3, angle: f64) -> Matrix3 {
+    let (s, c) = angle.sin_cos();
+    let v = 1.0 - c;
+    [
+        [c + v * x * x, v * x * y - s * z, v * x * z + s * y],
+        [v * x * y + s * z, c + v * y * y, v * y * z - s * x],
+        [v * x * z - s * y, v * y * z + s * x, c + v * z * z],
+    ]
+}
+
 /// The rotation of a quaternion `(x, y, z, w)` of any length but zero.
 pub fn rotation_from_quaternion(quaternion: [f64; 4]) -> Matrix3 {
     // Scaled first: the square of a tiny number is zero.

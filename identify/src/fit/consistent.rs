@@ -6,14 +6,13 @@
 
 use super::columns::Columns;
 use super::equations::Equations;
-use super::estimate::{Estimate, Normal, Signs, estimate, in_use};
+use super::estimate::{Design, Estimate, Normal, Signs, estimate};
+use super::point::TEN;
 use super::select::Chosen;
-use dynamics_codegen::derive::STANDARD;
 use nalgebra::{DMatrix, DVector, Matrix4};
 
 /// A thin rod stands at the edge of what a body can be: steps there are short.
 const ITERATIONS: usize = 1000;
-const TEN: usize = STANDARD.len();
 
 /// Where the entries of `U` above its diagonal stand.
 const ABOVE: [(usize, usize); 6] = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)];
@@ -26,19 +25,21 @@ pub(super) fn refine(
     chosen: &Chosen,
 ) -> (Estimate, Vec<bool>) {
     let linear = estimate(columns, equations, &chosen.groups, true, Signs::Kept);
-    let used = in_use(columns, &chosen.groups, true);
+    let design = Design::new(columns, &chosen.groups, true);
+    let used = &design.used;
     let blocks = equations.blocks.iter();
-    let normal = Normal::new(columns, &used, blocks, equations.news, Signs::Kept);
+    let mut normal = Normal::new(columns, &design, blocks, equations.news, Signs::Kept);
+    // What is carried stays what the linear fit says.
+    if let Some((point, _)) = &linear.point {
+        normal.carry(point);
+    }
     let bodies = columns.inertial / TEN;
     let mut theta: Vec<f64> = (0..bodies)
         .flat_map(|b| parameters_of(&columns.stated[TEN * b..TEN * (b + 1)]))
         .collect();
     let mut floors: Vec<f64> = theta.chunks(TEN).flat_map(floors).collect();
-    let signed = columns.signed();
-    floors.extend(used[columns.inertial..].iter().map(|&c| match signed[c] {
-        true => 0.0,
-        false => f64::NEG_INFINITY,
-    }));
+    let lower = columns.lower();
+    floors.extend(used[columns.inertial..].iter().map(|&c| lower[c]));
     raise(&mut theta, &floors);
     theta.extend(used[columns.inertial..].iter().map(|&c| linear.values[c]));
     let mut damping = 1e-3;
@@ -75,11 +76,18 @@ pub(super) fn refine(
     }
     let mut result = linear;
     for (&column, value) in used.iter().zip(corrections(columns, &theta)) {
-        result.values[column] = value;
+        match result.inertial.get_mut(column) {
+            // A payload is in the values, too.
+            Some(inertial) => {
+                result.values[column] += value - *inertial;
+                *inertial = value;
+            }
+            None => result.values[column] = value,
+        }
         // Standard errors are those of the linear fit, which may hold other coefficients at zero.
-        if signed[column] {
+        if lower[column].is_finite() {
             let std = &mut result.std[column];
-            *std = match value > 0.0 {
+            *std = match value > lower[column] {
                 true if std.is_nan() => f64::INFINITY,
                 true => *std,
                 false => f64::NAN,

@@ -49,7 +49,7 @@ impl Correction {
     }
 
     /// `X(q, v, a) x`: per coordinate, a value per sample.
-    fn weighed(
+    pub fn weighed(
         &self,
         machine: &Machine,
         states: &States,

@@ -20,6 +20,11 @@ const MOST_SAMPLES: usize = 20_000;
 pub(super) struct Equations {
     /// Per coordinate, a value per sample: what the model leaves unexplained.
     residual: Vec<Vec<f64>>,
+    /// Per coordinate, a value per sample: what the inputs exert.
+    exerted: Vec<Vec<f64>>,
+    /// When the samples were taken, s, and how fast each coordinate moved then.
+    pub t: Vec<f64>,
+    pub velocity: Vec<Vec<f64>>,
     /// Per column, per coordinate, a value per sample.
     columns: Vec<Vec<Vec<f64>>>,
     /// Per sample, directions that no multiplier reaches (`n×(n−m)`, orthonormal);
@@ -44,6 +49,21 @@ pub(super) struct Block {
     pub square: f64,
 }
 
+impl Block {
+    /// `|r − X x|²`, with a coefficient per column.
+    pub fn squared_error(&self, x: &[f64]) -> f64 {
+        let mut error = self.square;
+        let active: Vec<usize> = (0..x.len()).filter(|&c| x[c] != 0.0).collect();
+        for &a in &active {
+            error -= 2.0 * x[a] * self.moment[a];
+            for &b in &active {
+                error += x[a] * x[b] * self.gram[(a, b)];
+            }
+        }
+        error.max(0.0)
+    }
+}
+
 impl Equations {
     /// `fastest` is how fast each coordinate moved in the log that was learnt from; this
     /// one, if there is none.
@@ -60,12 +80,14 @@ impl Equations {
         let terms = machine.terms(&states, parameters);
         let n = machine.coordinate_count();
         let mut residual = vec![Vec::with_capacity(terms.len()); n];
+        let mut exerted = residual.clone();
         let mut free = Vec::new();
         for (sample, terms) in terms.iter().enumerate() {
             let acceleration = DVector::from_fn(n, |i, _| a[i][sample]);
             let left = &terms.force - &terms.mass_matrix * acceleration;
             for i in 0..n {
                 residual[i].push(left[i]);
+                exerted[i].push(terms.force[i] - terms.bias_force[i] - terms.applied_force[i]);
             }
             if machine.constraint_count() > 0 {
                 free.push(terms.constraint_matrix.clone());
@@ -74,7 +96,13 @@ impl Equations {
         let fastest = fastest.map_or_else(|| fastest_of(&states.v), <[f64]>::to_vec);
         let columns = columns.along(machine, &states, parameters, &a, &fastest);
         let band = Band::of(record, &smoothed, MOST_SAMPLES);
-        let residual: Vec<Vec<f64>> = residual.iter().map(|r| band.limit(r)).collect();
+        let limited = |forces: &[Vec<f64>]| -> Vec<Vec<f64>> {
+            forces.iter().map(|force| band.limit(force)).collect()
+        };
+        let (residual, exerted) = (limited(&residual), limited(&exerted));
+        let kept = |values: &[f64]| -> Vec<f64> {
+            values.iter().step_by(band.stride()).copied().collect()
+        };
         let columns: Vec<Vec<Vec<f64>>> = (columns.par_iter())
             .map(|column| column.iter().map(|c| band.limit(c)).collect())
             .collect();
@@ -85,6 +113,9 @@ impl Equations {
         let mut equations = Self {
             scale: Vec::new(),
             residual,
+            exerted,
+            t: kept(&states.t),
+            velocity: states.v.iter().map(|v| kept(v)).collect(),
             columns,
             free,
             blocks: Vec::new(),
@@ -108,6 +139,37 @@ impl Equations {
             .windows(2)
             .map(|pair| self.block(pair[0], pair[1]))
             .collect();
+    }
+
+    /// Squares of what `x` leaves of a block, by coordinate, in units of the scale; under
+    /// constraints by direction that no multiplier reaches.
+    pub fn squared_errors(&self, block: usize, x: &[f64]) -> Vec<f64> {
+        let bound = |block: usize| block * self.samples() / BLOCKS;
+        let range = bound(block)..bound(block + 1);
+        let mut left: Vec<Vec<f64>> = self
+            .residual
+            .iter()
+            .map(|r| r[range.clone()].to_vec())
+            .collect();
+        for (column, &value) in self.columns.iter().zip(x).filter(|(_, x)| **x != 0.0) {
+            for (left, column) in left.iter_mut().zip(column) {
+                let pairs = left.iter_mut().zip(&column[range.clone()]);
+                pairs.for_each(|(left, c)| *left -= value * c);
+            }
+        }
+        let mut squares = vec![0.0; self.scale.len()];
+        for k in 0..range.len() {
+            for (direction, square) in squares.iter_mut().enumerate() {
+                let value = match self.free.get(range.start + k) {
+                    None => left[direction][k],
+                    Some(z) => (0..left.len())
+                        .map(|i| z[(i, direction)] * left[i][k])
+                        .sum(),
+                };
+                *square += (value / self.scale[direction]).powi(2);
+            }
+        }
+        squares
     }
 
     fn block(&self, from: usize, to: usize) -> Block {
@@ -146,7 +208,7 @@ impl Equations {
 
     /// What is left per coordinate with the corrections `x`; under constraints what is
     /// left in the directions that no multiplier reaches.
-    fn left(&self, x: &[f64]) -> Vec<Vec<f64>> {
+    pub fn left(&self, x: &[f64]) -> Vec<Vec<f64>> {
         let mut left = self.residual.clone();
         for (column, &value) in self.columns.iter().zip(x).filter(|(_, x)| **x != 0.0) {
             for (left, column) in left.iter_mut().zip(column) {
@@ -155,14 +217,25 @@ impl Equations {
                 }
             }
         }
+        self.seen(left)
+    }
+
+    /// What the inputs exert, per coordinate and sample; under constraints what no multiplier
+    /// takes up.
+    pub fn exerted(&self) -> Vec<Vec<f64>> {
+        self.seen(self.exerted.clone())
+    }
+
+    /// The part of forces in the directions that no multiplier reaches.
+    fn seen(&self, mut forces: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         for (sample, z) in self.free.iter().enumerate() {
-            let all = DVector::from_fn(left.len(), |i, _| left[i][sample]);
+            let all = DVector::from_fn(forces.len(), |i, _| forces[i][sample]);
             let seen = z * z.tr_mul(&all);
-            for i in 0..left.len() {
-                left[i][sample] = seen[i];
+            for i in 0..forces.len() {
+                forces[i][sample] = seen[i];
             }
         }
-        left
+        forces
     }
 
     /// Root mean squares of forces in the directions that are fitted.

@@ -66,7 +66,7 @@ pub(super) fn inertial(
             let doubt = if at_edge[column] {
                 Some(Doubt::AtBound)
             } else {
-                let is_far = is_far(stated, estimate.values[column], prior);
+                let is_far = is_far(stated, estimate.inertial[column], prior);
                 is_far.then_some(Doubt::FarFromStated)
             };
             let taken = (1.0 - (std / prior).powi(2)).clamp(0.0, 1.0);
@@ -75,7 +75,7 @@ pub(super) fn inertial(
                 parameter: STANDARD[column % STANDARD.len()],
                 stated,
                 estimate: Value {
-                    value: stated + estimate.values[column],
+                    value: stated + estimate.inertial[column],
                     std,
                 },
                 determined: if doubt.is_some() { 0.0 } else { taken },

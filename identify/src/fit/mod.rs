@@ -7,7 +7,9 @@
 //!
 //! `δφ` are corrections to the bodies' standard inertial parameters, drawn to the model's
 //! own values by a prior; `ψ` are friction, rotor inertia, offset and couplings, each
-//! taken in only if it predicts blocks of the log that it was not fitted to. Under
+//! taken in only if it predicts blocks of the log that it was not fitted to. One point mass on a
+//! body competes with them: `δφ` of that body is then `m (1, p, …)`, which is not linear in its
+//! place `p`. What the model states of all these already is where the estimate begins. Under
 //! constraints the equations are projected onto the directions that no multiplier
 //! reaches, the null space of `A`. Errors are reported on a part of the log that nothing was fitted to.
 
@@ -18,28 +20,38 @@ mod correction;
 mod equations;
 mod estimate;
 mod frame;
+mod groups;
 mod inertial;
+mod judged;
 mod page;
+mod point;
 mod select;
 mod signs;
+mod written;
 
 pub use compare::{
     Base, Comparison, ConstraintError, Kind, Process, Row, Settings, compare,
     page as comparison_page,
 };
 pub use inertial::{Doubt, InertialParameter};
+pub use judged::{Curves, Error, ForceSeries};
 pub use page::page;
+pub(crate) use page::{percent, rows};
+pub use written::{Source, Unwritable, written};
 
 use crate::log::{Log, LogError, Record, said_of};
 use crate::machine::{Machine, SolveError};
 use crate::number::short;
 use crate::smooth::SmoothError;
+use crate::trace::TraceError;
 use columns::Columns;
 use correction::Correction;
 use dynamics_codegen::Compiled;
 use equations::Equations;
 use estimate::{Estimate, Signs, estimate};
+use groups::{Group, Law, Stated};
 use inertial::inertial;
+use judged::{curves, errors, floor};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -70,17 +82,6 @@ pub struct Request<'a> {
     pub inertia: Inertia,
 }
 
-/// Root mean squares of what the model leaves of the measured forces, per coordinate and
-/// over all, in the unit of the force on that coordinate, within the band in which the
-/// log shows accelerations at all.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Error {
-    /// By coordinate.
-    pub by_coordinate: BTreeMap<String, f64>,
-    /// Root mean square over all coordinates.
-    pub total: f64,
-}
-
 /// A number with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Value {
@@ -95,15 +96,34 @@ pub struct Value {
 /// A group of terms that the model lacked.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Term {
-    /// `friction`, `armature`, `constant_force` or `joint_coupling`.
+    /// `friction`, `armature`, `constant_force`, `joint_coupling` or `payload`.
     pub term: String,
-    /// The coordinates that it acts on.
+    /// The coordinates, or the body, that it acts on.
     pub on: Vec<String>,
-    /// Its coefficients by name.
+    /// Its coefficients by name, with what the model states of them already.
     pub coefficients: BTreeMap<String, Value>,
+    /// What the model states of them, where it does.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub stated: BTreeMap<String, f64>,
     /// By how much it lowers the mean squared error of blocks it was not fitted to, as a
     /// share of what was left before it.
     pub gain: f64,
+    /// By how many nats these blocks are likelier with it.
+    pub evidence: f64,
+    /// Of a payload: whether it is where the body's own centre of mass is, so that the body may as
+    /// well be heavier than stated.
+    pub may_be_body: bool,
+    #[serde(skip)]
+    details: Details,
+}
+
+/// What is needed to write a term into a model.
+#[derive(Debug, Clone, PartialEq)]
+struct Details {
+    /// Per coefficient, what the model states.
+    stated: Vec<Stated>,
+    /// The speed at which its smooth sign has reached 76 %.
+    width: f64,
 }
 
 /// What was found.
@@ -113,7 +133,14 @@ pub struct Fit {
     pub before: Error,
     /// The same with the new terms and the corrected inertias.
     pub after: Error,
-    /// Whether that is larger: what follows fits the log it was learnt from and nothing else.
+    /// What the measured forces vary by: their standard deviations. Zero along a coordinate that no
+    /// input drives.
+    pub measured: Error,
+    /// What noise of the position, velocity and acceleration sensors alone would leave of them, were
+    /// the model exactly right; not known under constraints.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise_floor: Option<Error>,
+    /// Whether the error after is larger than before: what follows fits the log it was learnt from and nothing else.
     pub worse: bool,
     /// Terms, in the order in which they were taken in.
     pub terms: Vec<Term>,
@@ -131,6 +158,12 @@ pub struct Fit {
     pub samples: (usize, usize),
     /// What should be known about the logs.
     pub warnings: Vec<String>,
+    /// Curves along the log that was judged by, for a page; not part of the JSON.
+    #[serde(skip)]
+    pub curves: Curves,
+    /// Nats by which corrected inertias make blocks likelier that they were not fitted to.
+    #[serde(skip)]
+    inertia_evidence: f64,
 }
 
 /// Why a log could not be fitted.
@@ -166,6 +199,9 @@ pub enum FitError {
     /// A Gaussian process cannot be set up.
     #[error("what the model leaves cannot be learnt: {0}")]
     Process(#[from] gp::GpError),
+    /// What the sensors' noise leaves is not known.
+    #[error("the noise floor of the forces cannot be found: {0}")]
+    Floor(Box<TraceError>),
     /// The bodies do not form a tree.
     #[error("{0}")]
     Tree(String),
@@ -192,7 +228,7 @@ fn learn(request: &Request<'_>) -> Result<(Fit, Correction), FitError> {
     }
     let (train, test) = split(request)?;
     let mut machine = Machine::new(request.compiled.clone());
-    let columns = Columns::new(&mut machine, request.parameters, request.inertia)?;
+    let columns = Columns::new(&mut machine, request.parameters)?;
     let learnt = Equations::new(&machine, &columns, request.parameters, &train, None)?;
     let fastest = learnt.fastest.clone();
     let judged = Equations::new(
@@ -202,7 +238,7 @@ fn learn(request: &Request<'_>) -> Result<(Fit, Correction), FitError> {
         &test,
         Some(&fastest),
     )?;
-    let (chosen, learnt) = select::select(&columns, learnt);
+    let (chosen, learnt) = select::select(&columns, learnt, request.inertia != Inertia::Fixed);
     let (estimate, at_edge) = match request.inertia {
         Inertia::Consistent if chosen.inertias => consistent::refine(&columns, &learnt, &chosen),
         _ => {
@@ -212,11 +248,21 @@ fn learn(request: &Request<'_>) -> Result<(Fit, Correction), FitError> {
         }
     };
     let names: Vec<String> = model.coordinates.iter().map(|c| c.name.clone()).collect();
-    let error = |x: &[f64]| error(&names, &judged.rms(x));
-    let nothing = vec![0.0; columns.count()];
-    let (before, after) = (error(&nothing), error(&estimate.values));
+    let [before, after, measured] = errors(&names, &judged, &estimate.values);
+    let terms = terms(&columns, &chosen, &estimate, &fastest);
+    let inertial = match chosen.inertias {
+        true => inertial(&columns, &estimate, &at_edge),
+        false => Vec::new(),
+    };
+    let correction = Correction {
+        columns,
+        values: estimate.values,
+        fastest,
+    };
+    let noise_floor = floor(&names, &machine, request.parameters, &correction, &test)?;
     let mut warnings = said_of(&train, &test, request.test.is_some());
     let worse = after.total > before.total;
+    warnings.extend(worse_joints(&before, &after).filter(|_| !worse));
     if worse {
         warnings.push(rise(&before, &after, request.test.is_some()));
     }
@@ -229,63 +275,116 @@ fn learn(request: &Request<'_>) -> Result<(Fit, Correction), FitError> {
     let fit = Fit {
         before,
         after,
+        measured,
+        noise_floor,
+        curves: curves(&names, &judged, &correction.values),
+        inertia_evidence: chosen.inertia_nats,
         worse,
-        terms: terms(&columns, &chosen, &estimate),
+        terms,
         inertia: if chosen.inertias {
             request.inertia
         } else {
             Inertia::Fixed
         },
-        inertial: if chosen.inertias {
-            inertial(&columns, &estimate, &at_edge)
-        } else {
-            Vec::new()
-        },
-        base_parameters: columns.structural_rank(&machine, request.parameters),
+        inertial,
+        base_parameters: correction
+            .columns
+            .structural_rank(&machine, request.parameters),
         determined: estimate.determined,
         samples: (train.len(), test.len()),
         warnings,
     };
-    let correction = Correction {
-        columns,
-        values: estimate.values,
-        fastest,
-    };
     Ok((fit, correction))
 }
 
-fn error(names: &[String], rms: &[f64]) -> Error {
-    let squares: f64 = rms.iter().map(|x| x * x).sum();
-    Error {
-        by_coordinate: names.iter().cloned().zip(rms.iter().copied()).collect(),
-        total: (squares / rms.len() as f64).sqrt(),
-    }
+fn terms(
+    columns: &Columns,
+    chosen: &select::Chosen,
+    estimate: &Estimate,
+    fastest: &[f64],
+) -> Vec<Term> {
+    let each = chosen.groups.iter().zip(&chosen.gains);
+    each.map(|(&group, gain)| {
+        let group = &columns.groups[group];
+        let values = values(group, estimate);
+        Term {
+            term: group.term().to_string(),
+            on: group.on.clone(),
+            coefficients: group
+                .names
+                .iter()
+                .map(|name| name.to_string())
+                .zip(values)
+                .collect(),
+            stated: group
+                .names
+                .iter()
+                .zip(&group.stated)
+                .filter(|(_, s)| s.value != 0.0)
+                .map(|(name, s)| (name.to_string(), s.value))
+                .collect(),
+            gain: gain.share,
+            evidence: gain.nats,
+            may_be_body: may_be_body(columns, group, estimate),
+            details: Details {
+                stated: group.stated.clone(),
+                width: group.width(fastest),
+            },
+        }
+    })
+    .collect()
 }
 
-fn terms(columns: &Columns, chosen: &select::Chosen, estimate: &Estimate) -> Vec<Term> {
-    let of = |&(group, gain): &(usize, f64)| {
-        let group = &columns.groups[group];
-        let values = group.columns.clone().zip(&group.names);
-        let coefficients = values.map(|(column, name)| {
-            let value = Value {
-                value: estimate.values[column],
-                std: estimate.std[column],
-            };
-            (name.to_string(), value)
-        });
-        Term {
-            term: group.term.to_string(),
-            on: group.on.clone(),
-            coefficients: coefficients.collect(),
-            gain,
-        }
+/// Within so many standard errors two places are one.
+const ONE_PLACE: f64 = 3.0;
+
+/// Whether a payload is, as far as the log knows, in the body's own centre of mass.
+fn may_be_body(columns: &Columns, group: &Group, estimate: &Estimate) -> bool {
+    let Some((point, std)) = estimate.point.filter(|_| group.law == Law::Payload) else {
+        return false;
     };
-    chosen
-        .groups
-        .iter()
-        .zip(&chosen.gains)
-        .map(|(&g, &gain)| of(&(g, gain)))
-        .collect()
+    let center = columns.centers[group.columns.start / point::TEN];
+    let mut axes = point.at.iter().zip(center).zip(&std[1..]);
+    group.carried.is_none() && axes.all(|((at, center), std)| (at - center).abs() < ONE_PLACE * std)
+}
+
+/// The coefficients of a group, with what the model states of them already.
+fn values(group: &Group, estimate: &Estimate) -> Vec<Value> {
+    if group.law == Law::Payload {
+        let Some((point, std)) = &estimate.point else {
+            return Vec::new();
+        };
+        let [x, y, z] = point.at;
+        let values = [point.mass, x, y, z].into_iter().zip(std);
+        return values.map(|(value, &std)| Value { value, std }).collect();
+    }
+    let columns = group.columns.clone().zip(&group.stated);
+    let of = |(column, stated): (usize, &Stated)| Value {
+        value: stated.value + estimate.values[column],
+        std: estimate.std[column],
+    };
+    columns.map(of).collect()
+}
+
+/// A joint's error on the data that is judged by has risen if it is larger by this share.
+const RISEN: f64 = 0.02;
+
+/// Joints that are predicted worse than before, though all together are predicted better.
+fn worse_joints(before: &Error, after: &Error) -> Option<String> {
+    let pairs = before.by_coordinate.iter();
+    let pairs = pairs.map(|(name, &before)| (name, before, after.by_coordinate[name]));
+    let risen = pairs.filter(|(_, before, after)| *after > (1.0 + RISEN) * before);
+    let each = risen.map(|(name, before, after)| {
+        format!("{name} (from {} to {})", short(before), short(after))
+    });
+    let each: Vec<String> = each.collect();
+    (!each.is_empty()).then(|| {
+        format!(
+            "on the data that was judged by the error rises in {}: motion there differs from what was \
+             learnt from",
+            each.join(", ")
+        )
+    })
 }
 
 /// What a fit that makes the model worse is told about.

@@ -1,6 +1,6 @@
 //! What was fitted, for people.
 
-use super::{Doubt, Fit, Inertia, InertialParameter};
+use super::{Doubt, Fit, Inertia, InertialParameter, Term, Value};
 use crate::number::{short, with_error};
 use std::fmt::Write;
 
@@ -57,17 +57,68 @@ fn write(fit: &Fit, out: &mut String) -> std::fmt::Result {
 fn errors(fit: &Fit, out: &mut String) -> std::fmt::Result {
     writeln!(
         out,
-        "root mean square of what is left of the forces, N or N·m"
+        "root mean square of what is left of the forces, N or N·m, and in % of what they vary by"
     )?;
-    writeln!(out, "  {:<16} {:>10} {:>10}", "", "before", "after")?;
-    let each = fit.before.by_coordinate.iter();
-    let each = each.map(|(name, &before)| (name.as_str(), before, fit.after.by_coordinate[name]));
-    let all = ("all", fit.before.total, fit.after.total);
-    for (name, before, after) in each.chain([all]) {
-        let (before, after) = (short(before), short(after));
-        writeln!(out, "  {name:<16} {before:>10} {after:>10}")?;
+    let floor = fit.noise_floor.as_ref();
+    writeln!(
+        out,
+        "  {:<16} {:>10} {:>8} {:>10} {:>8} {:>12}",
+        "", "before", "%", "after", "%", "noise floor"
+    )?;
+    for row in rows(fit) {
+        let [before, after] = [row.before, row.after].map(|error| {
+            let share = 100.0 * error / row.measured;
+            (short(error), percent(share))
+        });
+        let floor = floor.map_or("-".to_string(), |_| short(row.floor));
+        writeln!(
+            out,
+            "  {:<16} {:>10} {:>8} {:>10} {:>8} {floor:>12}",
+            row.name, before.0, before.1, after.0, after.1
+        )?;
     }
     writeln!(out)
+}
+
+/// A line of the table of errors.
+pub(crate) struct Row<'a> {
+    pub name: &'a str,
+    pub before: f64,
+    pub after: f64,
+    /// Not a number where it is not known.
+    pub floor: f64,
+    /// What the force varies by.
+    pub measured: f64,
+}
+
+/// The lines of the table of errors: every coordinate, then all together.
+pub(crate) fn rows(fit: &Fit) -> Vec<Row<'_>> {
+    let floor = fit.noise_floor.as_ref();
+    let names = fit.before.by_coordinate.keys();
+    let each = names.map(|name| Row {
+        name,
+        before: fit.before.by_coordinate[name],
+        after: fit.after.by_coordinate[name],
+        floor: floor.map_or(f64::NAN, |floor| floor.by_coordinate[name]),
+        measured: fit.measured.by_coordinate[name],
+    });
+    let all = Row {
+        name: "all",
+        before: fit.before.total,
+        after: fit.after.total,
+        floor: floor.map_or(f64::NAN, |floor| floor.total),
+        measured: fit.measured.total,
+    };
+    each.chain([all]).collect()
+}
+
+/// Three digits of a share; a dash where there is none.
+pub(crate) fn percent(share: f64) -> String {
+    match share.is_finite() {
+        true if share < 99.95 => format!("{share:.1}"),
+        true => format!("{share:.0}"),
+        false => "-".to_string(),
+    }
 }
 
 fn terms(fit: &Fit, out: &mut String) -> std::fmt::Result {
@@ -84,13 +135,10 @@ fn terms(fit: &Fit, out: &mut String) -> std::fmt::Result {
     )?;
     for term in &fit.terms {
         let name = format!("{}({})", term.term, term.on.join(", "));
-        let values =
-            term.coefficients
-                .iter()
-                .map(|(name, v)| match v.std.is_nan() && v.value == 0.0 {
-                    true => format!("{name} = 0 (held: no less is possible)"),
-                    false => format!("{name} = {}", with_error(v.value, v.std)),
-                });
+        let values = term
+            .coefficients
+            .iter()
+            .map(|(name, v)| coefficient(term, name, v));
         let values: Vec<String> = values.collect();
         let gain = 100.0 * term.gain;
         writeln!(
@@ -98,8 +146,38 @@ fn terms(fit: &Fit, out: &mut String) -> std::fmt::Result {
             "  {name:<32} {}  (removes {gain:.1} %)",
             values.join(", ")
         )?;
+        if term.may_be_body {
+            writeln!(
+                out,
+                "    it is in the body's own centre of mass: a load, or the body itself is heavier"
+            )?;
+        }
     }
     writeln!(out)
+}
+
+/// A place that is known no better than this, m, is what was believed before.
+const ANYWHERE: f64 = 0.25;
+
+/// A coefficient with its error, in words where it has none.
+fn coefficient(term: &Term, name: &str, v: &Value) -> String {
+    let is_payload = term.term == "payload";
+    if is_payload && name != "m" && v.std > ANYWHERE {
+        return format!("{name} is not determined");
+    }
+    let value = match v.std.is_nan() && v.value == 0.0 {
+        true => format!("{name} = 0 (held: no less is possible)"),
+        false => format!("{name} = {}", with_error(v.value, v.std)),
+    };
+    let value = match (is_payload, name) {
+        (true, "m") => format!("{value} kg"),
+        (true, _) => format!("{value} m"),
+        _ => value,
+    };
+    match term.stated.get(name) {
+        Some(stated) => format!("{value} (the model states {})", short(*stated)),
+        None => value,
+    }
 }
 
 fn inertial(p: &InertialParameter, remark: &str, out: &mut String) -> std::fmt::Result {

@@ -1,4 +1,4 @@
-//! Least squares in which some coefficients are zero or more.
+//! Least squares in which some coefficients are not below a bound.
 //!
 //! Source: C. L. Lawson, R. J. Hanson, *Solving Least Squares Problems* (1974), chapter 23, on
 //! the normal equations; it begins with everything free, as few coefficients are ever held.
@@ -15,7 +15,7 @@ const TURNS: usize = 3;
 /// A solution within the signs.
 #[derive(Debug, Clone)]
 pub(super) struct Bounded {
-    /// The coefficients; exactly zero where held.
+    /// The coefficients; exactly at the bound where held.
     pub x: DVector<f64>,
     /// Which of them are not held, ascending.
     pub free: Vec<usize>,
@@ -23,13 +23,26 @@ pub(super) struct Bounded {
     pub cholesky: Cholesky<f64, Dyn>,
 }
 
-/// Minimises `½ xᵀ G x − mᵀ x` for a positive definite `G` (n×n) with `x_i ≥ 0` where `signed`
-/// says so (n). `None` if `G` is not positive definite.
+/// Minimises `½ xᵀ G x − mᵀ x` for a positive definite `G` (n×n) with `x_i ≥ lower_i` (n; `-∞` for
+/// none). `None` if `G` is not positive definite.
 pub(super) fn bounded(
     gram: &DMatrix<f64>,
     moment: &DVector<f64>,
-    signed: &[bool],
+    lower: &[f64],
 ) -> Option<Bounded> {
+    // In what each is above its bound.
+    let floor = DVector::from_fn(lower.len(), |i, _| match lower[i].is_finite() {
+        true => lower[i],
+        false => 0.0,
+    });
+    let signed: Vec<bool> = lower.iter().map(|bound| bound.is_finite()).collect();
+    let mut found = positive(gram, &(moment - gram * &floor), &signed)?;
+    found.x += floor;
+    Some(found)
+}
+
+/// The same with zero for every bound, where `signed` says that there is one.
+fn positive(gram: &DMatrix<f64>, moment: &DVector<f64>, signed: &[bool]) -> Option<Bounded> {
     let mut held = vec![false; signed.len()];
     let mut best = solved(gram, moment, &held)?;
     let mut releases = TURNS * signed.len();
@@ -89,7 +102,7 @@ mod tests {
     #[test]
     fn without_signs_it_is_least_squares() {
         let gram = dmatrix![4.0, 1.0; 1.0, 3.0];
-        let found = bounded(&gram, &dvector![1.0, -2.0], &[false, false]).unwrap();
+        let found = bounded(&gram, &dvector![1.0, -2.0], &[f64::NEG_INFINITY; 2]).unwrap();
         assert!((&gram * &found.x - dvector![1.0, -2.0]).amax() < 1e-14);
         assert_eq!(found.free, [0, 1]);
     }
@@ -98,9 +111,19 @@ mod tests {
     #[test]
     fn what_would_be_negative_is_held_at_zero() {
         let gram = dmatrix![4.0, 1.0; 1.0, 3.0];
-        let found = bounded(&gram, &dvector![1.0, -2.0], &[true, true]).unwrap();
+        let found = bounded(&gram, &dvector![1.0, -2.0], &[0.0; 2]).unwrap();
         assert_eq!(found.x, dvector![0.25, 0.0]);
         assert_eq!(found.free, [0]);
+    }
+
+    /// What the model states of a coefficient may be taken away, no more.
+    #[test]
+    fn a_bound_below_zero_is_kept() {
+        let gram = dmatrix![4.0, 1.0; 1.0, 3.0];
+        let found = bounded(&gram, &dvector![1.0, -2.0], &[0.0, -0.5]).unwrap();
+        assert_eq!(found.x, dvector![0.375, -0.5]);
+        let free = bounded(&gram, &dvector![1.0, -2.0], &[0.0, -1.0]).unwrap();
+        assert!((&gram * &free.x - dvector![1.0, -2.0]).amax() < 1e-14);
     }
 
     /// Both are negative at first, but only one has to be held.
@@ -108,7 +131,7 @@ mod tests {
     fn what_was_held_too_soon_is_set_free() {
         let gram = dmatrix![1.0, 0.0, 0.9; 0.0, 1.0, 0.9; 0.9, 0.9, 1.8];
         let moment = dvector![0.2, 0.6, 1.0];
-        let all = [true; 3];
+        let all = [0.0; 3];
         let found = bounded(&gram, &moment, &all).unwrap();
         let slope = &gram * &found.x - &moment;
         for i in 0..3 {

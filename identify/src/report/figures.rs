@@ -180,14 +180,14 @@ impl<'a> Figures<'a> {
     }
 }
 
-fn named(name: &str, chart: &Chart) -> Result<Figure, ChartError> {
+pub(super) fn named(name: &str, chart: &Chart) -> Result<Figure, ChartError> {
     Ok(Figure {
         caption: name.to_string(),
         svg: chart.svg()?,
     })
 }
 
-fn line(colour: RGBColor, points: Vec<(f64, f64)>) -> Layer {
+pub(super) fn line(colour: RGBColor, points: Vec<(f64, f64)>) -> Layer {
     Layer {
         mark: Mark::Line,
         colour,
@@ -196,7 +196,7 @@ fn line(colour: RGBColor, points: Vec<(f64, f64)>) -> Layer {
 }
 
 /// A curve that is broken where the log has a gap.
-fn broken(t: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
+pub(super) fn broken(t: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
     let usual = t.windows(2).map(|pair| pair[1] - pair[0]);
     let usual = usual.fold(f64::INFINITY, f64::min);
     let mut points: Vec<(f64, f64)> = Vec::with_capacity(t.len());

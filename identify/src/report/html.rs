@@ -73,10 +73,7 @@ const CANDIDATES: usize = 20;
 /// If a figure cannot be drawn or the page not be put together.
 pub fn html(page: &Page<'_>) -> Result<String, PageError> {
     let Page { outcome, model, .. } = *page;
-    let mut environment = Environment::new();
-    environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    // Texts are escaped by the name's ending.
-    environment.add_template("report.html", include_str!("report.html"))?;
+    let environment = environment()?;
     let template = environment.get_template("report.html")?;
     let figures = Figures { outcome, model };
     let figure_error = PageError::Figure;
@@ -143,6 +140,18 @@ pub fn html(page: &Page<'_>) -> Result<String, PageError> {
         "command": page.command,
     });
     Ok(template.render(Serde(contents))?)
+}
+
+/// The pages, and what they share.
+pub(super) fn environment() -> Result<Environment<'static>, PageError> {
+    let mut environment = Environment::new();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    // Texts are escaped by the name's ending.
+    environment.add_template("style.css", include_str!("style.css"))?;
+    environment.add_template("parts.html", include_str!("parts.html"))?;
+    environment.add_template("report.html", include_str!("report.html"))?;
+    environment.add_template("fitted.html", include_str!("fitted.html"))?;
+    Ok(environment)
 }
 
 /// The kind of error, in a word or two.
@@ -298,7 +307,7 @@ fn nats(value: f64, decimals: usize) -> String {
 }
 
 /// Lines of a diff with the class that colours them.
-fn diff_lines(diff: &str) -> Vec<[&str; 2]> {
+pub(super) fn diff_lines(diff: &str) -> Vec<[&str; 2]> {
     let class = |line: &str| match line.as_bytes() {
         [b'+', b'+', b'+', ..] | [b'-', b'-', b'-', ..] => "file",
         [b'+', ..] => "plus",

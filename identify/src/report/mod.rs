@@ -5,10 +5,12 @@ mod axis;
 mod chart;
 mod explain;
 mod figures;
+mod fitted;
 mod html;
 mod portable;
 mod unnamed;
 
+pub use fitted::{FitPage, fit_html};
 pub use html::{Page, PageError, html};
 pub use portable::{EFFECTS, Portable, portable};
 

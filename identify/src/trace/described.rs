@@ -11,6 +11,9 @@ use dynamics_codegen::syntax::{RobotOption, Statement, StatementKind, parse, wri
 /// The options that make parameters of a description's numbers.
 const OPTIONS: [&str; 2] = ["parameters", "origins"];
 
+/// The option that says which stated losses act.
+const LOSSES: &str = "losses";
+
 /// The model with all of its description's numbers as parameters, but where it says itself
 /// which are; nothing if it says all.
 pub(super) fn opened(text: &str) -> Option<String> {
@@ -42,6 +45,27 @@ pub(super) fn with_described(text: &str, number: &Described) -> String {
             format!("{before}, {of}{after}")
         }
         _ => text.to_string(),
+    }
+}
+
+/// The model in which the losses that its description states act in these joints only.
+pub(crate) fn with_losses(text: &str, joints: &[String]) -> String {
+    let Some((statement, options)) = description(text) else {
+        return text.to_string();
+    };
+    let names: Vec<String> = joints.iter().map(|name| written_name(name)).collect();
+    let value = match names.is_empty() {
+        true => "ignore".to_string(),
+        false => names.join(", "),
+    };
+    let given = options.iter().find(|option| option.name.text == LOSSES);
+    let ends = given.and_then(|given| Some((given.values.first()?, given.values.last()?)));
+    match ends {
+        Some((first, last)) => {
+            let (before, after) = (&text[..first.span.start], &text[last.span.end..]);
+            format!("{before}{value}{after}")
+        }
+        None => with_option(text, &statement, LOSSES, &value),
     }
 }
 

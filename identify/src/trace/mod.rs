@@ -41,11 +41,13 @@ mod waves;
 #[cfg(test)]
 mod wheel;
 
+pub(crate) use described::with_losses;
 pub use dictionary::{Candidate, Dictionary, Ranges, Source};
 pub use error::TraceError;
 pub use estimate::Observed;
 pub use finding::{Finding, ParameterEstimate, Rival, Verdict};
 pub use focus::Focus;
+pub(crate) use forces::force_floor;
 pub use microscope::{Dependence, Tried, Unnamed, UnnamedForce};
 pub use misread::{Misread, MistakenColumns};
 pub use outcome::{Basis, HoldIs, Nearest, Outcome, Split};

@@ -21,7 +21,7 @@ pub fn patch(
     let provenance: String = provenance.chars().filter(|c| !c.is_control()).collect();
     for finding in findings {
         if finding.effect == "parameter" {
-            patched = with_parameter(&patched, finding, described, &provenance);
+            patched = with_parameters(&patched, finding, described, &provenance);
         } else {
             if !patched.ends_with('\n') {
                 patched.push_str(end);
@@ -59,16 +59,44 @@ fn effect_lines(finding: &Finding, place: &[String], provenance: &str) -> String
     )
 }
 
-/// The declaration's value replaced, with a comment behind the statement.
-fn with_parameter(
+/// The declarations' values replaced, with a comment behind each statement; what the model does
+/// not state itself, its robot description does: that is stated anew, at the end.
+fn with_parameters(
     text: &str,
     finding: &Finding,
     described: &[Described],
     provenance: &str,
 ) -> String {
-    let Some((name, estimate)) = finding.parameters.iter().next() else {
-        return text.to_string();
-    };
+    let said = format!("{provenance}; evidence {:.0} nats.", finding.evidence);
+    let mut text = text.to_string();
+    let mut anew = String::new();
+    for (name, estimate) in &finding.parameters {
+        if let Some(changed) = with_parameter(&text, (name, estimate), &said) {
+            text = changed;
+            continue;
+        }
+        let number_of = described.iter().find(|number| number.parameter == *name);
+        if let Some(number) = number_of {
+            text = with_described(&text, number);
+        }
+        let end = line_end(&text);
+        anew += &format!("parameter {name} = {};{end}", number(estimate));
+    }
+    if anew.is_empty() {
+        return text;
+    }
+    let end = line_end(&text);
+    let line = if text.ends_with('\n') { "" } else { end };
+    format!("{text}{line}{end}// {said}{end}{anew}")
+}
+
+/// A declaration's value replaced, with a comment behind the statement; nothing if the text has
+/// none.
+fn with_parameter(
+    text: &str,
+    (name, estimate): (&String, &ParameterEstimate),
+    said: &str,
+) -> Option<String> {
     let mut sources = Sources::new();
     let id = sources.add("model", text);
     let (file, _) = parse(&sources, id);
@@ -81,14 +109,13 @@ fn with_parameter(
                 ..
             } if declared.text == *name => {
                 let old = &text[nominal.span.start..nominal.span.end];
-                return format!(
-                    "{}{}{} // was {old}: {provenance}; evidence {:.0} nats.{}",
+                return Some(format!(
+                    "{}{}{} // was {old}: {said}{}",
                     &text[..nominal.span.start],
                     number(estimate),
                     &text[nominal.span.end..statement.span.end],
-                    finding.evidence,
                     rest_of_line(&text[statement.span.end..], line_end(text)),
-                );
+                ));
             }
             StatementKind::Effect { values, .. } => {
                 let prefix = effect_prefix(&statement.kind);
@@ -96,34 +123,24 @@ fn with_parameter(
                     .iter()
                     .find(|(key, _)| format!("{prefix}{}", key.text) == *name);
                 if let Some((_, expr)) = value {
-                    return format!(
+                    return Some(format!(
                         "{}{}{}",
                         &text[..expr.span.start],
                         number(estimate),
                         &text[expr.span.end..]
-                    );
+                    ));
                 }
                 if let Some(own) = name.strip_prefix(&prefix) {
                     let (start, end) = (statement.span.start, statement.span.end);
                     let value = format!("{own} = {}", number(estimate));
                     let changed = with_value(&text[start..end], values.is_empty(), &value);
-                    return format!("{}{changed}{}", &text[..start], &text[end..]);
+                    return Some(format!("{}{changed}{}", &text[..start], &text[end..]));
                 }
             }
             _ => {}
         }
     }
-    // What the model does not state itself, its robot description does.
-    let number_of = described.iter().find(|number| number.parameter == *name);
-    let opened = number_of.map(|number| with_described(text, number));
-    let text = opened.as_deref().unwrap_or(text);
-    let end = line_end(text);
-    let line = if text.ends_with('\n') { "" } else { end };
-    format!(
-        "{text}{line}{end}// {provenance}; evidence {:.0} nats.{end}parameter {name} = {};{end}",
-        finding.evidence,
-        number(estimate)
-    )
+    None
 }
 
 /// An effect's statement with one more value in its braces, `first` if there is none yet.

@@ -138,7 +138,13 @@ fn placements_and_inertias_are_those_of_pinocchio() {
             return;
         };
         let text = std::fs::read_to_string(model).unwrap();
-        let (robot, report) = read_text(&text, Options { snap });
+        let (robot, report) = read_text(
+            &text,
+            Options {
+                snap,
+                ..Options::default()
+            },
+        );
         let robot = merge_fixed(&robot.unwrap_or_else(|| panic!("{report}")));
         let oracle = std::fs::read_to_string(oracle).unwrap();
         let mut joints = Joints(&oracle[oracle.find("\"joints\"").unwrap()..]);

@@ -2,6 +2,7 @@
 
 mod bounds;
 mod files;
+mod locking;
 mod messages;
 mod models;
 mod reading;

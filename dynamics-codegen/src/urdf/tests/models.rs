@@ -7,7 +7,13 @@ use std::path::Path;
 /// A file that must be read without a word.
 fn read_silently(path: &Path) -> Robot {
     let text = std::fs::read_to_string(path).unwrap();
-    let (robot, report) = read_text(&text, Options { snap: None });
+    let (robot, report) = read_text(
+        &text,
+        Options {
+            snap: None,
+            ..Options::default()
+        },
+    );
     assert_eq!(report.render(), "", "{}", path.display());
     robot.unwrap()
 }
@@ -17,7 +23,13 @@ fn pair(model: &str, published: &str, rename: impl Fn(&str) -> String) -> Option
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../models");
     let ours = read_silently(&folder.join(model));
     let text = std::fs::read_to_string(shared(published)?).unwrap();
-    let (theirs, report) = read_text(&text, Options { snap: None });
+    let (theirs, report) = read_text(
+        &text,
+        Options {
+            snap: None,
+            ..Options::default()
+        },
+    );
     let mut theirs = theirs.unwrap_or_else(|| panic!("{report}"));
     for body in &mut theirs.bodies {
         body.link = rename(&body.link);

@@ -163,7 +163,13 @@ fn origins_are_read_exactly_or_rounded() {
         INERTIAL,
         &format!("{Z}<origin xyz=\"1 2 3\" rpy=\"1.57079632679 0 0\"/>"),
     );
-    let (exact, _) = read_text(&text, Options { snap: None });
+    let (exact, _) = read_text(
+        &text,
+        Options {
+            snap: None,
+            ..Options::default()
+        },
+    );
     let exact = exact.unwrap();
     let placement = exact.bodies[1].joint.as_ref().unwrap().placement;
     assert_eq!(placement.translation, [1.0, 2.0, 3.0]);
@@ -181,7 +187,10 @@ fn origins_are_read_exactly_or_rounded() {
     close(rounded.snapped.largest, 4.896619e-12);
     let (coarse, _) = read_text(
         &text.replace("1.57079632679", "1.570796"),
-        Options { snap: Some(1e-6) },
+        Options {
+            snap: Some(1e-6),
+            ..Options::default()
+        },
     );
     assert_eq!(
         coarse.unwrap().bodies[1]

@@ -16,6 +16,9 @@ const DRIVES: f64 = 1e-3;
 /// Generalised forces, per coordinate and kept sample.
 pub(super) type Forces = Vec<Vec<f64>>;
 
+/// Forces that are known beside a model's, as the left side has them: of states and accelerations.
+pub(crate) type Beside<'a> = dyn Fn(&States, &[Vec<f64>]) -> Vec<Vec<f64>> + 'a;
+
 /// A log with its accelerations.
 #[derive(Debug, Clone)]
 pub(super) struct Balance {
@@ -47,7 +50,20 @@ impl Balance {
     /// # Errors
     /// If a state's equation has no solution along the curve.
     pub fn missing(&self, machine: &Machine, values: &[f64]) -> Result<Forces, SolveError> {
-        let missing = self.missing_unlimited(machine, values)?;
+        self.missing_beside(machine, values, None)
+    }
+
+    /// The same with forces `beside` the model's.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn missing_beside(
+        &self,
+        machine: &Machine,
+        values: &[f64],
+        beside: Option<&Beside<'_>>,
+    ) -> Result<Forces, SolveError> {
+        let missing = self.missing_unlimited(machine, values, beside)?;
         Ok(missing.iter().map(|force| self.band.limit(force)).collect())
     }
 
@@ -60,14 +76,19 @@ impl Balance {
         machine: &Machine,
         values: &[f64],
     ) -> Result<Forces, SolveError> {
-        let missing = self.missing_unlimited(machine, values)?;
+        let missing = self.missing_unlimited(machine, values, None)?;
         let limited = missing
             .iter()
             .map(|force| self.band.limit_everywhere(force));
         Ok(limited.collect())
     }
 
-    fn missing_unlimited(&self, machine: &Machine, values: &[f64]) -> Result<Forces, SolveError> {
+    fn missing_unlimited(
+        &self,
+        machine: &Machine,
+        values: &[f64],
+        beside: Option<&Beside<'_>>,
+    ) -> Result<Forces, SolveError> {
         let states = machine.remember(&self.states, self.hold, values)?;
         let terms = machine.terms(&states, values);
         let n = machine.coordinate_count();
@@ -76,6 +97,15 @@ impl Balance {
             let a = DVector::from_fn(n, |i, _| self.accelerations[i][sample]);
             let left = &terms.mass_matrix * a - &terms.force;
             (0..n).for_each(|i| missing[i].push(left[i]));
+        }
+        if let Some(beside) = beside {
+            let more = beside(&states, &self.accelerations);
+            for (missing, more) in missing.iter_mut().zip(&more) {
+                missing
+                    .iter_mut()
+                    .zip(more)
+                    .for_each(|(m, more)| *m += more);
+            }
         }
         Ok(missing)
     }
@@ -129,8 +159,8 @@ impl Balance {
         Ok(limited.collect())
     }
 
-    /// The log of a machine that moves along this curve as the model demands, in the same
-    /// inputs: `u + B⁺ (M a − Q)`.
+    /// The log of a machine that moves along this curve as the model demands, with forces `beside`
+    /// it, in the same inputs: `u + B⁺ (M a − Q)`.
     ///
     /// # Errors
     /// If a state's equation has no solution along the curve.
@@ -139,8 +169,9 @@ impl Balance {
         record: &Record,
         machine: &Machine,
         values: &[f64],
+        beside: Option<&Beside<'_>>,
     ) -> Result<Record, SolveError> {
-        let missing = self.missing_unlimited(machine, values)?;
+        let missing = self.missing_unlimited(machine, values, beside)?;
         let states = machine.remember(&self.states, self.hold, values)?;
         let terms = machine.terms(&states, values);
         let mut obeying = record.clone();

@@ -1,6 +1,7 @@
 //! Errors of forces on a log that nothing was fitted to.
 
 use super::balance::{Balance, Forces};
+use super::floor::left_by_noise;
 use crate::log::{Record, rms};
 use crate::regression::Hold;
 use crate::trace::dictionary::Dictionary;
@@ -8,7 +9,7 @@ use crate::trace::error::TraceError;
 use crate::trace::estimate::Observed;
 use crate::trace::judge::{Judged, Models, motionless};
 use crate::trace::run::Request;
-use crate::trace::score::{Errors, Look, Score, ScoreError, deviation, with_noise};
+use crate::trace::score::{Errors, Look, Score, ScoreError, deviation};
 use crate::trace::selection::Selection;
 use crate::trace::series::Series;
 
@@ -57,11 +58,7 @@ pub(in crate::trace) fn judge(
         Err(ScoreError::Smooth(error)) => return Err(error.into()),
         Err(ScoreError::Solve(_)) => motionless(test, request.horizon)?.score,
     };
-    // Of the channels that are some sensor's: noise of the others is not known.
-    let sensed = &observed.record;
-    let obeying = balance.obeying(sensed, machine, values).map_err(located)?;
-    let noisy = Balance::new(&with_noise(obeying, &observed, request.seed), hold)?;
-    let forces = noisy.missing(machine, values).map_err(located)?;
+    let forces = left_by_noise((&balance, &observed), (machine, values), None, request.seed)?;
     floor.force = errors(&forces);
     let series = Series::new(models.in_series(), &observed, &before, &after).map_err(located)?;
     Ok(([before.score, after.score, floor], series))

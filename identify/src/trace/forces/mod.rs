@@ -10,10 +10,12 @@
 mod balance;
 mod choose;
 mod equations;
+mod floor;
 mod judge;
 mod nested;
 mod settle;
 
+pub(crate) use floor::force_floor;
 pub(super) use judge::judge;
 
 use super::corrected::corrected;

@@ -1,21 +1,20 @@
 //! `dynamics trace`: what a log says that the model lacks.
 
-mod folder;
-mod revision;
-
+use crate::command_line::command;
+use crate::folder::{self, Folder, file_safe};
 use crate::log::LogArguments;
 use crate::mistake::Mistake;
 use crate::model::{Loaded, ModelArguments};
 use crate::output;
+use crate::revision::Revision;
 use crate::stages::Stages;
 use clap::{Args, ValueEnum};
 use dynamics_codegen::Model;
-use folder::{Contents, Folder};
+use dynamics_codegen::diagnostic::visible;
 use identify::log::Log;
 use identify::regression::Hold;
 use identify::report::{self, Page, Portable, portable};
 use identify::trace::{Ended, Outcome, Request, TraceError, trace};
-use revision::Revision;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -94,6 +93,15 @@ enum HoldArgument {
     Previous,
 }
 
+/// The files that every report has, beside the model.
+const FILES: [&str; 5] = [
+    "report.html",
+    "report.json",
+    "series.json",
+    "summary.txt",
+    "model.diff",
+];
+
 /// Runs the command.
 ///
 /// # Errors
@@ -113,7 +121,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let revision = arguments.apply.then(|| Revision::of(&loaded, &path));
     let revision = revision.transpose()?;
     let folder = arguments.report.as_deref();
-    let folder = folder.map(|folder| Folder::at(folder, &path)).transpose()?;
+    let folder = folder.map(|folder| Folder::at(folder, &path, &FILES));
+    let folder = folder.transpose()?;
     let (train, test) = arguments
         .log
         .read_both(&arguments.train, &arguments.test, model)?;
@@ -123,7 +132,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let found = Found::new(outcome?, &loaded, &text, &path)?;
     // What was found is told, whatever becomes of the files.
     let reported = match &folder {
-        Some(folder) => folder.write(&found.contents(model, &command(arguments.seed))),
+        Some(folder) => found.report(folder, model, &command(Some(arguments.seed))),
         None => Ok(()),
     };
     let applied = match &revision {
@@ -194,20 +203,35 @@ impl Found {
         self.outcome.unfinished == Some(Ended::Interrupt)
     }
 
-    fn contents<'a>(&'a self, model: &'a Model, command: &'a str) -> Contents<'a> {
-        Contents {
-            page: Page {
-                outcome: &self.outcome,
-                model,
-                file: &self.name,
-                diff: &self.diff,
-                reading: self.reading.as_deref(),
-                command,
-            },
-            json: &self.json,
-            summary: &self.summary,
-            portable: &self.portable,
-        }
+    /// Writes the report.
+    fn report(&self, folder: &Folder<'_>, model: &Model, command: &str) -> anyhow::Result<()> {
+        let outcome = &self.outcome;
+        let page = Page {
+            outcome,
+            model,
+            file: &self.name,
+            diff: &self.diff,
+            reading: self.reading.as_deref(),
+            command,
+        };
+        let forces = outcome.unnamed.iter().flat_map(|unnamed| &unnamed.forces);
+        let forces: Vec<(String, &str)> = forces
+            .map(|force| {
+                let name = file_safe(&force.coordinate);
+                (format!("force_{name}.gp.json"), force.saved.as_str())
+            })
+            .collect();
+        let texts = [
+            report::html(&page)?,
+            self.json.clone(),
+            serde_json::to_string(&outcome.details)?,
+            visible(&self.summary).into_owned(),
+            self.diff.clone(),
+        ];
+        let named = FILES.into_iter().zip(texts.iter().map(String::as_str));
+        let forces = forces.iter().map(|(name, text)| (name.as_str(), *text));
+        let files: Vec<(&str, &str)> = named.chain(forces).collect();
+        Ok(folder.write(&files, &self.portable)?)
     }
 
     fn tell(&self, json: bool, took: &str, applied: bool) -> anyhow::Result<()> {
@@ -271,34 +295,4 @@ fn run_trace(
         TraceError::Model(report) => Mistake::from(*report).into(),
         other => Mistake::new(other.to_string()).into(),
     })
-}
-
-/// The command line as a shell reads it, with the seed.
-fn command(seed: u64) -> String {
-    let given: Vec<String> = std::env::args_os()
-        .skip(1)
-        .map(|word| word.to_string_lossy().into_owned())
-        .collect();
-    let seeded = given
-        .iter()
-        .any(|word| word == "--seed" || word.starts_with("--seed="));
-    let mut line = "dynamics".to_string();
-    for word in &given {
-        line.push(' ');
-        line.push_str(&quoted(word));
-    }
-    if !seeded {
-        line.push_str(&format!(" --seed {seed}"));
-    }
-    line
-}
-
-/// A word for a shell.
-fn quoted(word: &str) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "-_./=:,+@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        word.to_string()
-    } else {
-        format!("'{}'", word.replace('\'', "'\\''"))
-    }
 }

@@ -25,7 +25,7 @@ impl<'a> Revision<'a> {
                 "`--apply` would write a new model `{}`, which exists already",
                 path.display()
             );
-            return Err(Mistake::new(message).help("trace that model, or move it away"));
+            return Err(Mistake::new(message).help("give that model, or move it away"));
         }
         WholeFile::check(path)?;
         let read = (!is_new).then_some(loaded.bytes.as_slice());
@@ -43,7 +43,7 @@ impl<'a> Revision<'a> {
             Some(read) => file.replace(read),
             None => file.finish_new(),
         };
-        let help = "what was found is in the patch: put it in by hand, or trace again";
+        let help = "what was found is in the patch: put it in by hand, or run the command again";
         outcome.map_err(|mistake| mistake.help(help))
     }
 }

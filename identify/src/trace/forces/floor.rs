@@ -1,0 +1,46 @@
+//! What a model that is exactly right would leave of measured forces.
+
+use super::balance::{Balance, Beside, Forces};
+use crate::log::Record;
+use crate::machine::Machine;
+use crate::regression::Hold;
+use crate::trace::error::TraceError;
+use crate::trace::estimate::Observed;
+use crate::trace::score::with_noise;
+
+/// What noise of the log's sensors alone leaves of the balance of forces of a machine that obeys
+/// its model, with forces `beside` it, along the log: per coordinate, a value per kept sample. Noise of the forces
+/// themselves, and of channels that somebody has filtered, is not known.
+///
+/// # Errors
+/// If the log cannot be smoothed, or an equation of motion has no solution along it.
+pub(crate) fn force_floor(
+    record: &Record,
+    machine: &Machine,
+    values: &[f64],
+    beside: &Beside<'_>,
+    seed: u64,
+) -> Result<Vec<Vec<f64>>, TraceError> {
+    // What inputs do between samples matters to memory only, and that to no term of a fit.
+    let hold = Hold::Linear;
+    let balance = Balance::new(record, hold)?;
+    let observed = Observed::new(record.clone(), hold)?;
+    left_by_noise((&balance, &observed), (machine, values), Some(beside), seed)
+}
+
+/// The same where the log has been looked at already.
+pub(super) fn left_by_noise(
+    (balance, observed): (&Balance, &Observed),
+    (machine, values): (&Machine, &[f64]),
+    beside: Option<&Beside<'_>>,
+    seed: u64,
+) -> Result<Forces, TraceError> {
+    // Of the channels that are some sensor's: noise of the others is not known.
+    let sensed = &observed.record;
+    let located = |error| TraceError::at(error, &sensed.t);
+    let obeying = balance.obeying(sensed, machine, values, beside);
+    let obeying = obeying.map_err(located)?;
+    let noisy = Balance::new(&with_noise(obeying, observed, seed), observed.hold)?;
+    let left = noisy.missing_beside(machine, values, beside);
+    left.map_err(located)
+}
