@@ -23,6 +23,9 @@ pub(super) const LONGEST_STEP: f64 = 100.0;
 /// Share of its samples a channel must stand still for to be called stuck.
 const STUCK_SHARE: f64 = 0.1;
 
+/// Share of an input's samples that differ from the one before where it is not stuck.
+const LIVELY: f64 = 0.9;
+
 /// Share of samples at the extreme value that is called saturation.
 const SATURATED_SHARE: f64 = 0.01;
 
@@ -56,8 +59,16 @@ pub(super) fn examine(record: &mut Record, log: &Log) {
     }
     for (name, values) in record.inputs.iter().zip(&record.u) {
         let column = format!("u_{name}");
-        warnings.extend(constant(&column, values).or_else(|| saturated(&column, values)));
+        let others: Vec<&[f64]> = moving.iter().map(|(_, values)| values.as_slice()).collect();
+        let odd = constant(&column, values)
+            .or_else(|| saturated(&column, values))
+            .or_else(|| rests(&column, &record.t, values, &others));
+        warnings.extend(odd);
     }
+    let inputs = record.inputs.iter().zip(&record.u);
+    let inputs = inputs.map(|(name, values)| (format!("u_{name}"), values));
+    let channels: Vec<(String, &Vec<f64>)> = moving.into_iter().chain(inputs).collect();
+    warnings.extend(repeated(&channels));
     record.warnings.extend(warnings);
     frozen::leave_out(record);
 }
@@ -207,6 +218,32 @@ fn stuck(column: &str, t: &[f64], values: &[f64], others: &[&[f64]]) -> Option<W
         span: (t[longest.start], t[longest.end - 1]),
         samples: longest.len(),
     })
+}
+
+/// An input that changes from sample to sample, and then rests at a value for long while the machine
+/// moves. At nothing it may rest: it was switched off.
+fn rests(column: &str, t: &[f64], values: &[f64], others: &[&[f64]]) -> Option<Warning> {
+    let longest = values.chunk_by(|a, b| a == b).max_by_key(|run| run.len())?;
+    let changes = runs(values).len().saturating_sub(1);
+    let is_lively = changes as f64 > LIVELY * (values.len() - longest.len()) as f64;
+    stuck(column, t, values, others).filter(|_| is_lively && longest[0] != 0.0)
+}
+
+/// Channels of one kind that say the same in every row.
+fn repeated(channels: &[(String, &Vec<f64>)]) -> Vec<Warning> {
+    let kind = |column: &str| column.split('_').next().map(str::to_owned);
+    let pairs = channels.iter().enumerate().flat_map(|(i, a)| {
+        let rest = channels[i + 1..].iter();
+        rest.map(move |b| (a, b))
+    });
+    let same = pairs.filter(|((a, x), (b, y))| {
+        let (least, most) = extremes(x);
+        kind(a) == kind(b) && x == y && least < most
+    });
+    let said = same.map(|((a, _), (b, _))| Warning::Repeated {
+        columns: [a.clone(), b.clone()],
+    });
+    said.collect()
 }
 
 /// A step larger than the noise, so that rounding is not noise-like.

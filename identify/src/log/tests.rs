@@ -313,6 +313,23 @@ fn stuck_quantised_saturated() {
     insta::assert_snapshot!(shown(&warned(milliseconds, |t| t * t, |t| t.cos())));
 }
 
+/// An input column that stops while the machine goes on, and one that was switched off.
+#[test]
+fn an_input_that_stops_is_told_from_one_that_is_off() {
+    let rests = |value: f64| {
+        let input = move |t: f64| if t > 6.0 { value } else { (3.0 * t).cos() };
+        shown(&warned(even, |t| 20.0 * t.sin(), input))
+    };
+    insta::assert_snapshot!(rests(0.3), @"`u_a` stands still from t = 6.010000 s to 9.990000 s (399 samples) while the machine moves");
+    assert_eq!(rests(0.0), "");
+}
+
+#[test]
+fn a_column_that_is_another_joints_is_told() {
+    let twice = warned(even, |t| (2.0 * t).sin(), |t| (2.0 * t).sin());
+    insta::assert_snapshot!(shown(&twice), @"`q_a` and `q_b` say the same in every row: one of them is probably the other's column");
+}
+
 /// Nanoseconds since 1970, as recorders of robots stamp.
 #[test]
 fn stamps_that_cannot_be_seconds() {

@@ -173,6 +173,11 @@ pub enum Warning {
         /// Its value.
         value: f64,
     },
+    /// Two channels say the same in every row.
+    Repeated {
+        /// The columns.
+        columns: [String; 2],
+    },
     /// A channel stands still for long while its machine moves.
     Stuck {
         /// The column.
@@ -382,6 +387,10 @@ impl fmt::Display for Warning {
                     "`{column}` is constant ({value}): it carries no information"
                 )
             }
+            Self::Repeated { columns: [a, b] } => write!(
+                f,
+                "`{a}` and `{b}` say the same in every row: one of them is probably the other's column"
+            ),
             Self::Stuck {
                 column,
                 span,

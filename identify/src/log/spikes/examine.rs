@@ -14,8 +14,8 @@ const ALONE: f64 = 6.0;
 /// Times its ordinary distance by which a neighbour may be off.
 const ORDINARY: f64 = 2.0;
 /// Longest group of wild samples, and how many in it are wild at most.
-const LONGEST: usize = 6;
-const MOST: usize = 3;
+const LONGEST: usize = 12;
+const MOST: usize = 4;
 /// Neighbours on each side of a group that must be ordinary.
 const BESIDE: usize = 2;
 /// Samples on each side over which the ordinary distance is taken.

@@ -84,7 +84,13 @@ fn one_wild_cell_is_named_and_replaced() {
 
 #[test]
 fn wild_cells_next_to_each_other_are_all_found() {
-    for many in [vec![300, 301], vec![300, 301, 302], vec![300, 302, 304]] {
+    for many in [
+        vec![300, 301],
+        vec![300, 301, 302],
+        vec![300, 302, 304],
+        vec![300, 304, 307],
+        vec![300, 301, 302, 303],
+    ] {
         let record = cart(wave, |k, cells| {
             if many.contains(&k) {
                 cells[0] += if k == 301 { -3.0 } else { 1.0 };
