@@ -330,5 +330,12 @@ fn noise(outcome: &Outcome, model: &Model) -> Vec<[String; 3]> {
             }
         }
     }
+    // Of inputs where it was no torque.
+    for input in &model.inputs {
+        let name = format!("u_{}", input.name);
+        if let Some(&sd) = outcome.sensor_noise.get(&name) {
+            rows.push([name, short(sd), stated_unit(&input.unit)]);
+        }
+    }
     rows
 }
