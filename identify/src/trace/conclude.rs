@@ -12,6 +12,7 @@ use super::patch::patch;
 use super::run::Request;
 use super::score::Score;
 use super::series::{Details, Series, weighed};
+use super::settings::WORTH_IT;
 use crate::log::Record;
 use crate::number::short;
 use std::collections::BTreeMap;
@@ -87,6 +88,18 @@ impl Judgement {
         } = &self.learnt;
         let at_floor = is_at_floor(&self.learnt_errors, &self.noise_floor);
         !selection.terms.is_empty() && much_remains(*basis, selection) && !at_floor
+    }
+
+    /// Whether findings explain too little to be what is missing, on data that nothing was fitted to:
+    /// of what sensor noise does not explain, in squares.
+    pub fn explains_little(&self) -> bool {
+        let scores = [&self.before, &self.learnt_errors, &self.noise_floor];
+        let squares = scores.map(|score| match self.learnt.basis {
+            Basis::Motion => score.acceleration.total.powi(2),
+            Basis::Forces => score.force.total.powi(2),
+        });
+        let [before, after, floor] = squares;
+        after - floor > (1.0 - WORTH_IT) * (before - floor)
     }
 
     /// The verdict, where two measured columns tell of these `drives`. What predicts worse than

@@ -6,7 +6,7 @@ use super::outcome::Basis;
 use super::refine::Estimate;
 use super::selection::{Remaining, Selection, Term};
 use super::separate::SeparatingMotion;
-use super::settings::{MARGIN, WORTH_IT};
+use super::settings::MARGIN;
 use super::subject::Subject;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -115,11 +115,6 @@ pub(super) fn much_remains(basis: Basis, selection: &Selection) -> bool {
     let remaining = &selection.remaining;
     let mostly = remaining.share_after > MOSTLY_UNEXPLAINED * remaining.share_before;
     mostly && (basis == Basis::Forces || something_remains(remaining))
-}
-
-/// Whether findings explain too little to be what is missing.
-pub(super) fn explains_little(remaining: &Remaining) -> bool {
-    remaining.share_after.powi(2) > (1.0 - WORTH_IT) * remaining.share_before.powi(2)
 }
 
 /// Judges the outcome of a selection. `is_other` says whether what it leaves shows that its findings

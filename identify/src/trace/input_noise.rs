@@ -157,7 +157,6 @@ impl Observed {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::trace::Verdict;
     use crate::trace::wheel::{WHEEL, begun, rectangular, traced};
     use std::fmt::Write;

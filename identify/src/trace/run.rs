@@ -6,7 +6,7 @@ use super::constraints::{check_corrected, check_measured};
 use super::dictionary::{Dictionary, Ranges, Source};
 use super::error::TraceError;
 use super::estimate::Observed;
-use super::finding::{Verdict, explains_little};
+use super::finding::Verdict;
 use super::learn::{Learner, Learnt};
 use super::logs::Logs;
 use super::microscope::View;
@@ -143,7 +143,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     };
     let is_other = left
         .as_ref()
-        .is_some_and(|left| left.is_a_law() || explains_little(&selection.remaining));
+        .is_some_and(|left| left.is_a_law() || judged.explains_little());
     let verdict = judged.verdict(&drives, is_other);
     let unnamed = match verdict {
         Verdict::Unknown => {
