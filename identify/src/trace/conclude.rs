@@ -91,15 +91,20 @@ impl Judgement {
     }
 
     /// Whether findings explain too little to be what is missing, on data that nothing was fitted to:
-    /// of what sensor noise does not explain, in squares.
+    /// of what sensor noise does not explain, in squares, and by every measure. Small friction hardly
+    /// shows in accelerations, and most of what a machine does in a while comes from it.
     pub fn explains_little(&self) -> bool {
-        let scores = [&self.before, &self.learnt_errors, &self.noise_floor];
-        let squares = scores.map(|score| match self.learnt.basis {
-            Basis::Motion => score.acceleration.total.powi(2),
-            Basis::Forces => score.force.total.powi(2),
-        });
-        let [before, after, floor] = squares;
-        after - floor > (1.0 - WORTH_IT) * (before - floor)
+        let explains = |measure: fn(&Score) -> f64| {
+            let scores = [&self.before, &self.learnt_errors, &self.noise_floor];
+            let [before, after, floor] = scores.map(|score| measure(score).powi(2));
+            after - floor <= (1.0 - WORTH_IT) * (before - floor)
+        };
+        let by_motion =
+            || explains(|s| s.acceleration.total) || explains(|s| s.rollout.errors.total);
+        match self.learnt.basis {
+            Basis::Motion => !by_motion(),
+            Basis::Forces => !explains(|s| s.force.total),
+        }
     }
 
     /// The verdict, where two measured columns tell of these `drives`. What predicts worse than
