@@ -6,6 +6,15 @@ use crate::whole_file::{WholeFile, make_folder};
 use identify::report::{EFFECTS, Portable};
 use std::path::{Path, PathBuf};
 
+/// The files that every report has, beside the model.
+const FILES: [&str; 5] = [
+    "report.html",
+    "report.json",
+    "series.json",
+    "summary.txt",
+    "model.diff",
+];
+
 /// A folder for a report, checked before the work begins.
 #[derive(Debug)]
 pub struct Folder<'a> {
@@ -15,27 +24,33 @@ pub struct Folder<'a> {
 }
 
 impl<'a> Folder<'a> {
-    /// The folder `path`, made if it is not there, for a report about the model file `model` that
-    /// has these `files` beside it.
+    /// The folder `path`, made if it is not there, for a report about the model file `model`.
     ///
     /// # Errors
     /// If it cannot be made, or a file of the report not be written into it.
-    pub fn at(path: &'a Path, model: &Path, files: &[&str]) -> Result<Self, Mistake> {
+    pub fn at(path: &'a Path, model: &Path) -> Result<Self, Mistake> {
         make_folder(path)?;
         let model = model.file_name().unwrap_or("patched.model".as_ref());
         let model = path.join(model);
-        let mut files = files.iter().map(|name| path.join(name));
+        let mut files = FILES.iter().map(|name| path.join(name));
         files.try_for_each(|file| WholeFile::check(&file))?;
         WholeFile::check(&model)?;
         Ok(Self { path, model })
     }
 
-    /// Writes the files of the report, then the model with what it names.
+    /// Writes a report: the page, what was found and the curves as JSON, the summary and the change to
+    /// the model, `more` files by their names, then the model with what it names.
     ///
     /// # Errors
     /// If there is no room.
-    pub fn write(&self, files: &[(&str, &str)], portable: &Portable) -> Result<(), Mistake> {
-        for (name, text) in files {
+    pub fn write(
+        &self,
+        texts: [&str; FILES.len()],
+        more: &[(String, &str)],
+        portable: &Portable,
+    ) -> Result<(), Mistake> {
+        let more = more.iter().map(|(name, text)| (name.as_str(), *text));
+        for (name, text) in FILES.into_iter().zip(texts).chain(more) {
             WholeFile::write(&self.path.join(name), text)?;
         }
         for (name, text) in &portable.files {

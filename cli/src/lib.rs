@@ -20,6 +20,7 @@ pub mod output;
 pub mod page;
 pub mod parameters;
 pub mod pending;
+pub mod results;
 pub mod revision;
 pub mod signals;
 pub mod stages;

@@ -6,7 +6,7 @@ use crate::log::LogArguments;
 use crate::mistake::Mistake;
 use crate::model::{Loaded, ModelArguments};
 use crate::output;
-use crate::revision::Revision;
+use crate::results::Results;
 use clap::{Args, ValueEnum};
 use dynamics_codegen::diagnostic::visible;
 use identify::fit::{
@@ -95,15 +95,6 @@ enum InertiaArgument {
     Consistent,
 }
 
-/// The files that every report has, beside the model.
-const FILES: [&str; 5] = [
-    "report.html",
-    "report.json",
-    "series.json",
-    "summary.txt",
-    "model.diff",
-];
-
 /// Runs the command.
 ///
 /// # Errors
@@ -119,12 +110,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let loaded = arguments.model.load()?;
     let (text, path) = loaded.text();
-    // Before time is spent on what could not be written afterwards.
-    let revision = arguments.apply.then(|| Revision::of(&loaded, &path));
-    let revision = revision.transpose()?;
-    let folder = arguments.report.as_deref();
-    let folder = folder.map(|folder| Folder::at(folder, &path, &FILES));
-    let folder = folder.transpose()?;
+    let report = arguments.report.as_deref();
+    let results = Results::prepare(&loaded, &path, arguments.apply, report)?;
     let model = &loaded.compiled.model;
     let columns = &arguments.columns;
     let (train, test) = columns.read_both(&arguments.log, &arguments.test, model)?;
@@ -145,25 +132,14 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .as_mut()
         .map(|fit| Change::new(fit, &request, &loaded, &text, &path));
     let change = change.transpose()?;
-    // What was found is told, whatever becomes of the files.
-    let reported = match (&folder, &found.fit, &change) {
-        (Some(folder), Some(fit), Some(change)) => change.report(folder, fit, &found, &request),
+    let report = |folder: &Folder<'_>| match (&found.fit, &change) {
+        (Some(fit), Some(change)) => change.report(folder, fit, &found, &request),
         _ => Ok(()),
     };
-    let applied = match (&revision, &change) {
-        (Some(revision), Some(change)) if !change.diff.is_empty() => {
-            revision.write(&change.text).map(|()| true)
-        }
-        _ => Ok(false),
-    };
-    found.tell(arguments.json, change.as_ref(), matches!(applied, Ok(true)))?;
-    match (reported, applied) {
-        (Err(first), Err(second)) => {
-            output::explain(&second);
-            Err(first)
-        }
-        (reported, applied) => reported.and(applied.map(drop).map_err(Into::into)),
-    }
+    let changed = change.as_ref().filter(|change| !change.diff.is_empty());
+    let written = results.write(report, changed.map(|change| change.text.as_str()));
+    found.tell(arguments.json, change.as_ref(), written.is_applied())?;
+    written.finish()
 }
 
 fn find(arguments: &Arguments, request: &Request<'_>) -> Result<Found, Mistake> {
@@ -308,17 +284,14 @@ impl<'a> Change<'a> {
             reading: reading.as_deref(),
             command: &command(None),
         })?;
+        let summary = found.summary();
         let texts = [
-            html,
-            serde_json::to_string_pretty(found)?,
-            serde_json::to_string(&fit.curves)?,
-            visible(&found.summary()).into_owned(),
-            self.diff.clone(),
+            &html,
+            &serde_json::to_string_pretty(found)?,
+            &serde_json::to_string(&fit.curves)?,
+            &*visible(&summary),
+            &self.diff,
         ];
-        let files: Vec<(&str, &str)> = FILES
-            .into_iter()
-            .zip(texts.iter().map(String::as_str))
-            .collect();
-        Ok(folder.write(&files, &portable)?)
+        Ok(folder.write(texts, &[], &portable)?)
     }
 }

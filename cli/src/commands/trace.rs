@@ -6,7 +6,7 @@ use crate::log::LogArguments;
 use crate::mistake::Mistake;
 use crate::model::{Loaded, ModelArguments};
 use crate::output;
-use crate::revision::Revision;
+use crate::results::Results;
 use crate::stages::Stages;
 use clap::{Args, ValueEnum};
 use dynamics_codegen::Model;
@@ -93,15 +93,6 @@ enum HoldArgument {
     Previous,
 }
 
-/// The files that every report has, beside the model.
-const FILES: [&str; 5] = [
-    "report.html",
-    "report.json",
-    "series.json",
-    "summary.txt",
-    "model.diff",
-];
-
 /// Runs the command.
 ///
 /// # Errors
@@ -117,12 +108,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let loaded = arguments.model.load()?;
     let model = &loaded.compiled.model;
     let (text, path) = loaded.text();
-    // Before minutes are spent on what could not be written afterwards.
-    let revision = arguments.apply.then(|| Revision::of(&loaded, &path));
-    let revision = revision.transpose()?;
-    let folder = arguments.report.as_deref();
-    let folder = folder.map(|folder| Folder::at(folder, &path, &FILES));
-    let folder = folder.transpose()?;
+    let report = arguments.report.as_deref();
+    let results = Results::prepare(&loaded, &path, arguments.apply, report)?;
     let (train, test) = arguments
         .log
         .read_both(&arguments.train, &arguments.test, model)?;
@@ -130,25 +117,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let outcome = run_trace(arguments, &loaded, &text, (&train, test.as_ref()), &stages);
     let took = stages.finish();
     let found = Found::new(outcome?, &loaded, &text, &path)?;
-    // What was found is told, whatever becomes of the files.
-    let reported = match &folder {
-        Some(folder) => found.report(folder, model, &command(Some(arguments.seed))),
-        None => Ok(()),
-    };
-    let applied = match &revision {
-        Some(revision) if !found.diff.is_empty() && !found.is_interrupted() => {
-            revision.write(&found.outcome.patched_model).map(|()| true)
-        }
-        _ => Ok(false),
-    };
-    found.tell(arguments.json, &took, matches!(applied, Ok(true)))?;
-    match (reported, applied) {
-        (Err(first), Err(second)) => {
-            output::explain(&second);
-            Err(first)
-        }
-        (reported, applied) => reported.and(applied.map(drop).map_err(Into::into)),
-    }
+    let is_changed = !found.diff.is_empty() && !found.is_interrupted();
+    let written = results.write(
+        |folder| found.report(folder, model, &command(Some(arguments.seed))),
+        is_changed.then_some(&found.outcome.patched_model),
+    );
+    found.tell(arguments.json, &took, written.is_applied())?;
+    written.finish()
 }
 
 /// How long a search may take; no time at all is a limit, too.
@@ -222,16 +197,13 @@ impl Found {
             })
             .collect();
         let texts = [
-            report::html(&page)?,
-            self.json.clone(),
-            serde_json::to_string(&outcome.details)?,
-            visible(&self.summary).into_owned(),
-            self.diff.clone(),
+            &report::html(&page)?,
+            &self.json,
+            &serde_json::to_string(&outcome.details)?,
+            &*visible(&self.summary),
+            &self.diff,
         ];
-        let named = FILES.into_iter().zip(texts.iter().map(String::as_str));
-        let forces = forces.iter().map(|(name, text)| (name.as_str(), *text));
-        let files: Vec<(&str, &str)> = named.chain(forces).collect();
-        Ok(folder.write(&files, &self.portable)?)
+        Ok(folder.write(texts, &forces, &self.portable)?)
     }
 
     fn tell(&self, json: bool, took: &str, applied: bool) -> anyhow::Result<()> {

@@ -15,6 +15,18 @@ const SMALL: f64 = 1e-9;
 
 type Ten = SVector<f64, TEN>;
 
+/// Moments of inertia about the origin of a unit mass at a point (Steiner's terms), `xx yy zz xy xz yz`, m².
+pub(super) fn of_unit_mass([x, y, z]: [f64; 3]) -> [f64; 6] {
+    [
+        y * y + z * z,
+        x * x + z * z,
+        x * x + y * y,
+        -x * y,
+        -x * z,
+        -y * z,
+    ]
+}
+
 /// A point mass.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Point {
@@ -27,19 +39,8 @@ pub(super) struct Point {
 impl Point {
     /// `m, h, I_o`, in the order of [`dynamics_codegen::derive::STANDARD`].
     pub fn standard(&self) -> [f64; TEN] {
-        let [x, y, z] = self.at;
-        let shape = [
-            1.0,
-            x,
-            y,
-            z,
-            y * y + z * z,
-            x * x + z * z,
-            x * x + y * y,
-            -x * y,
-            -x * z,
-            -y * z,
-        ];
+        let ([x, y, z], [xx, yy, zz, xy, xz, yz]) = (self.at, of_unit_mass(self.at));
+        let shape = [1.0, x, y, z, xx, yy, zz, xy, xz, yz];
         shape.map(|entry| self.mass * entry)
     }
 

@@ -1,5 +1,6 @@
 //! What a fit found, written into the model: effects, parameters and the numbers of bodies.
 
+use super::point::of_unit_mass;
 use super::{Fit, Inertia, InertialParameter, Request, Term, Value};
 use crate::number::short;
 use crate::trace::{Finding, ParameterEstimate, patch, with_losses};
@@ -228,15 +229,7 @@ impl Body {
         let value = |k: usize| ten[k].estimate.value;
         let mass = value(0);
         let center = [1, 2, 3].map(|k| value(k) / mass);
-        let [x, y, z] = center;
-        let steiner = [
-            y * y + z * z,
-            x * x + z * z,
-            x * x + y * y,
-            -x * y,
-            -x * z,
-            -y * z,
-        ];
+        let steiner = of_unit_mass(center);
         Self {
             name: ten[0].body.clone(),
             mass,
