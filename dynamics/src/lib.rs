@@ -3,7 +3,8 @@
 //! What generated code and its users share: the number type ([`Scalar`], with dual
 //! numbers in [`Dual`] and SIMD lanes behind the feature `simd`), the trait a model
 //! implements ([`System`]), the constrained equation of motion ([`constrained`]),
-//! integrators ([`integrate`]) and both together ([`Simulation`]).
+//! integrators ([`integrate`]) and both together ([`Simulation`]), also under sampled feedback
+//! ([`Control`]).
 //!
 //! `no_std`, no allocation, no unsafe code; every failure is a value. SI units and
 //! radians; `q, v, a` are coordinates, velocities, accelerations.
@@ -87,6 +88,7 @@
 #[cfg(feature = "simd")]
 pub mod batch;
 pub mod constrained;
+mod control;
 mod dual;
 mod entries;
 pub mod integrate;
@@ -96,6 +98,7 @@ mod sensitivity;
 mod simulate;
 mod system;
 
+pub use control::Control;
 pub use dual::Dual;
 #[cfg(feature = "derive")]
 pub use dynamics_macros::Dynamics;

@@ -7,7 +7,8 @@ use crate::constrained::{
     Baumgarte, FullRank, Solution, SolveError, Tolerance, settle, settle_full_rank, solve,
 };
 use crate::integrate::{
-    DormandPrince, IntegrationError, Segment, State, Statistics, rk4_step, symplectic_euler_step,
+    DormandPrince, Events, IntegrationError, Segment, State, Statistics, rk4_step,
+    symplectic_euler_step,
 };
 use crate::{Constraint, Equation, Point, Real, Scalar, System};
 
@@ -211,6 +212,28 @@ where
         sink: impl FnMut(&Segment<T, State<T, N, Z>>) -> ControlFlow<()>,
     ) -> Result<(T, State<T, N, Z>, Statistics), IntegrationError<SolveError>> {
         solver.integrate(|t, y| self.rate(t, y, input(t, y)), t0, y0, t1, sink)
+    }
+
+    /// Adaptive integration that stops at events, [`DormandPrince::integrate_with_events`].
+    ///
+    /// # Errors
+    ///
+    /// [`IntegrationError`], with the [`SolveError`] and its time inside.
+    pub fn integrate_with_events<G, A, const K: usize>(
+        &self,
+        solver: &DormandPrince<T>,
+        start: (T, &State<T, N, Z>),
+        t1: T,
+        mut input: impl FnMut(T, &State<T, N, Z>) -> [T; U],
+        events: Events<G, A, K>,
+        sink: impl FnMut(&Segment<T, State<T, N, Z>>) -> ControlFlow<()>,
+    ) -> Result<(T, State<T, N, Z>, Statistics), IntegrationError<SolveError>>
+    where
+        G: FnMut(T, &State<T, N, Z>) -> [T; K],
+        A: FnMut(usize, T, &mut State<T, N, Z>) -> ControlFlow<()>,
+    {
+        let rate = |t, y: &State<T, N, Z>| self.rate(t, y, input(t, y));
+        solver.integrate_with_events(rate, start, t1, events, sink)
     }
 
     /// Adaptive integration; `sink` is given the state at equal intervals,

@@ -16,8 +16,8 @@ use common::{CartesianPendulum, Unicycle};
 use dynamics::constrained::{
     Baumgarte, FullRank, RankRevealing, SolveError, Tolerance, solve, solve_arrays,
 };
-use dynamics::integrate::{DormandPrince, State};
-use dynamics::{Dual, Point, Simulation, acceleration_full_rank};
+use dynamics::integrate::{Direction, DormandPrince, Events, State};
+use dynamics::{Control, Dual, Point, Simulation, acceleration_full_rank};
 use nalgebra::{SMatrix, SVector};
 
 struct Counting;
@@ -149,6 +149,26 @@ fn systems_and_integrators_do_not_allocate() {
             .unwrap()
     };
     assert_eq!(allocations(go), 0);
+
+    let looped = || {
+        let mut control = Control::new(0.05, |_: f64, y: &State<f64, 3, 1>| [1.0 - y.v[0], 0.5])
+            .with_delay([[0.0; 2]; 2])
+            .with_limits([-1.0; 2], [1.0; 2]);
+        let on = |_: &_, _: &[f64; 2]| ControlFlow::Continue(());
+        unicycle
+            .integrate_controlled(&solver, (0.0, &start), 1.0, &mut control, on)
+            .unwrap();
+        let events = Events {
+            directions: [Direction::Rising],
+            functions: |_: f64, y: &State<f64, 3, 1>| [y.q[0] - 0.1],
+            action: |_: usize, _: f64, _: &mut State<f64, 3, 1>| ControlFlow::Break(()),
+        };
+        let on = |_: &_| ControlFlow::Continue(());
+        unicycle
+            .integrate_with_events(&solver, (0.0, &start), 1.0, input, events, on)
+            .unwrap()
+    };
+    assert_eq!(allocations(looped), 0);
 
     let dual = || {
         let [x, y] = Dual::variables([0.6, 0.8]);

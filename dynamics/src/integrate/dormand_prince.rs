@@ -269,7 +269,7 @@ impl<T: Real> DormandPrince<T> {
 }
 
 /// One trial step: its stages, its end, its error estimate.
-fn try_step<T: Real, Y: StateVector<T>, E>(
+pub(super) fn try_step<T: Real, Y: StateVector<T>, E>(
     rate: &mut impl FnMut(T, &Y) -> Result<Y, E>,
     t: T,
     end: T,

@@ -1,4 +1,5 @@
 //! Small models written by hand, shared by the test files.
+#![allow(dead_code, reason = "no test file uses everything")]
 
 use dynamics::{Constraint, Point, Scalar, System};
 use nalgebra::{SMatrix, SVector};
@@ -29,6 +30,31 @@ impl<T: Scalar, const R: usize> System<T, 2, 0, R, 0> for CartesianPendulum<R> {
         }
     }
     fn state_rate(&self, _: &Point<T, 2, 0, 0>) -> [T; 0] {
+        []
+    }
+}
+
+/// A mass of 1 kg that moves up and down: its weight and `U` inputs act on it.
+pub struct Lift<const U: usize>;
+
+impl<T: Scalar, const U: usize> System<T, 1, U, 0, 0> for Lift<U> {
+    fn mass_matrix(&self, _: &Point<T, 1, U, 0>) -> SMatrix<T, 1, 1> {
+        SMatrix::from([[T::one()]])
+    }
+    fn force(&self, p: &Point<T, 1, U, 0>) -> SVector<T, 1> {
+        let weight = T::from_f64(-GRAVITY);
+        SVector::from([p.u.iter().fold(weight, |sum, &u| sum + u)])
+    }
+    fn constraint(&self, _: &Point<T, 1, U, 0>) -> Constraint<T, 1, 0> {
+        Constraint {
+            a: SMatrix::from_fn(|_, _| T::zero()),
+            b: SVector::from_fn(|_, _| T::zero()),
+            c: SVector::from_fn(|_, _| T::zero()),
+            c_dot: SVector::from_fn(|_, _| T::zero()),
+            holonomic: [],
+        }
+    }
+    fn state_rate(&self, _: &Point<T, 1, U, 0>) -> [T; 0] {
         []
     }
 }
