@@ -20,7 +20,7 @@
 
 use crate::compile::{Compiled, compile_keeping, is_urdf, model_limit, not_text};
 use crate::diagnostic::Report;
-use crate::emit;
+use crate::emit::{Emission, FunctionError, Functions};
 use crate::file::{self, Limit};
 use crate::model::{Library, LibraryError, TEMPLATE_LIMIT, Variables};
 use std::fmt;
@@ -52,6 +52,9 @@ pub enum Error {
         /// What may have been meant.
         help: String,
     },
+    /// Functions that there are not, or that the model cannot have.
+    #[error("{0}{help}", help = help(.0))]
+    Functions(FunctionError),
     /// Not called by a build script.
     #[error("`OUT_DIR` is not set: this is for a build script, which cargo runs (`build.rs`)")]
     NoOutDir,
@@ -63,6 +66,18 @@ pub enum Error {
         /// What the system says.
         reason: io::Error,
     },
+}
+
+/// The mend, in a line of its own.
+fn help(error: &FunctionError) -> String {
+    let help = error.help();
+    help.map_or(String::new(), |help| format!("\nhelp: {help}"))
+}
+
+impl From<FunctionError> for Error {
+    fn from(error: FunctionError) -> Self {
+        Self::Functions(error)
+    }
 }
 
 impl fmt::Debug for Error {
@@ -96,6 +111,7 @@ pub fn module(path: impl AsRef<Path>) -> Result<(), Error> {
 ///     ModelFile::new("models/cart.model")
 ///         .effects("models/effects")
 ///         .keep(["mc", "l"])
+///         .functions("inverse_dynamics,forward_dynamics_derivatives")
 ///         .write()
 /// }
 /// ```
@@ -105,6 +121,7 @@ pub struct ModelFile {
     root: PathBuf,
     effects: Vec<PathBuf>,
     variables: Variables,
+    functions: String,
 }
 
 /// A compiled model with the files that it was made from.
@@ -114,6 +131,8 @@ pub struct Read {
     pub compiled: Compiled,
     /// The files, the model's own first: when one of them changes, so may the model.
     pub files: Vec<PathBuf>,
+    /// What is emitted beside its terms.
+    pub functions: Functions,
 }
 
 impl ModelFile {
@@ -125,6 +144,7 @@ impl ModelFile {
             root: PathBuf::new(),
             effects: Vec::new(),
             variables: Variables::All,
+            functions: String::new(),
         }
     }
 
@@ -150,12 +170,21 @@ impl ModelFile {
         self
     }
 
+    /// Emits these functions, too, a list as [`Functions`] reads it: `full`, or names separated by
+    /// commas.
+    #[must_use]
+    pub fn functions(mut self, list: impl Into<String>) -> Self {
+        self.functions = list.into();
+        self
+    }
+
     /// Reads and compiles the model.
     ///
     /// # Errors
-    /// If a file cannot be read, or everything that is wrong with the model. A parameter
+    /// If there is no function of a name. If a file cannot be read, or everything that is wrong with the model. A parameter
     /// to keep that is none is left to [`Variables::unknown`].
     pub fn read(&self) -> Result<Read, Error> {
+        let functions = self.functions.parse::<Functions>()?;
         let mut library = Library::builtin();
         let mut files = vec![self.root.join(&self.path)];
         for folder in &self.effects {
@@ -176,15 +205,19 @@ impl ModelFile {
         if let Some(robot) = robot.filter(|_| !is_urdf(&text)) {
             files.push(files[0].with_file_name("").join(&robot.file));
         }
-        Ok(Read { compiled, files })
+        Ok(Read {
+            compiled,
+            files,
+            functions,
+        })
     }
 
     /// Writes the module to `OUT_DIR` and tells cargo what it was made from; warnings of
     /// the model become warnings of the build.
     ///
     /// # Errors
-    /// As [`read`](Self::read); also if a parameter to keep is none, or if the file
-    /// cannot be written.
+    /// As [`read`](Self::read); also if a parameter to keep is none, if the model cannot have one of
+    /// the functions, or if the file cannot be written.
     pub fn write(&self) -> Result<(), Error> {
         let out = std::env::var_os("OUT_DIR").ok_or(Error::NoOutDir)?;
         let mut lines = vec![format!(
@@ -207,7 +240,8 @@ impl ModelFile {
         let files = read.files.iter();
         lines.extend(files.map(|f| format!("cargo::rerun-if-changed={}", f.display())));
         tell(&lines)?;
-        let file = emit::rust_file(&read.compiled, &self.path.display().to_string());
+        let name = self.path.display().to_string();
+        let file = Emission::new(&read.compiled, &name, &read.functions)?.rust_file();
         replace(&Path::new(&out).join(file.name), &file.text)
     }
 }

@@ -10,21 +10,25 @@ pub struct Attributes {
     pub model: LitStr,
     /// Folders of effect templates.
     pub effects: Vec<LitStr>,
+    /// Functions beside the terms.
+    pub functions: Option<LitStr>,
 }
 
-const ON_STRUCT: [&str; 3] = ["model", "urdf", "effects"];
+const ON_STRUCT: [&str; 4] = ["model", "urdf", "effects", "functions"];
 const ON_FIELD: [&str; 1] = ["parameter"];
 
 impl Attributes {
     /// Reads those of a struct.
     pub fn of(item: &DeriveInput) -> Result<Self> {
-        let (mut model, mut effects) = (None, Vec::new());
+        let (mut model, mut effects, mut functions) = (None, Vec::new(), None);
         each(&item.attrs, |meta| {
             if meta.path.is_ident("model") || meta.path.is_ident("urdf") {
                 once(&mut model, &meta)
             } else if meta.path.is_ident("effects") {
                 effects.push(text(&meta)?);
                 Ok(())
+            } else if meta.path.is_ident("functions") {
+                once(&mut functions, &meta)
             } else {
                 Err(unknown(&meta, &ON_STRUCT))
             }
@@ -35,7 +39,11 @@ impl Attributes {
                 "`#[derive(Dynamics)]` needs a model: add `#[dynamics(model = \"path/to/the.model\")]`, or `urdf = \"…\"`",
             )
         })?;
-        Ok(Self { model, effects })
+        Ok(Self {
+            model,
+            effects,
+            functions,
+        })
     }
 }
 

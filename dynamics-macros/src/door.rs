@@ -3,7 +3,8 @@
 use crate::attribute::Attributes;
 use crate::input::{Input, add};
 use dynamics_codegen::build::{Error as Fault, ModelFile};
-use dynamics_codegen::{Compiled, Variables, emit};
+use dynamics_codegen::emit::{self, Emission};
+use dynamics_codegen::{Compiled, Variables};
 use std::path::{Path, PathBuf};
 use syn::{Error, Result};
 
@@ -29,14 +30,19 @@ pub fn open(attributes: &Attributes, input: &Input) -> Result<Module> {
     for effects in &attributes.effects {
         file = file.effects(effects.value());
     }
+    if let Some(functions) = &attributes.functions {
+        file = file.functions(functions.value());
+    }
     let read = file.read().map_err(|fault| located(fault, attributes))?;
     known(&read.compiled, input)?;
+    let emission = Emission::new(&read.compiled, &path, &read.functions);
+    let emission = emission.map_err(|fault| located(fault.into(), attributes))?;
     let fields = input
         .variables
         .iter()
         .map(|v| emit::identifier(&v.parameter));
     Ok(Module {
-        text: emit::rust(&read.compiled, &path),
+        text: emission.rust(),
         fields: fields.collect(),
         warnings: read.compiled.warnings.render(),
         files: read.files,
@@ -59,6 +65,10 @@ fn located(fault: Fault, attributes: &Attributes) -> Error {
         Fault::Model(report) => {
             let message = format!("the model has faults\n\n{}\n", report.render());
             Error::new(attributes.model.span(), message)
+        }
+        Fault::Functions(_) => {
+            let place = attributes.functions.as_ref().unwrap_or(&attributes.model);
+            Error::new(place.span(), fault.to_string())
         }
         other => Error::new(attributes.model.span(), other.to_string()),
     }

@@ -45,6 +45,16 @@ where
     drag: T,
 }
 
+/// With functions beside the terms.
+#[derive(Dynamics)]
+#[dynamics(
+    model = "tests/models/cart.model",
+    functions = "inverse_dynamics, forward_dynamics_derivatives"
+)]
+struct WithFunctions<T> {
+    mc: T,
+}
+
 /// A robot description; the mass of the last link, which carries loads, varies.
 #[derive(Dynamics)]
 #[dynamics(urdf = "tests/models/arm.urdf")]
@@ -124,6 +134,28 @@ fn quantities_are_methods_and_sizes_constants() {
     assert_eq!(Fixed::COORDINATE_NAMES, ["x", "theta"]);
     assert_eq!(Cart::<f64>::PARAMETER_NAMES, ["mc", "l"]);
     assert_eq!(Fixed::PARAMETERS, 0);
+}
+
+/// Functions on request are methods: `τ = M a − Q` without inputs, and accelerations that it undoes.
+#[test]
+fn functions_on_request_are_methods() {
+    let (cart, x) = (WithFunctions { mc: 2.0 }, point(0.3));
+    let (mass, force) = by_hand(2.0, 0.5, &x);
+    let a = [0.7, -1.1];
+    let torque = cart.inverse_dynamics(&x, &a);
+    let own = |i: usize| mass[i][0] * a[0] + mass[i][1] * a[1] - force[i];
+    // What moves it beside the input.
+    assert!((torque[0] - own(0) - x.u[0]).abs() < 1e-14, "{torque:?}");
+    assert!((torque[1] - own(1)).abs() < 1e-14, "{torque:?}");
+    let derivatives = cart.forward_dynamics_derivatives(&x);
+    let a = derivatives.forward_dynamics;
+    for i in 0..2 {
+        let left = mass[i][0] * a[0] + mass[i][1] * a[1] - force[i];
+        assert!(left.abs() < 1e-13, "{left}");
+        let by_input = derivatives.forward_dynamics_by_input;
+        let pushed = mass[i][0] * by_input[0][0] + mass[i][1] * by_input[1][0];
+        assert!((pushed - [1.0, 0.0][i]).abs() < 1e-14);
+    }
 }
 
 #[test]

@@ -28,4 +28,8 @@ struct Field<T> {
     mass: T,
 }
 
+#[derive(Dynamics)]
+#[dynamics(model = "models/cart.model", functions = "inverse_dynamic")]
+struct Function;
+
 fn main() {}
