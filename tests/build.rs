@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Besides `full`, where a model can have them.
-const MORE: [&str; 16] = [
+const MORE: [&str; 20] = [
     "force_residual",
     "acceleration_residual",
     "mass_matrix_by_position",
@@ -26,6 +26,10 @@ const MORE: [&str; 16] = [
     "forward_dynamics_by_time",
     "constrained_acceleration_by_parameters+constrained_multipliers_by_parameters",
     "outputs_by_position",
+    "sensors",
+    "sensors_by_position",
+    "sensors_by_velocity",
+    "predicted_sensors_by_time+predicted_sensors_by_parameters",
 ];
 
 /// Robots whose functions are compared: the second one's derivatives come in parts.
@@ -164,6 +168,7 @@ fn calls(out: &mut String, emission: &Emission<'_>, compiled: &Compiled) -> std:
 fn models() -> Result<Vec<PathBuf>, Box<dyn Error>> {
     let mut paths = ROBOTS.map(PathBuf::from).to_vec();
     paths.push(PathBuf::from("data/models/type.model"));
+    paths.push(PathBuf::from("data/models/sensed.model"));
     for entry in std::fs::read_dir(Path::new("../models"))? {
         let path = entry?.path();
         if path.extension().is_some_and(|e| e == "model") {

@@ -28,4 +28,4 @@ pub use compile::{
 pub use derive::System;
 pub use diagnostic::{Diagnostic, Report, Severity};
 pub use model::{Library, Model, Variables};
-pub use tape::{Column, Stepper, Tape};
+pub use tape::{Column, Stepper, Tape, Workspace};

@@ -6,6 +6,7 @@
 //! block stays in the cache.
 
 use crate::graph::{Binary, ExprId, Graph, Node, SymbolId, Unary};
+use std::ops::Range;
 
 /// Samples per block.
 const LANES: usize = 64;
@@ -16,8 +17,33 @@ type Lanes = [f64; LANES];
 pub enum Column<'a> {
     /// A value per sample.
     Each(&'a [f64]),
+    /// The first of every so many values: one entry of rows that lie one behind the other.
+    Every(&'a [f64], usize),
     /// The same for all samples.
     Same(f64),
+}
+
+impl Column<'_> {
+    /// The same input from a later sample on.
+    #[must_use]
+    pub fn from(self, sample: usize) -> Self {
+        match self {
+            Self::Each(values) => Self::Each(&values[sample..]),
+            Self::Every(values, stride) => Self::Every(&values[sample * stride..], stride),
+            Self::Same(value) => Self::Same(value),
+        }
+    }
+
+    /// Whether there is a value for each of so many samples.
+    fn covers(self, samples: usize) -> bool {
+        match self {
+            Self::Each(values) => values.len() == samples,
+            Self::Every(values, stride) => {
+                samples == 0 || stride > 0 && values.len() > (samples - 1) * stride
+            }
+            Self::Same(_) => true,
+        }
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -31,6 +57,10 @@ struct Instruction {
     target: u32,
     operation: Operation,
 }
+
+/// The registers of one tape, filled with its constants.
+#[derive(Debug, Clone)]
+pub struct Workspace(Vec<Lanes>);
 
 /// A compiled set of outputs.
 #[derive(Debug, Clone)]
@@ -82,27 +112,74 @@ impl Tape {
     /// # Panics
     /// If the number of columns, or the length of one, does not fit.
     pub fn evaluate_all(&self, inputs: &[Column<'_>], samples: usize) -> Vec<Vec<f64>> {
-        assert_eq!(inputs.len(), self.loads.len(), "one column per input");
-        for column in inputs {
-            if let Column::Each(values) = column {
-                assert_eq!(values.len(), samples, "one value per sample");
-            }
-        }
+        let mut results = vec![vec![0.0; samples]; self.outputs.len()];
+        self.blocks(
+            inputs,
+            samples,
+            &mut self.workspace(),
+            |block, registers| {
+                for (column, &register) in results.iter_mut().zip(&self.outputs) {
+                    column[block.clone()]
+                        .copy_from_slice(&registers[register as usize][..block.len()]);
+                }
+            },
+        );
+        results
+    }
+
+    /// Room to evaluate in, for [`Tape::evaluate_rows`].
+    pub fn workspace(&self) -> Workspace {
         let mut registers: Vec<Lanes> = vec![[0.0; LANES]; self.registers];
         for &(register, value) in &self.constants {
             registers[register as usize] = [value; LANES];
         }
-        let mut results = vec![vec![0.0; samples]; self.outputs.len()];
+        Workspace(registers)
+    }
+
+    /// Writes the outputs at `samples` samples into `rows`: one row of all outputs per sample.
+    /// Nothing is allocated.
+    ///
+    /// # Panics
+    /// If the number of columns or rows, or the length of one, does not fit, or the workspace
+    /// is another tape's.
+    pub fn evaluate_rows(
+        &self,
+        inputs: &[Column<'_>],
+        samples: usize,
+        workspace: &mut Workspace,
+        rows: &mut [f64],
+    ) {
+        let width = self.outputs.len();
+        assert_eq!(rows.len(), samples * width, "one row per sample");
+        self.blocks(inputs, samples, workspace, |block, registers| {
+            for (place, &register) in self.outputs.iter().enumerate() {
+                let lanes = &registers[register as usize];
+                for (sample, &value) in block.clone().zip(lanes) {
+                    rows[sample * width + place] = value;
+                }
+            }
+        });
+    }
+
+    /// Runs block after block and hands over the registers.
+    fn blocks(
+        &self,
+        inputs: &[Column<'_>],
+        samples: usize,
+        Workspace(registers): &mut Workspace,
+        mut done: impl FnMut(Range<usize>, &[Lanes]),
+    ) {
+        assert_eq!(inputs.len(), self.loads.len(), "one column per input");
+        assert_eq!(registers.len(), self.registers, "the tape's own workspace");
+        for column in inputs {
+            assert!(column.covers(samples), "one value per sample");
+        }
         for start in (0..samples).step_by(LANES) {
             let count = LANES.min(samples - start);
-            self.load(inputs, &mut registers, start, count);
-            self.run(&mut registers, if count == 1 { 1 } else { LANES });
-            for (column, &register) in results.iter_mut().zip(&self.outputs) {
-                column[start..start + count]
-                    .copy_from_slice(&registers[register as usize][..count]);
-            }
+            self.load(inputs, registers, start, count);
+            self.run(registers, if count == 1 { 1 } else { LANES });
+            done(start..start + count, registers);
         }
-        results
     }
 
     fn load(&self, inputs: &[Column<'_>], registers: &mut [Lanes], start: usize, count: usize) {
@@ -113,11 +190,18 @@ impl Tape {
                 Column::Same(value) => lanes.fill(*value),
                 Column::Each(values) => {
                     lanes[..count].copy_from_slice(&values[start..start + count]);
-                    // Unused lanes repeat a real sample: they cost no special
-                    // values, which are slow in some functions.
-                    lanes[count..].fill(values[start]);
+                }
+                Column::Every(values, stride) => {
+                    let values = values[start * stride..].iter().step_by(*stride);
+                    for (lane, &value) in lanes[..count].iter_mut().zip(values) {
+                        *lane = value;
+                    }
                 }
             }
+            // Unused lanes repeat a real sample: they cost no special
+            // values, which are slow in some functions.
+            let first = lanes[0];
+            lanes[count..].fill(first);
         }
     }
 
@@ -370,6 +454,15 @@ mod tests {
             for (column, value) in columns.iter().zip(expected) {
                 assert_eq!(column[sample], value);
             }
+        }
+        // The same from rows of three entries, into rows of four.
+        let given: Vec<f64> = values.iter().flat_map(|&x| [9.0, x, 8.0]).collect();
+        let mut rows = vec![0.0; samples * 4];
+        let inputs = [Column::Every(&given[1..], 3), Column::Same(1.7)];
+        tape.evaluate_rows(&inputs, samples, &mut tape.workspace(), &mut rows);
+        for (sample, row) in rows.chunks(4).enumerate() {
+            let expected: Vec<f64> = columns.iter().map(|column| column[sample]).collect();
+            assert_eq!(row, expected);
         }
         let (mut stepper, mut found) = (Stepper::new(&tape), [0.0; 4]);
         for x in [-0.4, 0.3] {

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Writes (or with --check compares) expected/<model>.json for the language models.
+"""Writes (or with --check compares) expected/<model>.json for the language models, and
+expected/linearised_<model>.json for some.
 
     python derive.py            recreate every file
     python derive.py --check    recreate in memory, compare at 1e-12, run selfcheck
@@ -18,8 +19,9 @@ import casadi as ca
 import numpy as np
 
 import lagrange
+import linearised
 import selfcheck
-from models import MODELS
+from models import LINEARISED, MODELS
 
 HERE = Path(__file__).resolve().parent
 SEED = 20240601
@@ -170,23 +172,38 @@ def differences(expected, found, place):
         yield f"{place}: {np.nanmax(np.abs(x - y)):.3g} apart, size {np.nanmax(np.abs(x)):.3g}"
 
 
+def linearisation(model):
+    """The document of one model's linearisations."""
+    seed = [SEED, zlib.crc32(f"linearised {model.name}".encode())]
+    return linearised.document(model, draw, project, evaluate, condition,
+                               (MAX_CONDITION, MAX_FEEDBACK), seed)
+
+
+def documents(wrong):
+    """Every document with the name of its file; what the second route denies goes to `wrong`."""
+    for model in MODELS:
+        made = document(model)
+        wrong += selfcheck.compare(made)
+        yield model.name, made
+    for model in LINEARISED:
+        yield f"linearised_{model.name}", linearisation(model)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--check", action="store_true", help="compare instead of writing")
     parser.add_argument("--out", type=Path, default=HERE / "expected")
     arguments = parser.parse_args()
     wrong = []
-    for model in MODELS:
-        made = document(model)
-        wrong += selfcheck.compare(made)
-        path = arguments.out / f"{model.name}.json"
+    for name, made in documents(wrong):
+        path = arguments.out / f"{name}.json"
         if arguments.check:
             try:
                 stored = json.loads(path.read_text())
             except FileNotFoundError:
                 wrong.append(f"{path.name}: missing, run derive.py")
                 continue
-            wrong += [f"{path.name} {d}" for d in differences(stored, made, model.name)]
+            wrong += [f"{path.name} {d}" for d in differences(stored, made, name)]
         else:
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(write(made) + "\n")

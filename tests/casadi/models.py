@@ -1,4 +1,4 @@
-"""The nine language models, stated by energies, inputs, damping, friction and constraints.
+"""The nine language models and the Wheelbot, stated by energies, inputs, damping, friction and constraints.
 
 Nothing here is an equation of motion: `lagrange.py` derives those with CasADi.
 Names of coordinates, inputs and parameters are those of the simulated logs
@@ -185,6 +185,47 @@ def _bead_rubbing(q, v, p):
     return {name: -size * rate / speed for name, rate in v.items()}
 
 
+# --- Wheelbot --------------------------------------------------------------
+
+def _turn(axis, angle):
+    """Rotation matrix about a coordinate axis."""
+    c, s = ca.cos(angle), ca.sin(angle)
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    R = ca.SX.eye(3)
+    R[i, i], R[i, j], R[j, i], R[j, j] = c, -s, s, c
+    return R
+
+
+def _rotational(R, inertia, q, v):
+    """Kinetic energy of turning: `w = vee(R' dR/dt)`, along the body's axes."""
+    names = list(q)
+    positions = ca.vertcat(*[q[k] for k in names])
+    rates = ca.vertcat(*[v[k] for k in names])
+    rate = ca.reshape(ca.mtimes(ca.jacobian(ca.vec(R), positions), rates), 3, 3)
+    skew = ca.mtimes(R.T, rate)
+    w = ca.vertcat(skew[2, 1], skew[0, 2], skew[1, 0])
+    return sum(inertia[i] * w[i] ** 2 for i in range(3)) / 2
+
+
+def _wheelbot_energies(q, v, p):
+    upright = ca.mtimes(_turn(2, q["yaw"]), _turn(0, q["roll"]))
+    chassis = ca.mtimes(upright, _turn(1, q["pitch"]))
+    hub = ca.vertcat(q["x"], q["y"], 0) + p["r_w"] * upright[:, 2]
+    body = hub + ca.mtimes(chassis, ca.vertcat(p["b_x"], p["b_y"], p["l_wb"]))
+    top = hub + (p["l_wb"] + p["l_br"]) * chassis[:, 2]
+    parts = ((p["m_w"], hub, ca.mtimes(upright, _turn(1, q["wheel"])), (p["I_w_r"], p["I_w_a"], p["I_w_r"])),
+             (p["m_b"], body, chassis, (p["I_bx"], p["I_by"], p["I_bz"])),
+             (p["m_r"], top, ca.mtimes(chassis, _turn(0, q["reaction"])), (p["I_r_a"], p["I_r_r"], p["I_r_r"])))
+    kinetic = sum(m / 2 * _squared(_rate(place, q, v)) + _rotational(R, inertia, q, v)
+                  for m, place, R, inertia in parts)
+    return kinetic, p["g"] * sum(m * place[2] for m, place, _, _ in parts)
+
+
+def _wheelbot_rolling(q, v, t, p):
+    speed = p["r_w"] * v["wheel"]
+    return {"rolling_x": v["x"] - speed * ca.cos(q["yaw"]), "rolling_y": v["y"] - speed * ca.sin(q["yaw"])}
+
+
 _DUFFING_FREE = {"m1": 2.0, "m2": 1.0, "k1": 10.0, "k2": 12.0, "c1": 0.1, "c2": 0.15,
                  "k1nl": 1.0, "k2nl": 2.0}
 _DUFFING_CONSTRAINED = {"m1": 2.0, "m2": 1.2, "k1": 9.0, "k2": 11.0, "c1": 0.12, "c2": 0.1,
@@ -224,3 +265,15 @@ MODELS = (
           rates=lambda z, late, p: {"delivered": (late["pull"] - z["delivered"]) / p["slow"]},
           stored_power=lambda v, z: z["delivered"] * v["x"], rubbing=_bead_rubbing),
 )
+
+_WHEELBOT = Model(
+    "wheelbot", ("x", "y", "roll", "pitch", "yaw", "wheel", "reaction"), ("reaction", "wheel"),
+    {"m_w": 0.3, "m_b": 0.75, "m_r": 0.3, "I_w_r": 0.000259, "I_w_a": 0.000503, "I_bx": 0.001746,
+     "I_by": 0.00181, "I_bz": 0.001585, "I_r_a": 0.000503, "I_r_r": 0.000259, "r_w": 0.053,
+     "l_wb": 0.055, "l_br": 0.055, "b_x": 0.0, "b_y": 0.0, "g": 9.81},
+    _wheelbot_energies,
+    lambda q, v, u: u["wheel"] * (v["wheel"] - v["pitch"]) + u["reaction"] * v["reaction"],
+    nonholonomic=_wheelbot_rolling, scale={"yaw": 3.1, "wheel": 3.1, "reaction": 3.1})
+
+# whose linearisations are stored
+LINEARISED = (*(m for m in MODELS if m.name in ("cartpole", "fourbar", "unicycle2d", "bead")), _WHEELBOT)

@@ -55,3 +55,6 @@ pub fn read(path: &str) -> Compiled {
 
 /// A model that has everything: a fixture of the tests.
 pub const EVERYTHING: &str = "tests/data/models/type.model";
+
+/// A model with sensors of all kinds: a fixture of the tests.
+pub const SENSED: &str = "tests/data/models/sensed.model";

@@ -267,6 +267,7 @@ macro_rules! agree {
 
 agree! {
     r#type__ call_type__ from models::EVERYTHING;
+    sensed call_sensed from models::SENSED;
     cartpole call_cartpole from "models/cartpole.model";
     duffing_constrained call_duffing_constrained from "models/duffing_constrained.model";
     duffing_free call_duffing_free from "models/duffing_free.model";

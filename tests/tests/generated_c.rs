@@ -211,10 +211,9 @@ fn deviation(compiled: &Compiled, path: &str, precision: Precision) -> f64 {
 
 fn all() -> Vec<(String, Compiled)> {
     let mut models = models::all();
-    models.push((
-        models::EVERYTHING.to_string(),
-        models::read(models::EVERYTHING),
-    ));
+    for fixture in [models::EVERYTHING, models::SENSED] {
+        models.push((fixture.to_string(), models::read(fixture)));
+    }
     models
 }
 

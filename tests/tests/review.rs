@@ -26,6 +26,12 @@ fn everything_a_model_can_have() {
     insta::assert_snapshot!("everything", sheet);
 }
 
+#[test]
+fn sensors_of_all_kinds() {
+    let sheet = emit::review(&models::read(models::SENSED), models::SENSED);
+    insta::assert_snapshot!("sensed", sheet);
+}
+
 /// What the sheets say of two arms is no more than the goals, which are another generator's
 /// figures for the same robots (Panda: with both fingers free).
 #[test]

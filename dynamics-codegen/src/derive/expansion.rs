@@ -108,7 +108,7 @@ impl Expansion {
         let switched = self.model.constraints.iter().any(|c| c.active.is_some());
         let constrained = matches!(
             item.term,
-            Term::ConstrainedAcceleration | Term::ConstrainedMultipliers
+            Term::ConstrainedAcceleration | Term::ConstrainedMultipliers | Term::PredictedSensors
         );
         if self.model.uses_multipliers() && item.solves() || switched && constrained {
             let item = item.to_string();
@@ -120,7 +120,10 @@ impl Expansion {
         };
         let solved = matches!(
             item.term,
-            Term::ForwardDynamics | Term::ConstrainedAcceleration | Term::ConstrainedMultipliers
+            Term::ForwardDynamics
+                | Term::ConstrainedAcceleration
+                | Term::ConstrainedMultipliers
+                | Term::PredictedSensors
         );
         let reachable = self.model.graph.reachable(&entries);
         let finite = |expr| match self.model.graph.node(expr) {
@@ -143,6 +146,9 @@ impl Expansion {
                 Some("internal state")
             }
             Term::Outputs | Term::OutputRates if self.model.outputs.is_empty() => Some("output"),
+            Term::Sensors | Term::PredictedSensors if self.model.sensors.is_empty() => {
+                Some("sensor")
+            }
             Term::OutputJacobian | Term::OutputBias
                 if self.system.positional_outputs.is_empty() =>
             {
@@ -187,6 +193,12 @@ impl Expansion {
             Term::OutputRates => system.output_rates.clone(),
             Term::OutputJacobian => system.output_jacobian.concat(),
             Term::OutputBias => system.output_bias.clone(),
+            Term::Sensors => self.sensors(),
+            Term::PredictedSensors => {
+                let sensors = self.sensors();
+                let motion = self.motion(self.is_constrained());
+                self.at_motion(&sensors, &motion)
+            }
             Term::InverseDynamics => self.inverse_dynamics(false),
             Term::ForwardDynamics => self.motion(false).acceleration,
             Term::ConstrainedAcceleration => self.motion(true).acceleration,
@@ -315,6 +327,7 @@ impl Expansion {
             Term::ForwardDynamics => self.forward_slopes(group),
             Term::ConstrainedAcceleration => self.motion_slopes(true, group).0,
             Term::ConstrainedMultipliers => self.motion_slopes(true, group).1,
+            Term::PredictedSensors => self.predicted_slopes(group),
             Term::InverseDynamics => {
                 self.recursive_slopes(group, |this, rest| this.inverse_dynamics(rest))
             }
@@ -416,6 +429,59 @@ impl Expansion {
             (solution.acceleration, solution.multipliers)
         });
         columns.unzip()
+    }
+
+    /// What sensors show at stated `a` and `λ`.
+    fn sensors(&mut self) -> Vec<ExprId> {
+        let own = (self.model.accelerations.iter().copied())
+            .chain(self.model.multiplier_symbols())
+            .collect::<Vec<_>>();
+        let stated = self.acceleration.iter().chain(&self.multipliers);
+        let graph = &mut self.model.graph;
+        let stated = own.into_iter().zip(stated.map(|&symbol| graph.var(symbol)));
+        let stated: HashMap<SymbolId, ExprId> = stated.collect();
+        graph.substitute(&self.system.sensors, &stated)
+    }
+
+    fn is_constrained(&self) -> bool {
+        !self.model.constraints.is_empty()
+    }
+
+    /// With the motion's `a` and `λ` in place of stated ones.
+    fn at_motion(&mut self, exprs: &[ExprId], motion: &Motion) -> Vec<ExprId> {
+        let values = motion.acceleration.iter().chain(&motion.multipliers);
+        let symbols = self.acceleration.iter().chain(&self.multipliers);
+        let at: HashMap<SymbolId, ExprId> = symbols.copied().zip(values.copied()).collect();
+        self.model.graph.substitute(exprs, &at)
+    }
+
+    /// `∂y/∂s + ∂y/∂a ∂a/∂s + ∂y/∂λ ∂λ/∂s`, one column per variable of the group.
+    fn predicted_slopes(&mut self, group: Group) -> Vec<Vec<ExprId>> {
+        let constrained = self.is_constrained();
+        let sensors = self.sensors();
+        let direct = self.slopes_of(&sensors, group);
+        let graph = &mut self.model.graph;
+        let solved: Vec<SymbolId> = (self.acceleration.iter().chain(&self.multipliers))
+            .copied()
+            .collect();
+        let through: Vec<Vec<ExprId>> = (solved.iter())
+            .map(|&symbol| graph.derivatives(&sensors, symbol))
+            .collect();
+        let motion = self.motion(constrained);
+        let (by_a, by_lambda) = self.motion_slopes(constrained, group);
+        let columns = direct.iter().enumerate().map(|(j, column)| {
+            let changes: Vec<ExprId> = by_a[j].iter().chain(&by_lambda[j]).copied().collect();
+            let rows = column.iter().enumerate().map(|(row, &own)| {
+                let slopes: Vec<ExprId> = through.iter().map(|slopes| slopes[row]).collect();
+                let whole = [&slopes[..], &[own]].concat();
+                let whole = self.at_motion(&whole, &motion);
+                let graph = &mut self.model.graph;
+                let followed = graph.inner_product(&whole[..slopes.len()], &changes);
+                graph.add(whole[slopes.len()], followed)
+            });
+            rows.collect()
+        });
+        columns.collect()
     }
 
     /// The symbols of a group, one per column.

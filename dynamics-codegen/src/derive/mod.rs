@@ -68,6 +68,8 @@ pub struct System {
     pub output_jacobian: Vec<Vec<ExprId>>,
     /// Of these, `J̇ v` (with what time adds): `ÿ = J a + J̇ v`.
     pub output_bias: Vec<ExprId>,
+    /// What the sensors show without noise, as functions of [`System::arguments_of_sensors`].
+    pub sensors: Vec<ExprId>,
     /// Kinetic energy `T(q, v, t)` of all that the model states.
     pub kinetic_energy: ExprId,
     /// Potential energy `V(q, t)`; of bodies, that of gravity.
@@ -110,6 +112,8 @@ pub fn derive(model: &mut Model) -> System {
         })
         .collect();
     let outputs = output::outputs(model, &readings);
+    let sensors: Vec<ExprId> = model.sensors.iter().map(|sensor| sensor.value).collect();
+    let sensors = readings.resolve(model, &sensors);
     let readings_of = measured::sensors(model, &readings);
     let rates: Vec<ExprId> = model.states.iter().map(|z| z.rate).collect();
     let state_rates = readings.resolve(model, &rates);
@@ -137,6 +141,7 @@ pub fn derive(model: &mut Model) -> System {
         positional_outputs: outputs.positional,
         output_jacobian: outputs.jacobian,
         output_bias: outputs.bias,
+        sensors,
         kinetic_energy,
         potential_energy,
     }
@@ -152,6 +157,15 @@ impl System {
         arguments.extend(model.input_symbols());
         arguments.extend(model.states.iter().map(|z| z.symbol));
         arguments.extend(model.parameters.iter().map(|p| p.symbol));
+        arguments
+    }
+
+    /// The symbols that sensors depend on: those of [`arguments`](Self::arguments), then the
+    /// accelerations, then the multipliers.
+    pub fn arguments_of_sensors(model: &Model) -> Vec<SymbolId> {
+        let mut arguments = Self::arguments(model);
+        arguments.extend(&model.accelerations);
+        arguments.extend(model.multiplier_symbols());
         arguments
     }
 

@@ -43,6 +43,8 @@ impl Readings {
                 Reading::AngularAccelerationBias(i) => {
                     mechanism.jacobian_rate_times_velocity(graph, &frame)[3 + i]
                 }
+                Reading::Acceleration(i) => acceleration(model, mechanism, &frame, i),
+                Reading::AngularAcceleration(i) => acceleration(model, mechanism, &frame, 3 + i),
             };
             values.insert(symbol, value);
         }
@@ -88,7 +90,10 @@ impl Readings {
                         let minus = graph.mul(jacobian[3 + k][column], rotation[j][axis]);
                         graph.sub(plus, minus)
                     }
-                    Reading::AccelerationBias(_) | Reading::AngularAccelerationBias(_) => continue,
+                    Reading::AccelerationBias(_)
+                    | Reading::AngularAccelerationBias(_)
+                    | Reading::Acceleration(_)
+                    | Reading::AngularAcceleration(_) => continue,
                 };
                 let part = graph.mul(slope, along);
                 *entry = graph.add(*entry, part);
@@ -117,4 +122,14 @@ impl Readings {
         }
         total
     }
+}
+
+/// A component of `J a + J̇ v`.
+fn acceleration(model: &mut Model, mechanism: &Mechanism, frame: &Frame, row: usize) -> ExprId {
+    let graph = &mut model.graph;
+    let bias = mechanism.jacobian_rate_times_velocity(graph, frame)[row];
+    let jacobian = mechanism.jacobian(graph, frame);
+    let a: Vec<ExprId> = model.accelerations.iter().map(|&a| graph.var(a)).collect();
+    let own = graph.inner_product(&jacobian[row], &a);
+    graph.add(bias, own)
 }

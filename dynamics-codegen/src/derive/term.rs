@@ -49,11 +49,16 @@ pub enum Term {
     ForceResidual,
     /// `S(q, v, a, t) = A a − b`, `m`: zero on the motion.
     AccelerationResidual,
+    /// What sensors show at stated `a` and `λ`, without noise.
+    Sensors,
+    /// What sensors show along the motion of `M a = Q + Aᵀλ`, `A a = b`; its derivatives go
+    /// through `a` and `λ`.
+    PredictedSensors,
 }
 
 impl Term {
     /// All of them.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 23] = [
         Self::MassMatrix,
         Self::BiasForce,
         Self::AppliedForce,
@@ -75,6 +80,8 @@ impl Term {
         Self::ConstrainedMultipliers,
         Self::ForceResidual,
         Self::AccelerationResidual,
+        Self::Sensors,
+        Self::PredictedSensors,
     ];
 
     /// The name of the function that computes it.
@@ -101,6 +108,8 @@ impl Term {
             Self::ConstrainedMultipliers => "constrained_multipliers",
             Self::ForceResidual => "force_residual",
             Self::AccelerationResidual => "acceleration_residual",
+            Self::Sensors => "sensors",
+            Self::PredictedSensors => "predicted_sensors",
         }
     }
 
@@ -108,13 +117,16 @@ impl Term {
     pub fn takes_acceleration(self) -> bool {
         matches!(
             self,
-            Self::InverseDynamics | Self::ForceResidual | Self::AccelerationResidual
+            Self::InverseDynamics
+                | Self::ForceResidual
+                | Self::AccelerationResidual
+                | Self::Sensors
         )
     }
 
     /// Whether it is a function of multipliers that the caller states.
     pub fn takes_multipliers(self) -> bool {
-        self == Self::ForceResidual
+        matches!(self, Self::ForceResidual | Self::Sensors)
     }
 }
 
@@ -184,7 +196,8 @@ impl Item {
         match self.term {
             Term::ForwardDynamics
             | Term::ConstrainedAcceleration
-            | Term::ConstrainedMultipliers => true,
+            | Term::ConstrainedMultipliers
+            | Term::PredictedSensors => true,
             Term::ForceResidual | Term::AccelerationResidual => self.by.is_some(),
             _ => false,
         }

@@ -18,6 +18,7 @@ pub(super) struct Axes {
     constraint_acceleration: Vec<Entry>,
     output: Vec<Entry>,
     output_rate: Vec<Entry>,
+    sensor: Vec<Entry>,
     positional_output_acceleration: Vec<Entry>,
     multiplier: Vec<Entry>,
     position: Vec<Entry>,
@@ -70,6 +71,10 @@ impl Axes {
             name: c.name.clone(),
             unit: text(multiplier_unit(c)),
         });
+        let sensors = model.sensors.iter().map(|sensor| Entry {
+            name: sensor.name.clone(),
+            unit: text(sensor.dimension),
+        });
         let parameters = model.parameters.iter().map(|p| Entry {
             name: p.name.clone(),
             unit: shown_unit(&p.unit),
@@ -85,6 +90,7 @@ impl Axes {
             constraint_acceleration: holonomic_rates(2),
             output: outputs(0),
             output_rate: outputs(1),
+            sensor: sensors.collect(),
             positional_output_acceleration: (expansion.system().positional_outputs.iter())
                 .map(|&index| outputs(2)[index].clone())
                 .collect(),
@@ -113,6 +119,7 @@ impl Axes {
             Term::InitialState => &[&self.state],
             Term::Outputs => &[&self.output],
             Term::OutputRates => &[&self.output_rate],
+            Term::Sensors | Term::PredictedSensors => &[&self.sensor],
             Term::OutputJacobian => &[&self.positional_output_acceleration, &self.acceleration],
             Term::OutputBias => &[&self.positional_output_acceleration],
             Term::ForwardDynamics | Term::ConstrainedAcceleration => &[&self.acceleration],

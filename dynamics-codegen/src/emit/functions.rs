@@ -22,6 +22,7 @@ use std::str::FromStr;
 /// | `constrained_dynamics_derivatives` | `a`, `λ` and their derivatives by `q, v, u` |
 /// | `residual_derivatives` | of `R = M a − Q − Aᵀλ` by `q, v, u, t` and of `S = A a − b` by `q, v, t`, at stated `a, λ`: what `dynamics::motion_derivatives` solves with |
 /// | `residual_by_parameters` | of `R` and `S` by the parameters |
+/// | `sensor_derivatives` | what sensors show along the motion, and its derivatives by `q, v, u` |
 /// | `full` | the functions above that the model can have |
 ///
 /// ```
@@ -273,6 +274,7 @@ fn bundles() -> Vec<(&'static str, Vec<Item>)> {
     let all = [Group::Position, Group::Velocity, Group::Input];
     let forward = [Term::ForwardDynamics];
     let motion = [Term::ConstrainedAcceleration, Term::ConstrainedMultipliers];
+    let sensors = [Term::PredictedSensors];
     let residuals = [Term::ForceResidual, Term::AccelerationResidual];
     let mut residual_slopes = by(&residuals[..1], &[&all[..], &[Group::Time]].concat());
     residual_slopes.extend(by(&residuals[1..], &[&state[..], &[Group::Time]].concat()));
@@ -294,6 +296,10 @@ fn bundles() -> Vec<(&'static str, Vec<Item>)> {
         (
             "residual_by_parameters",
             by(&residuals, &[Group::Parameters]),
+        ),
+        (
+            "sensor_derivatives",
+            with_values(&sensors, by(&sensors, &all)),
         ),
     ]
 }

@@ -421,5 +421,13 @@ fn describe(term: Term) -> (&'static str, &'static str) {
             "residual",
         ),
         Term::AccelerationResidual => ("Residual `S = A a − b` at the stated `a`", "residual"),
+        Term::Sensors => (
+            "What the sensors show at the stated `a` and `λ`, without noise",
+            "sensor",
+        ),
+        Term::PredictedSensors => (
+            "What the sensors show, without noise, along the motion of `M a = Q + Aᵀλ`, `A a = b`; `M` must be positive definite and `A` of full row rank",
+            "sensor",
+        ),
     }
 }

@@ -63,6 +63,12 @@ impl<'a> Sheet<'a> {
         for p in &model.parameters {
             names.insert(p.symbol, one_line(&p.name));
         }
+        for c in &model.constraints {
+            names.insert(c.multiplier, format!("multiplier({})", one_line(&c.name)));
+        }
+        for (c, &a) in model.coordinates.iter().zip(&model.accelerations) {
+            names.insert(a, format!("dot(dot({}))", one_line(&c.name)));
+        }
         for k in &model.kinematics {
             names.insert(k.symbol, one_line(model.graph.symbol_name(k.symbol)));
         }
@@ -109,6 +115,7 @@ impl<'a> Sheet<'a> {
         self.dynamics(out)?;
         self.constraints(out)?;
         self.outputs(out)?;
+        self.sensors(out)?;
         self.effects(out)?;
         self.size(out)
     }
@@ -251,6 +258,34 @@ impl<'a> Sheet<'a> {
                 unit,
                 self.expression(output.value),
                 one_line(&output.doc),
+            ]
+        });
+        columns(out, &rows.collect::<Vec<_>>())
+    }
+
+    /// Models without a sensor say nothing of sensors.
+    fn sensors(&self, out: &mut String) -> std::fmt::Result {
+        if self.model.sensors.is_empty() {
+            return Ok(());
+        }
+        heading(out, "sensors", self.model.sensors.len())?;
+        let rows = self.model.sensors.iter().map(|sensor| {
+            let mut noise = Vec::new();
+            if sensor.noise > 0.0 {
+                noise.push(format!("noise {}", decimal(sensor.noise)));
+            }
+            noise.extend(
+                sensor
+                    .resolution
+                    .map(|step| format!("resolution {}", decimal(step))),
+            );
+            noise.extend(sensor.rate.map(|rate| format!("rate {} Hz", decimal(rate))));
+            [
+                one_line(&sensor.name),
+                text(sensor.dimension),
+                self.expression(sensor.value),
+                noise.join(", "),
+                one_line(&sensor.doc),
             ]
         });
         columns(out, &rows.collect::<Vec<_>>())

@@ -44,6 +44,7 @@ pub(crate) fn build(
     builder.refuse_excess(name.span);
     builder.lower_statements(&statements);
     Templates { sources, library }.apply_all(&mut builder, &statements);
+    builder.lower_sensors(&statements);
     builder.finish(name.span)
 }
 
@@ -70,6 +71,8 @@ pub(super) struct Builder<'a> {
     pub(super) driven: Vec<(usize, ExprId)>,
     /// Sets of the ports that are being bound.
     pub(super) pending_sets: std::collections::BTreeMap<String, Vec<usize>>,
+    /// Whether a sensor is being lowered: it sees accelerations.
+    pub(super) in_sensor: bool,
     /// How many statements say what is measured.
     pub(super) measurements: usize,
     pub has_kinetic: bool,
@@ -119,6 +122,8 @@ impl<'a> Builder<'a> {
             robot: None,
             constraints: Vec::new(),
             outputs: Vec::new(),
+            sensors: Vec::new(),
+            accelerations: Vec::new(),
             effects: Vec::new(),
         };
         Self {
@@ -134,6 +139,7 @@ impl<'a> Builder<'a> {
             loads: Vec::new(),
             driven: Vec::new(),
             pending_sets: std::collections::BTreeMap::new(),
+            in_sensor: false,
             measurements: 0,
             has_kinetic: false,
             too_large: false,

@@ -264,6 +264,7 @@ impl Builder<'_> {
         used.extend(self.model.point_forces.iter().flat_map(|f| f.value));
         used.extend(self.model.states.iter().flat_map(|z| [z.rate, z.initial]));
         used.extend(self.model.outputs.iter().map(|y| y.value));
+        used.extend(self.model.sensors.iter().map(|y| y.value));
         used.extend(self.model.inputs.iter().map(|u| u.arrives));
         let graph = &self.model.graph;
         let delays = &mut self.model.delays;

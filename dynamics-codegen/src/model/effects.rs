@@ -311,6 +311,7 @@ fn refuse_foreign_statements(builder: &mut Builder<'_>, statements: &[&Statement
             StatementKind::Input { .. } => "an input",
             StatementKind::Constraint { .. } => "a constraint",
             StatementKind::Output { .. } => "an output",
+            StatementKind::Sensor(_) => "a sensor",
             StatementKind::Effect { .. } => "another effect",
             StatementKind::Urdf { .. } => "a robot description",
             _ => continue,

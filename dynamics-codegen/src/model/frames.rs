@@ -3,6 +3,7 @@
 use super::builder::Builder;
 use super::names::Declared;
 use super::quantity::{Measure, Quantity};
+use super::sensor::MOMENTARY_VECTORS;
 use crate::diagnostic::{Diagnostic, nearest};
 use crate::dimension::Dimension;
 use crate::graph::{ExprId, SymbolId};
@@ -419,6 +420,10 @@ impl Builder<'_> {
             "axis_y" => Some(1),
             "axis_z" => Some(2),
             "position" | "velocity" | "angular_velocity" | "center" => None,
+            momentary if MOMENTARY_VECTORS.contains(&momentary) => {
+                self.refuse_outside_sensors(function)?;
+                None
+            }
             _ => {
                 let message = format!("`{}` has no components", function.text);
                 return self.report(Diagnostic::error(function.span, message).help(VECTORS));
@@ -447,6 +452,12 @@ impl Builder<'_> {
             }));
         }
         let frame = self.find_frame(&frames[0].0, frames[0].1)?;
+        if MOMENTARY_VECTORS.contains(&function.text.as_str()) {
+            let function = function.text.clone();
+            return Some(Box::new(move |builder: &mut Builder<'_>, i| {
+                Some(builder.momentary_component(&function, frame, i))
+            }));
+        }
         let base = match frames.get(1) {
             Some((name, span)) => Some(self.find_frame(name, *span)?),
             None => None,

@@ -23,12 +23,21 @@ pub enum Reading {
     AccelerationBias(usize),
     /// A component of the angular acceleration at `a = 0`.
     AngularAccelerationBias(usize),
+    /// A component of the origin's acceleration, m/s².
+    Acceleration(usize),
+    /// A component of the angular acceleration, rad/s².
+    AngularAcceleration(usize),
 }
 
 impl Reading {
     /// Whether it is known from positions and time alone.
     pub fn is_positional(self) -> bool {
         matches!(self, Self::Position(_) | Self::Axis(..))
+    }
+
+    /// Whether it contains accelerations: only sensors read these.
+    pub fn is_acceleration(self) -> bool {
+        matches!(self, Self::Acceleration(_) | Self::AngularAcceleration(_))
     }
 
     /// As it is written in a model.
@@ -43,6 +52,8 @@ impl Reading {
             Self::AngularAccelerationBias(i) => {
                 format!("angular_acceleration_bias({frame}).{}", NAMES[i])
             }
+            Self::Acceleration(i) => format!("acceleration({frame}).{}", NAMES[i]),
+            Self::AngularAcceleration(i) => format!("angular_acceleration({frame}).{}", NAMES[i]),
         }
     }
 }
@@ -145,7 +156,10 @@ impl Model {
                 let minus = self.graph.mul(omega[1], along[0]);
                 self.graph.sub(plus, minus)
             }
-            Reading::AccelerationBias(_) | Reading::AngularAccelerationBias(_) => return None,
+            Reading::AccelerationBias(_)
+            | Reading::AngularAccelerationBias(_)
+            | Reading::Acceleration(_)
+            | Reading::AngularAcceleration(_) => return None,
         })
     }
 }

@@ -4,9 +4,10 @@ use super::Coordinate;
 use super::builder::Builder;
 use super::names::{Binding, FUNCTIONS, NO_FUNCTIONS, Scope, TermState, VECTORS};
 use super::quantity::{Measure, Quantity};
+use super::sensor::MOMENTARY_VECTORS;
 use crate::diagnostic::{Diagnostic, nearest};
 use crate::dimension::Dimension;
-use crate::graph::{Binary, Unary};
+use crate::graph::{Binary, ExprId, Unary};
 use crate::source::Span;
 use crate::syntax::{Expr, ExprKind, Name, PortKind};
 
@@ -372,6 +373,7 @@ impl Builder<'_> {
             "multiplier" | "normal_force" | "speed" | "load" => {
                 self.lower_contact(&name.text, &arguments[0], span)
             }
+            "encoder_x" | "encoder_y" | "encoder_z" => self.lower_encoder(name, arguments, span),
             "input" | "coordinate" => self.lower_lookup(&name.text, &arguments[0]),
             "atan2" | "min" | "max" => self.lower_two(&name.text, &arguments[0], &arguments[1]),
             function => self.lower_one(function, &arguments[0]),
@@ -380,7 +382,11 @@ impl Builder<'_> {
 
     fn unknown_function(&mut self, name: &Name) -> Lowered {
         let error = Diagnostic::error(name.span, format!("there is no function `{}`", name.text));
-        if VECTORS.contains(&name.text.as_str()) {
+        if MOMENTARY_VECTORS.contains(&name.text.as_str()) {
+            self.refuse_outside_sensors(name)?;
+        }
+        let vectors = [&VECTORS[..], &MOMENTARY_VECTORS].concat();
+        if vectors.contains(&name.text.as_str()) {
             let message = format!("`{}(…)` is a vector, not a number", name.text);
             let help = format!("take a component: `{}(…).x`", name.text);
             return self.report(Diagnostic::error(name.span, message).help(help));
@@ -439,6 +445,10 @@ impl Builder<'_> {
             let measure = inner.measure.rate();
             return Some(Quantity { expr, measure });
         }
+        self.refuse_rate_of_multiplier(inner.expr, span)?;
+        if self.in_sensor && self.model.is_momentary(inner.expr) {
+            return self.lower_acceleration(inner, span);
+        }
         for index in 0..self.model.coordinates.len() {
             let velocity = self.model.coordinates[index].velocity;
             if self.model.graph.depends_on(&[inner.expr], velocity) {
@@ -453,20 +463,7 @@ impl Builder<'_> {
             let message = "`dot` of something that already contains a velocity";
             return self.report(Diagnostic::error(span, message).label("an acceleration"));
         }
-        for index in 0..self.model.inputs.len() {
-            if self
-                .model
-                .graph
-                .depends_on(&[inner.expr], self.model.inputs[index].symbol)
-            {
-                let name = &self.model.inputs[index].name;
-                let message = format!("`dot` of something that contains the input `{name}`");
-                return self.report(
-                    Diagnostic::error(span, message).help("the rate of an input is not known"),
-                );
-            }
-        }
-        self.refuse_memory(inner.expr, span, "the argument of `dot`")?;
+        self.refuse_rate_of_input(inner.expr, span)?;
         let seeds = self.model.time_seeds();
         let expr = self.model.graph.directional(&[inner.expr], &seeds)[0];
         if let ExprKind::Name(name) = &argument.kind {
@@ -474,6 +471,20 @@ impl Builder<'_> {
         }
         let measure = inner.measure.rate();
         Some(Quantity { expr, measure })
+    }
+
+    /// What is commanded, what was and what is remembered have no rate in an expression.
+    pub(super) fn refuse_rate_of_input(&mut self, expr: ExprId, span: Span) -> Option<()> {
+        let graph = &self.model.graph;
+        let mut inputs = self.model.inputs.iter();
+        if let Some(input) = inputs.find(|u| graph.depends_on(&[expr], u.symbol)) {
+            let name = &input.name;
+            let message = format!("`dot` of something that contains the input `{name}`");
+            return self.report(
+                Diagnostic::error(span, message).help("the rate of an input is not known"),
+            );
+        }
+        self.refuse_memory(expr, span, "the argument of `dot`")
     }
 
     fn lower_two(&mut self, function: &str, x: &Expr, y: &Expr) -> Lowered {
@@ -529,7 +540,7 @@ impl Builder<'_> {
         })
     }
 
-    fn elementary(&mut self, function: &str, x: Quantity) -> crate::graph::ExprId {
+    fn elementary(&mut self, function: &str, x: Quantity) -> ExprId {
         let graph = &mut self.model.graph;
         let op = match function {
             "sin" => Unary::Sin,

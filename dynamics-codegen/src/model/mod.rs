@@ -24,6 +24,7 @@ mod quantity;
 mod restated;
 mod robot;
 mod robot_options;
+mod sensor;
 mod set;
 mod state;
 mod switch;
@@ -151,6 +152,26 @@ pub struct Output {
     pub doc: String,
 }
 
+/// One number that a log shows beside the coordinates: a sensor, or a component of one.
+#[derive(Debug, Clone)]
+pub struct Sensor {
+    /// Its name: the log's column.
+    pub name: String,
+    /// What it shows, without noise: of positions, velocities, accelerations, multipliers,
+    /// inputs, states, parameters and time.
+    pub value: ExprId,
+    /// Its dimension, if known.
+    pub dimension: Option<Dimension>,
+    /// Standard deviation of its noise, in its unit.
+    pub noise: f64,
+    /// The distance of neighbouring readings, in its unit; `None`: there are no steps.
+    pub resolution: Option<f64>,
+    /// Readings per second; `None`: one whenever somebody looks.
+    pub rate: Option<f64>,
+    /// What the model says about it.
+    pub doc: String,
+}
+
 /// An effect that the model contains.
 #[derive(Debug, Clone)]
 pub struct Effect {
@@ -216,6 +237,10 @@ pub struct Model {
     pub constraints: Vec<Constraint>,
     /// The outputs, in the order of the text.
     pub outputs: Vec<Output>,
+    /// The sensors, in the order of the text.
+    pub sensors: Vec<Sensor>,
+    /// What stands for accelerations in the sensors, one per coordinate; empty without a sensor.
+    pub accelerations: Vec<SymbolId>,
     /// The effects, in the order of the text.
     pub effects: Vec<Effect>,
 }

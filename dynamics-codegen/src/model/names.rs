@@ -3,6 +3,7 @@
 //! Coordinates and inputs have namespaces of their own, because a log has
 //! `q_j1` and `u_j1`: joint and motor share a name. Everything else shares one.
 
+use super::sensor::{ENCODERS, MOMENTARY_VECTORS};
 use crate::source::Span;
 use crate::syntax::{Expr, ExprKind, Name, PortKind};
 use std::collections::{BTreeMap, BTreeSet};
@@ -70,7 +71,7 @@ pub(super) struct Scope {
 pub(super) const RESERVED: [&str; 2] = ["t", "pi"];
 
 /// The functions of the language with their number of arguments.
-pub(super) const FUNCTIONS: [(&str, usize); 28] = [
+pub(super) const FUNCTIONS: [(&str, usize); 31] = [
     ("sin", 1),
     ("cos", 1),
     ("tan", 1),
@@ -99,6 +100,9 @@ pub(super) const FUNCTIONS: [(&str, usize); 28] = [
     ("speed", 1),
     ("load", 1),
     ("norm", 1),
+    ("encoder_x", 2),
+    ("encoder_y", 2),
+    ("encoder_z", 2),
 ];
 
 /// Functions of other languages, with what stands for them.
@@ -133,6 +137,13 @@ pub(super) const VECTORS: [&str; 7] = [
     "axis_z",
 ];
 
+/// Whether a function is of frames or bodies, not of numbers.
+fn takes_frames(function: &str) -> bool {
+    VECTORS.contains(&function)
+        || MOMENTARY_VECTORS.contains(&function)
+        || ENCODERS.contains(&function)
+}
+
 impl Scope {
     /// The terms that an expression names, added to `found`.
     pub fn terms_in(&self, expr: &Expr, found: &mut Vec<usize>) {
@@ -156,7 +167,7 @@ impl Scope {
             }
             // These look names up among inputs, coordinates, frames and bodies.
             ExprKind::Call(name, _) if LOOKUPS.contains(&name.text.as_str()) => {}
-            ExprKind::Call(name, _) if VECTORS.contains(&name.text.as_str()) => {}
+            ExprKind::Call(name, _) if takes_frames(&name.text) => {}
             ExprKind::Call(name, arguments) if name.text == "delay" => {
                 arguments
                     .iter()

@@ -183,6 +183,8 @@ pub enum StatementKind {
         /// What it stands for.
         value: Expr,
     },
+    /// `sensor board = accelerometer(imu) { noise: 0.02; }`
+    Sensor(Box<SensorStatement>),
     /// `urdf "robot.urdf" { base: floating; }`
     Urdf {
         /// The path as written.
@@ -212,6 +214,23 @@ pub enum StatementKind {
         /// Values for its parameters.
         values: Vec<(Name, Expr)>,
     },
+}
+
+/// What a log shows, and how well.
+#[derive(Debug, Clone)]
+pub struct SensorStatement {
+    /// Its name.
+    pub name: Name,
+    /// Its unit.
+    pub unit: Option<Unit>,
+    /// What it shows.
+    pub value: Expr,
+    /// Standard deviation of its noise.
+    pub noise: Option<Expr>,
+    /// The distance of neighbouring readings.
+    pub resolution: Option<Expr>,
+    /// Readings per second.
+    pub rate: Option<Expr>,
 }
 
 /// An entry in the braces of `urdf "…" { … }`.

@@ -139,7 +139,7 @@ pub(super) fn triple(stream: &mut Stream<'_>) -> Parsed<[Expr; 3]> {
 }
 
 /// `{ entry; entry; … }`; whether it was there.
-fn in_braces(
+pub(super) fn in_braces(
     stream: &mut Stream<'_>,
     needed: bool,
     mut entry: impl FnMut(&mut Stream<'_>) -> Parsed<()>,

@@ -4,6 +4,7 @@ mod ast;
 mod body;
 mod expression;
 mod lexical;
+mod sensor;
 mod statement;
 mod stream;
 

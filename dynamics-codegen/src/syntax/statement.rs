@@ -3,11 +3,12 @@
 use super::ast::{Expr, File, Heading, Name, Port, PortKind, Prior, Statement, StatementKind};
 use super::body::{self, triple};
 use super::expression::{bounds, expression, unit};
+use super::sensor;
 use super::stream::{Parsed, Stream};
 use crate::diagnostic::{Diagnostic, nearest};
 
 /// The words that begin a statement.
-const KEYWORDS: [&str; 19] = [
+const KEYWORDS: [&str; 20] = [
     "coordinate",
     "input",
     "state",
@@ -21,6 +22,7 @@ const KEYWORDS: [&str; 19] = [
     "force",
     "constraint",
     "output",
+    "sensor",
     "effect",
     "urdf",
     "frame",
@@ -188,6 +190,11 @@ fn statement(stream: &mut Stream<'_>) -> Parsed<Statement> {
                 name,
                 value: value(stream)?,
             }
+        }
+        "sensor" => {
+            let (kind, ends_in_brace) = sensor::sensor(stream)?;
+            braced = ends_in_brace;
+            kind
         }
         "kinetic" => StatementKind::Kinetic(expression(stream)?),
         "potential" => StatementKind::Potential(expression(stream)?),

@@ -5,6 +5,8 @@ mod closure;
 mod contact;
 mod exponential;
 mod hold;
+mod instruments;
+mod linearise;
 mod measured;
 mod memory;
 mod rollout;
@@ -14,6 +16,8 @@ mod states;
 mod trail;
 
 pub use hold::{Hold, Signal};
+pub use instruments::Instruments;
+pub use linearise::{Linearisation, Lineariser};
 pub use measured::{Measured, Sensors};
 pub use rollout::{Rollout, RolloutOptions, Simulated};
 pub(crate) use shifted::shifted;

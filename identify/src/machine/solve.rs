@@ -67,7 +67,7 @@ impl SolveError {
 
     /// The same, counted from further back.
     #[must_use]
-    pub(crate) fn offset(self, by: usize) -> Self {
+    pub fn offset(self, by: usize) -> Self {
         self.renumbered(|sample| sample + by)
     }
 

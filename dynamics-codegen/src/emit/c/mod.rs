@@ -42,6 +42,11 @@ pub fn c(compiled: &Compiled, source_name: &str) -> [File; 2] {
 }
 
 impl Emission<'_> {
+    /// What the names of everything in the C files begin with, before an underscore.
+    pub fn c_prefix(&self) -> String {
+        Unit::new(self).prefix
+    }
+
     /// The two files of C; see [`c`].
     pub fn c(&self) -> [File; 2] {
         let unit = Unit::new(self);

@@ -170,6 +170,10 @@ impl<'a> Unit<'a> {
             "outputs",
             model.outputs.iter().map(|o| o.name.as_str()).collect(),
         );
+        if !model.sensors.is_empty() {
+            let sensors = model.sensors.iter().map(|s| s.name.as_str()).collect();
+            size(w, "SENSOR", "sensors", sensors);
+        }
         size(
             w,
             "PARAMETER",

@@ -1,0 +1,103 @@
+//! What is said about sensors that do not fit.
+
+use dynamics_codegen::{Library, compile};
+use std::fmt::Write;
+
+/// A model that is right, for mistakes to be added to.
+const ARM: &str = "\
+model arm;
+coordinate phi: rad;
+coordinate lift: m;
+input motor: N*m;
+parameter m: kg = 1;
+state warmth: K;
+dot(warmth) == -warmth*slow;
+constant slow: 1/s = 0.1;
+body rod { frame: translate(0, 0, lift) * rotate_x(phi); mass: m; center: (0, 0.2, 0); }
+body post { frame: translate(0, 0, 1); }
+force phi = motor;
+constraint stop: lift == 0;
+";
+
+/// Each case with what is said about it, one under the other.
+fn read_aloud(cases: &[(&str, &str)]) -> String {
+    let mut library = Library::builtin();
+    library.add(
+        "seeing",
+        "seeing.model",
+        "effect seeing(joint); force joint = 0; sensor seen = joint;",
+    );
+    let mut page = String::new();
+    for (title, addition) in cases {
+        let Err(report) = compile("arm.model", &format!("{ARM}{addition}\n"), &library) else {
+            panic!("{title}: this compiles");
+        };
+        write!(page, "── {title}\n{report}\n\n").unwrap();
+    }
+    page
+}
+
+#[test]
+fn sensors() {
+    insta::assert_snapshot!(read_aloud(&[
+        ("no value", "sensor a;"),
+        ("no name", "sensor = phi;"),
+        ("unit of a scalar", "sensor a: m = phi;"),
+        ("unit of a vector", "sensor a: m = gyroscope(rod);"),
+        ("unknown entry", "sensor a = phi { noice: 1; }"),
+        ("an entry twice", "sensor a = phi { noise: 1; noise: 2; }"),
+        ("unit of the noise", "sensor a = lift { noise: m; }"),
+        ("noise that varies", "sensor a = m { noise: m; }"),
+        ("negative noise", "sensor a = lift { noise: -0.1; }"),
+        ("rate of nothing", "sensor a = lift { rate: 0; }"),
+        ("two of one name", "sensor a = phi;\nsensor a = lift;"),
+        (
+            "two of one component",
+            "sensor a = gyroscope(rod);\nsensor a_x = lift;"
+        ),
+        ("a column of the log", "sensor dq_phi = dot(phi);"),
+        ("an input's column", "sensor u_motor = motor;"),
+        ("time's column", "sensor t = phi;"),
+        ("an output's name", "output a = phi;\nsensor a = phi;"),
+        ("no such frame", "sensor a = accelerometer(rood);"),
+        ("no frame", "sensor a = gyroscope(2*phi);"),
+        ("two frames", "sensor a = gyroscope(rod, post);"),
+        ("one frame of an encoder", "sensor a = encoder_x(rod);"),
+        (
+            "a number to an encoder",
+            "sensor a = encoder_x(rod, 2*phi);"
+        ),
+        ("a vector as a number", "sensor a = 2*accelerometer(rod);"),
+        ("an acceleration's rate", "sensor a = dot(dot(dot(phi)));"),
+        ("a multiplier's rate", "sensor a = dot(multiplier(stop));"),
+        ("an input's rate", "sensor a = dot(motor);"),
+        (
+            "an input's rate beside a velocity",
+            "sensor a = dot(motor*dot(phi));"
+        ),
+        (
+            "a state's rate beside a velocity",
+            "sensor a = dot(warmth*dot(phi));"
+        ),
+        ("a load", "sensor a = load(phi);"),
+        ("no such constraint", "sensor a = multiplier(stip);"),
+    ]));
+}
+
+#[test]
+fn accelerations_elsewhere() {
+    insta::assert_snapshot!(read_aloud(&[
+        ("in a force", "force phi = -m*acceleration(rod).z;"),
+        (
+            "an encoder in a constraint",
+            "constraint c: encoder_x(rod, post) == 0;"
+        ),
+        ("a gyroscope in an output", "output a = gyroscope(rod);"),
+        (
+            "an accelerometer in a term",
+            "let a = accelerometer(rod).x;"
+        ),
+        ("twice the rate in a force", "force phi = dot(dot(phi));"),
+        ("in a template", "effect seeing(phi);"),
+    ]));
+}
