@@ -3,6 +3,7 @@
 use super::FitError;
 use super::columns::Columns;
 use super::frame::Frame;
+use super::groups::Group;
 use crate::log::{Record, rms};
 use crate::machine::{Machine, States};
 use crate::regression::Band;
@@ -22,9 +23,13 @@ pub(super) struct Equations {
     residual: Vec<Vec<f64>>,
     /// Per coordinate, a value per sample: what the inputs exert.
     exerted: Vec<Vec<f64>>,
+    /// The same: what the model as given needs to hold still there.
+    holding: Vec<Vec<f64>>,
     /// When the samples were taken, s, and how fast each coordinate moved then.
     pub t: Vec<f64>,
     pub velocity: Vec<Vec<f64>>,
+    /// Where each coordinate was.
+    position: Vec<Vec<f64>>,
     /// Per column, per coordinate, a value per sample.
     columns: Vec<Vec<Vec<f64>>>,
     /// Per sample, directions that no multiplier reaches (`n×(n−m)`, orthonormal);
@@ -39,6 +44,23 @@ pub(super) struct Equations {
     pub news: f64,
     /// How fast each coordinate moves at most in the log that was learnt from.
     pub fastest: Vec<f64>,
+    /// Coordinates whose equations are left out.
+    pub left_out: Vec<usize>,
+}
+
+/// The equation of one coordinate: effort = needed + columns x.
+#[derive(Debug, Clone)]
+pub(super) struct Row<'a> {
+    /// What the inputs exert.
+    pub effort: &'a [f64],
+    /// What the model as given needs for the motion.
+    pub needed: Vec<f64>,
+    /// What it needs of that to hold still.
+    pub holding: &'a [f64],
+    /// Where the coordinate was.
+    pub position: &'a [f64],
+    /// Its columns.
+    pub columns: Vec<&'a [f64]>,
 }
 
 /// A block's share of the normal equations.
@@ -93,13 +115,21 @@ impl Equations {
                 free.push(terms.constraint_matrix.clone());
             }
         }
+        let still = States {
+            v: vec![vec![0.0; states.len()]; n],
+            u: vec![vec![0.0; states.len()]; states.u.len()],
+            ..states.clone()
+        };
+        let held = machine.terms(&still, parameters);
+        let holding = (0..n).map(|i| held.iter().map(|terms| -terms.force[i]).collect());
+        let holding: Vec<Vec<f64>> = holding.collect();
         let fastest = fastest.map_or_else(|| fastest_of(&states.v), <[f64]>::to_vec);
         let columns = columns.along(machine, &states, parameters, &a, &fastest);
         let band = Band::of(record, &smoothed, MOST_SAMPLES);
         let limited = |forces: &[Vec<f64>]| -> Vec<Vec<f64>> {
             forces.iter().map(|force| band.limit(force)).collect()
         };
-        let (residual, exerted) = (limited(&residual), limited(&exerted));
+        let [residual, exerted, holding] = [residual, exerted, holding].map(|f| limited(&f));
         let kept = |values: &[f64]| -> Vec<f64> {
             values.iter().step_by(band.stride()).copied().collect()
         };
@@ -114,17 +144,62 @@ impl Equations {
             scale: Vec::new(),
             residual,
             exerted,
+            holding,
             t: kept(&states.t),
             velocity: states.v.iter().map(|v| kept(v)).collect(),
+            position: states.q.iter().map(|q| kept(q)).collect(),
             columns,
             free,
             blocks: Vec::new(),
             news: 1.0,
             fastest,
+            left_out: Vec::new(),
         };
         equations.scale = equations.scale_of(&equations.residual);
         equations.gather();
         Ok(equations)
+    }
+
+    /// How many coordinates there are.
+    pub fn coordinates(&self) -> usize {
+        self.residual.len()
+    }
+
+    /// The equation of one coordinate by itself; `None` under constraints, where it is not known apart
+    /// from what multipliers exert.
+    pub fn row(&self, coordinate: usize) -> Option<Row<'_>> {
+        let effort = &self.exerted[coordinate];
+        let pairs = effort.iter().zip(&self.residual[coordinate]);
+        self.free.is_empty().then(|| Row {
+            needed: pairs.map(|(effort, left)| effort - left).collect(),
+            effort,
+            holding: &self.holding[coordinate],
+            position: &self.position[coordinate],
+            columns: self.columns.iter().map(|c| &c[coordinate][..]).collect(),
+        })
+    }
+
+    /// Takes the equations of some coordinates out: nothing is measured there, and nothing missing. What
+    /// couples them to others goes, too.
+    pub fn leave_out(&mut self, coordinates: &[usize], groups: &[Group]) {
+        if coordinates.is_empty() {
+            return;
+        }
+        for &i in coordinates {
+            self.residual[i].fill(0.0);
+            self.columns
+                .iter_mut()
+                .for_each(|column| column[i].fill(0.0));
+        }
+        let is_out = |group: &&Group| group.places.iter().any(|i| coordinates.contains(i));
+        for group in groups.iter().filter(is_out) {
+            for column in group.columns.clone() {
+                self.columns[column].iter_mut().for_each(|c| c.fill(0.0));
+            }
+        }
+        self.left_out = coordinates.to_vec();
+        self.scale = self.scale_of(&self.residual);
+        self.gather();
     }
 
     fn samples(&self) -> usize {
@@ -278,7 +353,10 @@ impl Equations {
                 0.0
             }
         };
-        let mean = left.iter().map(correlation).sum::<f64>() / left.len().max(1) as f64;
+        // Of a coordinate that is left out nothing is left.
+        let known = left.iter().filter(|left| rms(left) > 0.0);
+        let known: Vec<f64> = known.map(correlation).collect();
+        let mean = known.iter().sum::<f64>() / known.len().max(1) as f64;
         // An autoregressive error of first order.
         self.news = (1.0 - mean) / (1.0 + mean);
         self.gather();

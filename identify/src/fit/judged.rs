@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 /// coordinate, within the band in which the log shows accelerations at all.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Error {
-    /// By coordinate.
+    /// By coordinate; not a number (`null` in JSON) where the force is not known.
     pub by_coordinate: BTreeMap<String, f64>,
     /// Root mean square over all coordinates.
     pub total: f64,
@@ -22,11 +22,25 @@ pub struct Error {
 
 impl Error {
     pub(super) fn new(names: &[String], sizes: &[f64]) -> Self {
-        let squares: f64 = sizes.iter().map(|x| x * x).sum();
+        Self::of(names.iter().cloned().zip(sizes.iter().copied()).collect())
+    }
+
+    fn of(by_coordinate: BTreeMap<String, f64>) -> Self {
+        let known = by_coordinate.values().filter(|size| size.is_finite());
+        let (squares, count) = known.fold((0.0, 0), |(sum, count), x| (sum + x * x, count + 1));
         Self {
-            by_coordinate: names.iter().cloned().zip(sizes.iter().copied()).collect(),
-            total: (squares / sizes.len() as f64).sqrt(),
+            total: (squares / f64::from(count)).sqrt(),
+            by_coordinate,
         }
+    }
+
+    /// Without the coordinates that some equations leave out.
+    pub(super) fn without(self, names: &[String], left_out: &[usize]) -> Self {
+        let mut by_coordinate = self.by_coordinate;
+        for &i in left_out {
+            by_coordinate.insert(names[i].clone(), f64::NAN);
+        }
+        Self::of(by_coordinate)
     }
 }
 
@@ -75,7 +89,8 @@ pub(super) fn errors(names: &[String], equations: &Equations, x: &[f64]) -> [Err
         }
     }
     let error = |x: &[f64]| Error::new(names, &equations.rms(x));
-    [error(&nothing), error(x), Error::new(names, &sizes)]
+    let all = [error(&nothing), error(x), Error::new(names, &sizes)];
+    all.map(|error| error.without(names, &equations.left_out))
 }
 
 /// What noise of the sensors alone would leave of the corrected model; `None` under constraints, where forces that
@@ -114,8 +129,9 @@ pub(super) fn curves(names: &[String], equations: &Equations, x: &[f64]) -> Curv
         before: thin(&before[i]),
         after: thin(&after[i]),
     };
+    let is_known = |(i, _): &(usize, &String)| !equations.left_out.contains(i);
     Curves {
         t: thin(&equations.t),
-        coordinates: names.iter().enumerate().map(of).collect(),
+        coordinates: names.iter().enumerate().filter(is_known).map(of).collect(),
     }
 }

@@ -17,6 +17,7 @@ mod columns;
 mod compare;
 mod consistent;
 mod correction;
+mod efforts;
 mod equations;
 mod estimate;
 mod frame;
@@ -33,6 +34,7 @@ pub use compare::{
     Base, Comparison, ConstraintError, Kind, Process, Row, Settings, compare,
     page as comparison_page,
 };
+pub use efforts::{LeftOut, Reason};
 pub use inertial::{Doubt, InertialParameter};
 pub use judged::{Curves, Error, ForceSeries};
 pub use page::page;
@@ -47,6 +49,7 @@ use crate::trace::TraceError;
 use columns::Columns;
 use correction::Correction;
 use dynamics_codegen::Compiled;
+use efforts::no_forces;
 use equations::Equations;
 use estimate::{Estimate, Signs, estimate};
 use groups::{Group, Law, Stated};
@@ -80,6 +83,10 @@ pub struct Request<'a> {
     pub test: Option<&'a Log>,
     /// How inertial parameters are treated.
     pub inertia: Inertia,
+    /// Coordinates whose efforts are not to be learnt from.
+    pub leave_out: &'a [String],
+    /// Whether to learn from efforts although they look like no forces of their joints.
+    pub trust_columns: bool,
 }
 
 /// A number with its standard error.
@@ -140,6 +147,10 @@ pub struct Fit {
     /// the model exactly right; not known under constraints.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise_floor: Option<Error>,
+    /// Coordinates whose efforts are no forces of theirs, or are not to be learnt from: nothing of them
+    /// enters the fit, and they have no errors.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<LeftOut>,
     /// Whether the error after is larger than before: what follows fits the log it was learnt from and nothing else.
     pub worse: bool,
     /// Terms, in the order in which they were taken in.
@@ -185,6 +196,23 @@ pub enum FitError {
          the model leaves"
     )]
     NoInput,
+    /// What is to be left out is not there.
+    #[error("`{name}` is no coordinate of the model; there are {known}")]
+    NoCoordinate {
+        /// What it was called.
+        name: String,
+        /// What there is.
+        known: String,
+    },
+    /// Nothing can be learnt from.
+    #[error(
+        "no effort of the log is a force that the model knows ({each}); a map of the log says what the \
+         columns are (docs/log-format.md), and --trust-columns fits all the same"
+    )]
+    NoForce {
+        /// Why, by coordinate.
+        each: String,
+    },
     /// Too little.
     #[error("the log has {samples} samples; at least {needed} are needed")]
     TooShort {
@@ -229,15 +257,20 @@ fn learn(request: &Request<'_>) -> Result<(Fit, Correction), FitError> {
     let (train, test) = split(request)?;
     let mut machine = Machine::new(request.compiled.clone());
     let columns = Columns::new(&mut machine, request.parameters)?;
-    let learnt = Equations::new(&machine, &columns, request.parameters, &train, None)?;
+    let mut learnt = Equations::new(&machine, &columns, request.parameters, &train, None)?;
     let fastest = learnt.fastest.clone();
-    let judged = Equations::new(
+    let mut judged = Equations::new(
         &machine,
         &columns,
         request.parameters,
         &test,
         Some(&fastest),
     )?;
+    let left_out = left_out(request, &columns, &learnt)?;
+    for equations in [&mut learnt, &mut judged] {
+        let out: Vec<usize> = left_out.iter().map(|(i, _)| *i).collect();
+        equations.leave_out(&out, &columns.groups);
+    }
     let (chosen, learnt) = select::select(&columns, learnt, request.inertia != Inertia::Fixed);
     let (estimate, at_edge) = match request.inertia {
         Inertia::Consistent if chosen.inertias => consistent::refine(&columns, &learnt, &chosen),
@@ -260,6 +293,7 @@ fn learn(request: &Request<'_>) -> Result<(Fit, Correction), FitError> {
         fastest,
     };
     let noise_floor = floor(&names, &machine, request.parameters, &correction, &test)?;
+    let noise_floor = noise_floor.map(|floor| floor.without(&names, &judged.left_out));
     let mut warnings = said_of(&train, &test, request.test.is_some());
     let worse = after.total > before.total;
     warnings.extend(worse_joints(&before, &after).filter(|_| !worse));
@@ -279,6 +313,7 @@ fn learn(request: &Request<'_>) -> Result<(Fit, Correction), FitError> {
         noise_floor,
         curves: curves(&names, &judged, &correction.values),
         inertia_evidence: chosen.inertia_nats,
+        left_out: left_out.into_iter().map(|(_, told)| told).collect(),
         worse,
         terms,
         inertia: if chosen.inertias {
@@ -295,6 +330,44 @@ fn learn(request: &Request<'_>) -> Result<(Fit, Correction), FitError> {
         warnings,
     };
     Ok((fit, correction))
+}
+
+/// The coordinates that nothing is learnt from, and why.
+fn left_out(
+    request: &Request<'_>,
+    columns: &Columns,
+    equations: &Equations,
+) -> Result<Vec<(usize, LeftOut)>, FitError> {
+    let coordinates = &request.compiled.model.coordinates;
+    let mut reasons: BTreeMap<usize, Reason> = match request.trust_columns {
+        true => BTreeMap::new(),
+        false => no_forces(columns, equations).into_iter().collect(),
+    };
+    for name in request.leave_out {
+        let Some(i) = coordinates.iter().position(|c| c.name == *name) else {
+            let known: Vec<&str> = coordinates.iter().map(|c| &c.name[..]).collect();
+            return Err(FitError::NoCoordinate {
+                name: name.clone(),
+                known: known.join(", "),
+            });
+        };
+        reasons.insert(i, Reason::Stated);
+    }
+    let told = reasons.into_iter().map(|(i, reason)| {
+        let coordinate = coordinates[i].name.clone();
+        (i, LeftOut { coordinate, reason })
+    });
+    let told: Vec<(usize, LeftOut)> = told.collect();
+    match told.len() < coordinates.len() {
+        true => Ok(told),
+        false => Err(FitError::NoForce {
+            each: told
+                .iter()
+                .map(|(_, t)| t.to_string())
+                .collect::<Vec<_>>()
+                .join("; "),
+        }),
+    }
 }
 
 fn terms(

@@ -18,6 +18,12 @@ fn write(fit: &Fit, out: &mut String) -> std::fmt::Result {
         out,
         "learnt from {learnt} samples, judged by {judged} others\n"
     )?;
+    for left_out in &fit.left_out {
+        writeln!(out, "{left_out}: it is left out")?;
+    }
+    if !fit.left_out.is_empty() {
+        writeln!(out, "(--trust-columns fits all efforts)\n")?;
+    }
     errors(fit, out)?;
     terms(fit, out)?;
     if fit.inertia == Inertia::Fixed {

@@ -69,7 +69,7 @@ pub use aside::Aside;
 pub(crate) use aside::is_aside;
 pub use error::{LogError, Problem, ProblemKind};
 pub use limits::{Counted, MOST_CELLS};
-pub use map::{Map, MapError, template};
+pub use map::{Map, MapError, template, too_deep};
 pub use quantum::quantisation_step;
 pub use record::Record;
 pub(crate) use record::{longest_step, median_step, segments, stretches};
@@ -82,7 +82,7 @@ pub use warning::Warning;
 use dynamics_codegen::file;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use table::{Demand, Table};
+use table::{Cell, Demand, Table};
 
 /// Fewest samples a log must have: three windows of the shortest filter used
 /// downstream, and enough for a held-out block.
@@ -166,6 +166,33 @@ impl Log {
         let path = path.as_ref();
         let table = source::table(path, bytes, Demand { map, before: 0 })?;
         Log::from_table(path, table, map)
+    }
+
+    /// A log from columns of numbers that are no file; `name` is what messages call it. Rows are
+    /// counted from 1. Files that the map puts beside the log are not looked at.
+    ///
+    /// # Errors
+    ///
+    /// As [`Log::read_with`]; columns of different lengths are refused as cells that are empty.
+    pub fn from_columns(
+        name: impl AsRef<Path>,
+        columns: Vec<(String, Vec<f64>)>,
+        map: Option<&Map>,
+    ) -> Result<Log, LogError> {
+        let name = name.as_ref();
+        let rows = columns.iter().map(|(_, values)| values.len()).max();
+        let cells = |values: Vec<f64>| {
+            let missing = rows.unwrap_or(0) - values.len();
+            let cells = values.into_iter().map(Cell::Number);
+            cells
+                .chain(std::iter::repeat_n(Cell::Empty, missing))
+                .collect()
+        };
+        let columns = columns.into_iter();
+        let columns = columns.map(|(name, values)| (name, cells(values)));
+        let table = table::from_columns(columns.collect(), Demand { map, before: 0 })
+            .map_err(|found| found.into_error(name))?;
+        Log::from_table(name, table, map)
     }
 
     fn from_table(path: &Path, mut table: Table, map: Option<&Map>) -> Result<Log, LogError> {

@@ -56,6 +56,21 @@ fn gzip(text: &str) -> Vec<u8> {
 }
 
 #[test]
+fn columns_without_a_file_are_a_log() {
+    let file = Log::from_bytes("x", good(80).as_bytes()).unwrap();
+    let mut columns: Vec<(String, Vec<f64>)> = file.channels.clone().into_iter().collect();
+    columns.insert(0, ("t".to_owned(), file.t.clone()));
+    let same = Log::from_columns("x", columns.clone(), None).unwrap();
+    assert_eq!((&same.t, &same.channels), (&file.t, &file.channels));
+    columns[1].1[7] = f64::NAN;
+    let error = Log::from_columns("x", columns.clone(), None).unwrap_err();
+    assert!(error.to_string().contains("q_a"), "{error}");
+    columns[1].1.truncate(7);
+    let error = Log::from_columns("x", columns, None).unwrap_err();
+    assert!(error.to_string().contains("line 8"), "{error}");
+}
+
+#[test]
 fn dialects_of_csv_read_alike() {
     let plain = Log::from_bytes("x", good(80).as_bytes()).unwrap();
     let spaced = good(80).replace(',', " , ").replace('\n', "\n\n");

@@ -36,7 +36,14 @@ impl Wanted {
     /// # Errors
     /// What is wrong with the log; all columns that it lacks are in one list.
     pub fn read(&self, path: &Path, map: Option<&Map>) -> Result<Log, LogError> {
-        let log = Log::read_with(path, map);
+        self.accept(Log::read_with(path, map), map)
+    }
+
+    /// A log that was read with a map and is to have these channels, as [`read`](Self::read) has it.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn accept(&self, log: Result<Log, LogError>, map: Option<&Map>) -> Result<Log, LogError> {
         let mut log = log.map_err(|error| self.completed(error, map))?;
         self.fit(&mut log, map);
         log.select(&names(&self.coordinates), &names(&self.inputs))?;

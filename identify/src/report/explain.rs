@@ -1,5 +1,7 @@
-//! Which variable a residual is best seen against.
+//! How a force is best seen: in which coordinate, and against which variable. What a law depends
+//! on its own values along the log say; no effect is known by name here.
 
+use crate::log::rms;
 use crate::trace::{CoordinateSeries, Finding, Series};
 
 /// A variable along the log.
@@ -24,95 +26,99 @@ impl Variable<'_> {
     }
 }
 
-/// The coordinate whose residual a finding is about: the one it names, else the one in
-/// which the residual shrinks most.
-pub(super) fn coordinate<'a>(
-    series: &'a Series,
-    finding: Option<&Finding>,
-) -> Option<&'a CoordinateSeries> {
-    let named = finding.and_then(|finding| {
-        let coordinates = series.coordinates.iter();
-        coordinates
-            .filter(|c| finding.on.contains(&c.name))
-            .max_by(|a, b| gain(a).total_cmp(&gain(b)))
-    });
-    let most = || {
-        let coordinates = series.coordinates.iter();
-        coordinates.max_by(|a, b| gain(a).total_cmp(&gain(b)))
-    };
-    named.or_else(most)
+/// A force in one coordinate against a variable that it depends on.
+pub(super) struct View<'a> {
+    pub coordinate: &'a CoordinateSeries,
+    pub variable: Variable<'a>,
+    /// What is to be explained, at the stamps of the series.
+    pub missing: &'a [f64],
+    /// What is said to explain it.
+    pub law: Option<Vec<f64>>,
 }
 
-/// Share of the residual's mean square that the patched model removes.
-fn gain(coordinate: &CoordinateSeries) -> f64 {
-    let square = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
-    let before = square(&coordinate.force_before);
-    if before > 0.0 {
-        1.0 - square(&coordinate.force_after) / before
-    } else {
-        0.0
-    }
-}
-
-/// The variable that an effect depends on by its nature; where that is not known, the
-/// one that explains most of the residual.
-pub(super) fn variable<'a>(
-    series: &'a Series,
-    coordinate: &'a CoordinateSeries,
-    finding: Option<&Finding>,
-) -> Variable<'a> {
-    let all = variables(series);
-    let by_nature = finding.and_then(|finding| {
-        let own = |c: &CoordinateSeries| c.name == coordinate.name;
-        let input = |i: usize| finding.on.contains(&series.inputs[i].name);
-        let about = |variable: &&Variable<'_>| match (finding.effect.as_str(), **variable) {
-            (
-                "viscous" | "coulomb" | "asymmetric_coulomb" | "stribeck" | "load_friction"
-                | "quadratic_drag" | "speed_drag" | "joint_coupling" | "contact_friction"
-                | "rolling_resistance" | "lugre",
-                Variable::Velocity(c),
-            )
-            | (
-                "spring" | "cubic_spring" | "gravity_tilt" | "cogging" | "constant_force",
-                Variable::Position(c),
-            )
-            | ("armature", Variable::Acceleration(c)) => own(c),
-            (
-                "input_gain" | "input_bias" | "input_delay" | "input_lag" | "dead_band"
-                | "backlash" | "saturation",
-                Variable::Input(i),
-            ) => input(i),
-            _ => false,
-        };
-        all.iter().find(about).copied()
+/// How the force that the model as given lacks is best seen: where it is hardest to explain by
+/// chance, against what explains most of it. `None` without coordinates.
+pub(super) fn unexplained(series: &Series) -> Option<View<'_>> {
+    let each = series.coordinates.iter().map(|coordinate| {
+        let (variable, share) = best_seen(series, coordinate, &coordinate.force_before);
+        (coordinate, variable, share)
     });
-    by_nature.unwrap_or_else(|| {
-        let share = |v: &Variable<'_>| explained(v.values(series), &coordinate.force_before);
-        let best = all.iter().max_by(|a, b| share(a).total_cmp(&share(b)));
-        // A series has a coordinate, so a variable, since one was given.
-        best.copied().unwrap_or(Variable::Position(coordinate))
+    let (coordinate, variable, _) = each.max_by(|a, b| a.2.total_cmp(&b.2))?;
+    Some(View {
+        coordinate,
+        variable,
+        missing: &coordinate.force_before,
+        law: None,
     })
 }
 
-fn variables(series: &Series) -> Vec<Variable<'_>> {
-    let of = |c| {
-        [
-            Variable::Velocity(c),
-            Variable::Position(c),
-            Variable::Acceleration(c),
-        ]
-    };
-    let inputs = (0..series.inputs.len()).map(Variable::Input);
-    series
+/// How a finding is best seen: in the coordinate where it is most of what is missing without it,
+/// against what it depends on there. `None` where nothing is known of the log without it.
+pub(super) fn explaining<'a>(series: &'a Series, finding: &Finding) -> Option<View<'a>> {
+    let explained = series.explained.iter().find(|explained| {
+        explained.effect == finding.effect && finding.places.contains(&explained.on)
+    })?;
+    let each = series.coordinates.iter().zip(&explained.without);
+    let each = each.map(|(coordinate, without)| {
+        let both = without.iter().zip(&coordinate.force_after);
+        let law: Vec<f64> = both.map(|(without, with)| without - with).collect();
+        let [own, all] = [&law, without].map(|force| rms(force));
+        (coordinate, without, law, own / all)
+    });
+    let (coordinate, without, law, _) = each.max_by(|a, b| a.3.total_cmp(&b.3))?;
+    // What a channel does is said of the channel.
+    let channel = series
+        .inputs
+        .iter()
+        .position(|input| finding.on.contains(&input.name));
+    let is_joint = series
         .coordinates
         .iter()
-        .flat_map(of)
-        .chain(inputs)
-        .collect()
+        .any(|c| finding.on.contains(&c.name));
+    let variable = match channel.filter(|_| !is_joint) {
+        Some(input) => Variable::Input(input),
+        None => best_seen(series, coordinate, &law).0,
+    };
+    Some(View {
+        coordinate,
+        variable,
+        missing: without,
+        law: Some(law),
+    })
+}
+
+/// The variable that explains most of a force, with the share of its variance. Of those that explain it
+/// alike one of the force's own coordinate comes first.
+fn best_seen<'a>(
+    series: &'a Series,
+    coordinate: &'a CoordinateSeries,
+    force: &[f64],
+) -> (Variable<'a>, f64) {
+    let own = of_coordinate(coordinate).into_iter();
+    let others = series
+        .coordinates
+        .iter()
+        .filter(|c| c.name != coordinate.name);
+    let inputs = (0..series.inputs.len()).map(Variable::Input);
+    let all = own.chain(inputs).chain(others.flat_map(of_coordinate));
+    let seen = all.map(|variable| (variable, explained(variable.values(series), force)));
+    let best = seen.reduce(|best, next| if next.1 > best.1 + ALIKE { next } else { best });
+    best.unwrap_or((Variable::Position(coordinate), 0.0))
+}
+
+/// Shares of a variance that are alike.
+const ALIKE: f64 = 0.01;
+
+fn of_coordinate(coordinate: &CoordinateSeries) -> [Variable<'_>; 3] {
+    [
+        Variable::Velocity(coordinate),
+        Variable::Position(coordinate),
+        Variable::Acceleration(coordinate),
+    ]
 }
 
 /// Correlation ratio `η²`: share of the variance of `y` that lies between groups of
-/// samples with like `x` (ten groups of one size).
+/// samples with like `x` (groups of one size).
 fn explained(x: &[f64], y: &[f64]) -> f64 {
     let mut order: Vec<usize> = (0..x.len()).collect();
     order.sort_by(|&a, &b| x[a].total_cmp(&x[b]));
@@ -136,7 +142,7 @@ fn explained(x: &[f64], y: &[f64]) -> f64 {
     }
 }
 
-const GROUPS: usize = 10;
+const GROUPS: usize = 20;
 
 #[cfg(test)]
 mod tests {
@@ -160,10 +166,7 @@ mod tests {
             coordinates: vec![coordinate],
             ..Series::default()
         };
-        let about = &series.coordinates[0];
-        assert!(matches!(
-            variable(&series, about, None),
-            Variable::Velocity(c) if c.name == "x"
-        ));
+        let view = unexplained(&series).unwrap();
+        assert!(matches!(view.variable, Variable::Velocity(c) if c.name == "x"));
     }
 }

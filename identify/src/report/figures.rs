@@ -1,7 +1,7 @@
 //! The figures of the page: residuals, predictions, whiteness.
 
 use super::chart::{AFTER, BEFORE, Chart, ChartError, Layer, MEASURED, Mark};
-use super::explain::{Variable, coordinate, variable};
+use super::explain::{Variable, explaining, unexplained};
 use super::stated_unit;
 use crate::trace::{CoordinateSeries, Finding, Outcome, Prediction, Series};
 use dynamics_codegen::Model;
@@ -58,33 +58,40 @@ impl<'a> Figures<'a> {
         self.each(figure)
     }
 
-    /// The missing force of one coordinate against the variable that explains it.
+    /// What one finding explains beside the others, against what it depends on; without one, the
+    /// missing force that something explains best.
     pub fn explaining(&self, finding: Option<&Finding>) -> Result<Option<Figure>, ChartError> {
         let series = self.series();
-        let Some(about) = coordinate(series, finding) else {
+        let view = match finding {
+            Some(finding) => explaining(series, finding),
+            None => unexplained(series),
+        };
+        let Some(view) = view else {
             return Ok(None);
         };
-        let variable = variable(series, about, finding);
-        let (x, against) = self.axis(&variable);
+        let name = &view.coordinate.name;
+        let (x, against) = self.axis(&view.variable);
         let stride = series.t.len().div_ceil(DOTS).max(1);
         let scatter = |colour, force: &[f64]| {
-            let points = variable.values(series).iter().zip(force);
+            let points = view.variable.values(series).iter().zip(force);
             Layer {
                 mark: Mark::Dots,
                 colour,
                 points: points.map(|(&x, &y)| (x, y)).step_by(stride).collect(),
             }
         };
+        let missing = scatter(BEFORE, view.missing);
+        let law = view.law.as_deref().map(|law| scatter(AFTER, law));
         let chart = Chart {
             x,
-            y: self.force_axis(&about.name),
-            layers: vec![
-                scatter(BEFORE, &about.force_before),
-                scatter(AFTER, &about.force_after),
-            ],
+            y: self.force_axis(name),
+            layers: [missing].into_iter().chain(law).collect(),
             ..Chart::default()
         };
-        let caption = format!("missing force in {} against {against}", about.name);
+        let caption = match finding {
+            Some(_) => format!("force in {name} that is missing without it, against {against}"),
+            None => format!("missing force in {name} against {against}"),
+        };
         let svg = chart.svg()?;
         Ok((!svg.is_empty()).then_some(Figure { caption, svg }))
     }

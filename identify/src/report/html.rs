@@ -3,10 +3,10 @@
 use super::figures::{Figure, Figures};
 use super::unnamed;
 use super::{
-    BY_FORCES, after_name, at, headline, hold, is_open, is_stopped, scores, stated_unit,
-    with_places, would_tell,
+    BY_FORCES, after_name, at, headline, hold, is_stopped, scores, stated_unit, would_tell,
 };
 use crate::number::{short, unsigned_zero};
+use crate::trace::with_places;
 use crate::trace::{Basis, Finding, Outcome, Score, Verdict};
 use dynamics_codegen::Model;
 use dynamics_codegen::dimension::shown_unit;
@@ -136,6 +136,7 @@ pub fn html(page: &Page<'_>) -> Result<String, PageError> {
         "hold": hold(outcome),
         "seed": outcome.seed,
         "warnings": outcome.warnings,
+        "next": outcome.next.iter().map(|advice| [Some(&advice.text), advice.template.as_ref()]).collect::<Vec<_>>(),
         "reading": page.reading,
         "command": page.command,
     });
@@ -252,7 +253,7 @@ fn rows(outcome: &Outcome, model: &Model) -> Vec<Row> {
 
 fn describe(finding: &Finding, figure: Option<Figure>) -> Found {
     let parameters = finding.parameters.iter().map(|(name, p)| {
-        let error = if is_open(p) {
+        let error = if p.is_open() {
             "not determined".into()
         } else if p.std.is_finite() {
             short(p.std)

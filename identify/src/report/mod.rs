@@ -17,9 +17,8 @@ pub use portable::{EFFECTS, Portable, portable};
 use crate::log::Map;
 use crate::number::{rounded, short};
 use crate::regression::Hold;
-use crate::trace::{
-    Basis, Errors, Finding, HoldIs, Outcome, ParameterEstimate, Score, SeparatingMotion, Verdict,
-};
+use crate::trace::with_places;
+use crate::trace::{Basis, Errors, Finding, HoldIs, Outcome, Score, SeparatingMotion, Verdict};
 use dynamics_codegen::Model;
 use dynamics_codegen::dimension::shown_unit;
 use figures::force_unit;
@@ -70,6 +69,17 @@ pub fn summary(outcome: &Outcome, model: &Model) -> String {
     lines.push(learnt(outcome));
     if !is_stopped(outcome) {
         lines.extend(hold(outcome).map(|hold| format!("Between samples inputs {hold}.")));
+    }
+    lines.extend([String::new(), "What to do next:".to_string()]);
+    for advice in &outcome.next {
+        lines.push(format!("- {}", advice.text));
+        if let Some(template) = &advice.template {
+            lines.push(String::new());
+            lines.extend(template.lines().map(|line| match line.is_empty() {
+                true => String::new(),
+                false => format!("    {line}"),
+            }));
+        }
     }
     lines.join("\n") + "\n"
 }
@@ -333,14 +343,6 @@ fn names<'a>(findings: impl Iterator<Item = &'a Finding>) -> String {
     }
 }
 
-/// An effect and where it acts; a tilt of gravity acts nowhere in particular.
-fn with_places(effect: &str, on: &[String]) -> String {
-    match on {
-        [] => effect.to_string(),
-        on => format!("{effect} ({})", on.join(", ")),
-    }
-}
-
 fn describe(finding: &Finding) -> Vec<String> {
     let mut lines = vec![format!(
         "  {}, evidence {:.0} nats",
@@ -348,7 +350,7 @@ fn describe(finding: &Finding) -> Vec<String> {
         finding.evidence
     )];
     for (name, p) in &finding.parameters {
-        lines.push(match is_open(p) {
+        lines.push(match p.is_open() {
             true => format!("    {name} is not determined by this log"),
             false => format!(
                 "    {name} = {} ± {} {}",
@@ -366,15 +368,6 @@ fn describe(finding: &Finding) -> Vec<String> {
         }
     }
     lines
-}
-
-/// Times its value by which a shape parameter may be off and still be called known.
-const OPEN: f64 = 10.0;
-
-/// Whether the log says nothing about a parameter: how quickly friction turns over where it
-/// never does.
-fn is_open(p: &ParameterEstimate) -> bool {
-    p.std.is_infinite() || p.std > OPEN * p.value.abs() && p.value != 0.0
 }
 
 /// What to do to tell two explanations apart, and how much that does.

@@ -1,7 +1,6 @@
 //! From what was learnt and how it predicts to what is said: the verdict, what is written into the
 //! model, and what only comes nearest.
 
-use super::between_samples::set_apart;
 use super::error::TraceError;
 use super::finding::{Finding, Verdict, findings, much_remains, verdict};
 use super::forces;
@@ -24,8 +23,6 @@ const ROLLOUT_AT_FLOOR: f64 = 1.5;
 /// What was learnt, with errors on a log that nothing was fitted to.
 pub(super) struct Judgement {
     pub learnt: Learnt,
-    /// Times that are too short to be findings, by channel.
-    between_samples: BTreeMap<String, f64>,
     /// Of the model as given.
     pub before: Score,
     /// With what was learnt.
@@ -44,11 +41,10 @@ pub(super) struct Judgement {
 /// # Errors
 /// If the log that is judged by cannot be smoothed, or the model not be evaluated along it.
 pub(super) fn judged(
-    mut learnt: Learnt,
+    learnt: Learnt,
     test: &Record,
     request: &Request<'_>,
 ) -> Result<Judgement, TraceError> {
-    let between_samples = set_apart(&learnt.dictionary, &mut learnt.selection);
     let Learnt {
         dictionary,
         selection,
@@ -70,7 +66,6 @@ pub(super) fn judged(
     let [before, learnt_errors, noise_floor] = scores;
     Ok(Judgement {
         learnt,
-        between_samples,
         before,
         learnt_errors,
         noise_floor,
@@ -200,7 +195,7 @@ impl Judgement {
             misfit_after,
             sensor_noise: sensor_noise(&selection.observed),
             input_hold: selection.observed.hold,
-            between_samples: self.between_samples,
+            between_samples: BTreeMap::new(),
             input_hold_is: match (request.hold, basis) {
                 (Some(_), _) => HoldIs::Stated,
                 (None, Basis::Motion) => HoldIs::Found,
@@ -211,6 +206,7 @@ impl Judgement {
             seed: request.seed,
             misread: None,
             warnings,
+            next: Vec::new(),
             details: Details {
                 considered: weighed(&dictionary, &selection),
                 series: self.series,

@@ -14,7 +14,7 @@ use crate::machine::{Machine, SensitivityTape, Sensors};
 use dynamics_codegen::derive::Variable;
 use dynamics_codegen::dimension::Dimension;
 use dynamics_codegen::graph::{ExprId, SymbolId};
-use dynamics_codegen::model::Parameter;
+use dynamics_codegen::model::{Model, Parameter};
 use dynamics_codegen::syntax::{PortKind, written_name};
 use dynamics_codegen::{Compiled, Library, Report, compile};
 use std::collections::{BTreeMap, HashMap};
@@ -186,6 +186,7 @@ impl Dictionary {
         }
         let compiled = compile(source.name, &extended, source.library)?;
         let mut machine = Machine::new(compiled);
+        limit_waves(&mut machine.compiled.model, ranges);
         let defaults = source.values(&machine);
         let all: Vec<Variable> = (0..defaults.len()).map(Variable::Parameter).collect();
         let by_parameter = machine.sensitivity(&all);
@@ -401,15 +402,8 @@ impl Dictionary {
     /// waves per unit of the coordinate that its effect acts on, to be searched for.
     fn waves(&self, parameter: &Parameter, ranges: &Ranges) -> Vec<f64> {
         let model = &self.machine.compiled.model;
-        let coordinate = || {
-            parameter.tries?;
-            let (_, name) = model.effects[parameter.effect?].on.first()?;
-            let coordinate = model.coordinates.iter().position(|c| c.name == *name)?;
-            let unit = model.coordinates[coordinate].dimension?;
-            let is_wave_number = parameter.dimension == Some(Dimension::ONE / unit);
-            ranges.missing.get(coordinate).filter(|_| is_wave_number)
-        };
-        let waves = coordinate().map(|missing| missing.waves(parameter.upper, WAVES));
+        let missing = coordinate_of_waves(model, parameter).and_then(|c| ranges.missing.get(c));
+        let waves = missing.map(|missing| missing.waves(parameter.upper, WAVES));
         let waves = waves.unwrap_or_default().into_iter();
         waves.filter(|&n| n > parameter.lower).collect()
     }
@@ -442,7 +436,7 @@ impl Dictionary {
             let (slow, fast) = SPEEDS;
             return steps(&|share| (usual * slow * (fast / slow).powf(share)).clamp(lower, upper));
         }
-        if lower > 0.0 && upper.is_finite() {
+        if lower > 0.0 && upper.is_finite() && coordinate_of_waves(model, parameter).is_none() {
             return steps(&|share| lower * (upper / lower).powf(share));
         }
         if lower.is_finite() && upper.is_finite() {
@@ -476,6 +470,31 @@ impl Dictionary {
                 })
             }
             None => vec![parameter.nominal],
+        }
+    }
+}
+
+/// The coordinate along which a shape parameter may count waves, per its unit.
+fn coordinate_of_waves(model: &Model, parameter: &Parameter) -> Option<usize> {
+    parameter.tries?;
+    let (_, name) = model.effects[parameter.effect?].on.first()?;
+    let coordinate = model.coordinates.iter().position(|c| c.name == *name)?;
+    let unit = model.coordinates[coordinate].dimension?;
+    (parameter.dimension == Some(Dimension::ONE / unit)).then_some(coordinate)
+}
+
+/// A wave is one if it comes back along the log. What does not is whatever a part of a wave looks
+/// like: a spring, or a constant force.
+fn limit_waves(model: &mut Model, ranges: &Ranges) {
+    for index in 0..model.parameters.len() {
+        let parameter = &model.parameters[index];
+        let positions = coordinate_of_waves(model, parameter).map(|c| &ranges.positions[c]);
+        let ends = positions.and_then(|positions| Some((positions.first()?, positions.last()?)));
+        if let Some((least, most)) = ends {
+            let longest = (std::f64::consts::TAU / (most - least)).min(parameter.upper);
+            let parameter = &mut model.parameters[index];
+            parameter.lower = parameter.lower.max(longest);
+            parameter.nominal = parameter.nominal.max(longest);
         }
     }
 }

@@ -3,6 +3,7 @@
 
 use super::dictionary::Ranges;
 use super::focus::Focus;
+use super::input_noise::InputNoise;
 use crate::log::{Record, Warning, stretches};
 use crate::machine::{History, States, shifted};
 use crate::regression::{CORRELATION, Hold, Readings, derivative, divided};
@@ -24,10 +25,8 @@ pub struct Observed {
     pub velocity_sd: Vec<f64>,
     /// Standard deviation of the acceleration sensors (unused where none).
     pub acceleration_sd: Vec<f64>,
-    /// Standard deviation of the noise that was taken off each input, zero where it is as logged.
-    pub input_sd: Vec<f64>,
-    /// Standard deviation of what is left of it in the input as it is taken.
-    pub input_error: Vec<f64>,
+    /// Noise of each input, zero where it is taken as logged.
+    pub input_noise: Vec<InputNoise>,
     /// How long forces that nothing explains last, per coordinate, s.
     pub correlation: DVector<f64>,
     /// What inputs do between samples.
@@ -55,8 +54,7 @@ impl Observed {
         let velocity_sd = noise(|n| n.sd_dq);
         let acceleration_sd = noise(|n| n.sd_ddq);
         Ok(Self {
-            input_sd: vec![0.0; record.u.len()],
-            input_error: vec![0.0; record.u.len()],
+            input_noise: vec![InputNoise::default(); record.u.len()],
             record,
             curve,
             position_sd,
@@ -114,8 +112,7 @@ impl Observed {
             position_sd: self.position_sd.clone(),
             velocity_sd: self.velocity_sd.clone(),
             acceleration_sd: self.acceleration_sd.clone(),
-            input_sd: self.input_sd.clone(),
-            input_error: self.input_error.clone(),
+            input_noise: self.input_noise.clone(),
             correlation: self.correlation.clone(),
             hold: self.hold,
         })

@@ -8,6 +8,7 @@ use super::selection::{Remaining, Selection, Term};
 use super::separate::SeparatingMotion;
 use super::settings::MARGIN;
 use super::subject::Subject;
+use nalgebra::DMatrix;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -37,6 +38,24 @@ pub struct ParameterEstimate {
     pub std: f64,
     /// Its unit.
     pub unit: String,
+}
+
+/// Times its value by which a shape parameter may be off and still be called known.
+const OPEN: f64 = 10.0;
+
+impl ParameterEstimate {
+    /// Whether the log says nothing about it: how quickly friction turns over where it never does.
+    pub fn is_open(&self) -> bool {
+        self.std.is_infinite() || self.std > OPEN * self.value.abs() && self.value != 0.0
+    }
+}
+
+/// An effect and where it acts; a tilt of gravity acts nowhere in particular.
+pub(crate) fn with_places(effect: &str, on: &[String]) -> String {
+    match on {
+        [] => effect.to_string(),
+        on => format!("{effect} ({})", on.join(", ")),
+    }
 }
 
 /// An explanation that the log cannot tell from the finding.
@@ -193,10 +212,26 @@ fn is_undetermined(dictionary: &Dictionary, selection: &Selection, term: &Term) 
         covariance,
         ..
     } = &selection.estimate;
-    let strengths = dictionary.candidates[term.candidate].strengths.iter();
+    says_no_strength(
+        dictionary,
+        term.candidate,
+        &selection.values,
+        (parameters, covariance),
+    )
+}
+
+/// Whether no strength of a candidate is further from nothing than its standard error; `known` are
+/// parameters with their covariance.
+pub(super) fn says_no_strength(
+    dictionary: &Dictionary,
+    candidate: usize,
+    values: &[f64],
+    (parameters, covariance): (&[usize], &DMatrix<f64>),
+) -> bool {
+    let strengths = dictionary.candidates[candidate].strengths.iter();
     let mut known = strengths.filter_map(|&index| {
         let place = parameters.iter().position(|&p| p == index)?;
-        let change = selection.values[index] - dictionary.defaults[index];
+        let change = values[index] - dictionary.defaults[index];
         Some((change.powi(2), covariance[(place, place)]))
     });
     known.all(|(square, variance)| square <= variance)

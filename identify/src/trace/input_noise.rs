@@ -19,15 +19,20 @@ use rayon::prelude::*;
 /// Noise below this share of an input's deviation moves nothing that is worth a name.
 const VISIBLE: f64 = 1e-3;
 
+/// Noise of a logged input, as standard deviations.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct InputNoise {
+    /// Of what was taken off.
+    pub taken: f64,
+    /// Of what is left of it in the input as it is taken.
+    pub left: f64,
+}
+
 /// An input without its noise.
-#[derive(Clone)]
 struct Quiet {
     input: usize,
     values: Vec<f64>,
-    /// Standard deviation of what was taken off.
-    noise: f64,
-    /// Standard deviation of what is left of it.
-    error: f64,
+    noise: InputNoise,
 }
 
 /// Some inputs of a log without white noise; those that cannot be smoothed stay as they are.
@@ -38,8 +43,10 @@ fn quiet(record: &Record, inputs: impl Iterator<Item = usize>) -> Vec<Quiet> {
         let smoothed = Smoother::fit(&channels)?.apply(&channels)?;
         Ok(Quiet {
             input,
-            noise: smoothed.noise.sd_q,
-            error: rms(&smoothed.sd_q),
+            noise: InputNoise {
+                taken: smoothed.noise.sd_q,
+                left: rms(&smoothed.sd_q),
+            },
             values: smoothed.q,
         })
     });
@@ -54,8 +61,7 @@ impl Observed {
         for quiet in quiet {
             observed.record.u[quiet.input].clone_from(&quiet.values);
             observed.curve.u[quiet.input].clone_from(&quiet.values);
-            observed.input_sd[quiet.input] = quiet.noise;
-            observed.input_error[quiet.input] = quiet.error;
+            observed.input_noise[quiet.input] = quiet.noise;
         }
         observed
     }
@@ -72,7 +78,7 @@ impl Observed {
     ) -> Result<Self, SolveError> {
         let record = &self.record;
         let mut noisy = quiet(record, 0..record.u.len());
-        noisy.retain(|quiet| quiet.noise > VISIBLE * deviation(&record.u[quiet.input]));
+        noisy.retain(|quiet| quiet.noise.taken > VISIBLE * deviation(&record.u[quiet.input]));
         if noisy.is_empty() {
             return Ok(self.clone());
         }
@@ -114,17 +120,17 @@ impl Observed {
         machine: &Machine,
         values: &[f64],
     ) -> Result<(), SolveError> {
-        if self.input_error.iter().all(|error| *error == 0.0) {
+        if self.noisy_inputs().next().is_none() {
             return Ok(());
         }
         let along = machine.remember(&self.curve, self.hold, values)?;
         let motions = machine.motion(&along, values)?;
         for (i, smallest) in noise.smallest.iter_mut().enumerate() {
-            let of_input = |(j, error): (usize, &f64)| {
+            let of_input = |(j, noise): (usize, &InputNoise)| {
                 let squares = motions.iter().map(|m| m.terms.input_matrix[(i, j)].powi(2));
-                squares.sum::<f64>() / motions.len() as f64 * error * error
+                squares.sum::<f64>() / motions.len() as f64 * noise.left.powi(2)
             };
-            let square: f64 = self.input_error.iter().enumerate().map(of_input).sum();
+            let square: f64 = self.input_noise.iter().enumerate().map(of_input).sum();
             *smallest = smallest.hypot(square.sqrt());
         }
         noise.force_sd = noise.force_sd.sup(&noise.smallest);
@@ -134,24 +140,27 @@ impl Observed {
     /// Another log of the same machine, without noise of the same inputs.
     pub(super) fn felt_in(&self, other: &Record) -> Record {
         let mut felt = other.clone();
-        let noisy = self.input_sd.iter().enumerate();
-        let noisy = noisy.filter(|(_, sd)| **sd > 0.0).map(|(input, _)| input);
-        for quiet in quiet(other, noisy) {
+        for quiet in quiet(other, self.noisy_inputs().map(|(input, _)| input)) {
             felt.u[quiet.input] = quiet.values;
         }
         felt
     }
 
+    /// Inputs that are taken without their noise, with its standard deviation.
+    pub(super) fn noisy_inputs(&self) -> impl Iterator<Item = (usize, f64)> {
+        let each = self.input_noise.iter().map(|noise| noise.taken).enumerate();
+        each.filter(|(_, taken)| *taken > 0.0)
+    }
+
     /// What a reader should know of inputs that were taken otherwise than logged.
     pub(super) fn said_of_inputs(&self) -> impl Iterator<Item = Warning> {
         let record = &self.record;
-        let noisy = self.input_sd.iter().enumerate();
-        let noisy = noisy.filter(|(_, sd)| **sd > 0.0);
-        noisy.map(|(input, &noise)| Warning::InputNoise {
-            column: format!("u_{}", record.inputs[input]),
-            noise,
-            share: noise / deviation(&record.u[input]),
-        })
+        self.noisy_inputs()
+            .map(|(input, noise)| Warning::InputNoise {
+                column: format!("u_{}", record.inputs[input]),
+                noise,
+                share: noise / deviation(&record.u[input]),
+            })
     }
 }
 
@@ -185,7 +194,8 @@ mod tests {
 
     fn sd_of_input(log: &str) -> f64 {
         let (dictionary, start) = begun(WHEEL, log, ["angle", "motor"]);
-        start.observed.as_felt(&dictionary, true).unwrap().input_sd[0]
+        let felt = start.observed.as_felt(&dictionary, true).unwrap();
+        felt.input_noise[0].taken
     }
 
     #[test]

@@ -12,8 +12,9 @@ use super::run::Request;
 use super::score::{
     Errors, Look, Predicted, RolloutErrors, Score, ScoreError, Scoring, inner_samples,
 };
-use super::selection::Selection;
-use super::series::Series;
+use super::selection::{Selection, Term};
+use super::series::{Explained, Series};
+use super::subject::Subject;
 use crate::log::Record;
 use crate::regression::Hold;
 use crate::smooth::{SmoothError, savgol_states};
@@ -65,6 +66,20 @@ impl<'a> Models<'a> {
         }
     }
 
+    /// The patched model without each of its terms, and what that is to be called.
+    pub fn without_each(
+        dictionary: &'a Dictionary,
+        selection: &'a Selection,
+    ) -> impl Iterator<Item = (&'a Subject, Judged<'a>)> {
+        let accepted = selection.accepted();
+        selection.terms.iter().map(move |Term { candidate, .. }| {
+            let mut others = accepted.clone();
+            others.retain(|other| other != candidate);
+            let model = Judged::new(dictionary, &others, &selection.values);
+            (&dictionary.candidates[*candidate].subject, model)
+        })
+    }
+
     /// Both, as [`Series::new`] takes them.
     pub fn in_series(&self) -> [(&Focus, &[f64]); 2] {
         [&self.given, &self.patched].map(|model| (&*model.focus, model.dictionary_values))
@@ -94,10 +109,9 @@ pub(super) fn judge(
     // The states of the test log as the patched model sees them, from where faultless sensors
     // would have.
     let mut observed = Observed::new(test.clone(), hold)?;
-    observed.input_sd.clone_from(&selection.observed.input_sd);
     observed
-        .input_error
-        .clone_from(&selection.observed.input_error);
+        .input_noise
+        .clone_from(&selection.observed.input_noise);
     if patched.focus.machine.has_sensor_errors() {
         observed.curve = Observed::new(faultless, hold)?.curve;
     }
@@ -113,7 +127,17 @@ pub(super) fn judge(
     let floor = floor
         .noise_floor(&observed, forces_remain, request.seed)
         .map_err(failed)?;
-    let series = Series::new(models.in_series(), &observed, &before, &after)
+    let mut explained = Vec::new();
+    for (subject, model) in Models::without_each(dictionary, selection) {
+        let faultless = corrected(test, &model.focus, &model.values)?;
+        match model.scoring(hold, request.horizon).missing(&faultless) {
+            Ok(without) => explained.push(Explained::new(subject, without)),
+            // Without it the machine cannot move: there is nothing to show.
+            Err(ScoreError::Solve(_)) => {}
+            Err(error @ ScoreError::Smooth(_)) => return Err(failed(error)),
+        }
+    }
+    let series = Series::new(models.in_series(), &observed, [&before, &after], explained)
         .map_err(|error| TraceError::at(error, &test.t))?;
     Ok(([before.score, after.score, floor], series))
 }

@@ -1,5 +1,6 @@
 //! From a log to the named effects that the model lacks.
 
+mod advice;
 mod between_samples;
 mod command;
 mod conclude;
@@ -41,10 +42,12 @@ mod waves;
 #[cfg(test)]
 mod wheel;
 
+pub use advice::Advice;
 pub(crate) use described::with_losses;
 pub use dictionary::{Candidate, Dictionary, Ranges, Source};
 pub use error::TraceError;
 pub use estimate::Observed;
+pub(crate) use finding::with_places;
 pub use finding::{Finding, ParameterEstimate, Rival, Verdict};
 pub use focus::Focus;
 pub(crate) use forces::force_floor;
@@ -61,7 +64,7 @@ pub use screen::Considered;
 pub use search::select;
 pub use selection::{Remaining, Selection, Term};
 pub use separate::SeparatingMotion;
-pub use series::{CoordinateSeries, Details, InputSeries, Prediction, Series, Weighed};
+pub use series::{CoordinateSeries, Details, Explained, InputSeries, Prediction, Series, Weighed};
 pub use settle::SMALLEST_SHARE;
 pub use subject::Subject;
 pub use waves::Missing;

@@ -1,5 +1,6 @@
 //! What tracing a log says.
 
+use super::advice::Advice;
 use super::estimate::Observed;
 use super::finding::{Finding, Verdict};
 use super::microscope::Unnamed;
@@ -145,6 +146,8 @@ pub struct Outcome {
     pub misread: Option<Misread>,
     /// What should be known about the logs.
     pub warnings: Vec<String>,
+    /// What to do next, the most useful first.
+    pub next: Vec<Advice>,
     /// The model with the findings written in.
     pub patched_model: String,
     /// Curves and candidates, for plots; not part of the JSON outcome. Where something comes
@@ -166,10 +169,8 @@ pub(super) fn sensor_noise(observed: &Observed) -> BTreeMap<String, f64> {
             noise.insert(format!("ddq_{name}"), observed.acceleration_sd[i]);
         }
     }
-    for (name, &sd) in record.inputs.iter().zip(&observed.input_sd) {
-        if sd > 0.0 {
-            noise.insert(format!("u_{name}"), sd);
-        }
+    for (input, sd) in observed.noisy_inputs() {
+        noise.insert(format!("u_{}", record.inputs[input]), sd);
     }
     noise
 }

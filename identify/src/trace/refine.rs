@@ -340,13 +340,13 @@ mod tests {
     use std::collections::BTreeMap;
     use std::fmt::Write;
 
-    /// Seen far from zero and over a part of a wave, another number of waves turns the phase:
-    /// a narrow valley that bends. `i a = u + 0.2 sin(9 q) + 0.3 cos(9 q)`.
+    /// Seen far from zero and over hardly more than one wave, another number of waves turns the
+    /// phase: a narrow valley that bends. `i a = u + 0.2 sin(9 q) + 0.3 cos(9 q)`.
     #[test]
-    fn a_wave_is_found_by_a_part_of_it() {
+    fn one_wave_far_from_zero_is_found() {
         let mut text = String::from("t,q_angle,u_motor\n");
         let mut noise = rectangular(8);
-        let waves = [(0.03, 3.0), (0.02, 7.0)];
+        let waves = [(0.3, 3.0), (0.1, 7.0)];
         for k in 0..2500 {
             let t = 0.004 * f64::from(k);
             let q: f64 = 1.65 + waves.iter().map(|(a, w)| a * (w * t).sin()).sum::<f64>();

@@ -1,5 +1,7 @@
 //! The whole loop: log in, findings and patched model out.
 
+use super::advice::advice;
+use super::between_samples::set_apart;
 use super::command::drives;
 use super::conclude::judged;
 use super::constraints::{check_corrected, check_measured};
@@ -76,7 +78,8 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         Some(misread) => {
             progress.notice(&misread.to_string());
             if misread.is_decisive && !request.trust_columns {
-                return misread::outcome(request, &source, logs, misread);
+                let outcome = misread::outcome(request, &source, logs, misread)?;
+                return Ok(advised(outcome, request));
             }
             Some(misread)
         }
@@ -103,8 +106,9 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         free_hold: request.hold.is_none(),
         progress,
     };
-    let learnt = learner.learn(dictionary)?;
+    let mut learnt = learner.learn(dictionary)?;
     let unfinished = progress.ended();
+    let between_samples = set_apart(&learnt.dictionary, &mut learnt.selection);
     let test = learnt.selection.observed.felt_in(&test);
     check_corrected(&learnt.dictionary, &learnt.selection)?;
     progress.enter(Stage::Judge, &[]);
@@ -155,12 +159,22 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     let inputs = selection.observed.said_of_inputs();
     warnings.extend(inputs.map(|warning| warning.to_string()));
     warnings.extend(judged.contradiction());
-    Ok(Outcome {
+    let outcome = Outcome {
         misread,
         unnamed,
         unfinished,
+        between_samples,
         ..judged.outcome(request, split, (verdict, drives), warnings)
-    })
+    };
+    Ok(advised(outcome, request))
+}
+
+/// An outcome that says what to do next.
+fn advised(outcome: Outcome, request: &Request<'_>) -> Outcome {
+    Outcome {
+        next: advice(&outcome, request.library),
+        ..outcome
+    }
 }
 
 /// Values in the stead of nominal ones are those of parameters, within their bounds.

@@ -142,6 +142,15 @@ impl Scoring<'_> {
         })
     }
 
+    /// Generalised forces that the model lacks, per coordinate and sample.
+    ///
+    /// # Errors
+    /// If the log cannot be smoothed, or the equation of motion not be solved along it.
+    pub fn missing(&self, record: &Record) -> Result<Vec<Vec<f64>>, ScoreError> {
+        let (_, _, missing) = self.one_step(record, &savgol_states(record)?, &[])?;
+        Ok(missing)
+    }
+
     /// The score that remains because of sensor noise, and of what filters make of sharp
     /// corners: the curve seen through sensors as noisy as these. What the curve itself is
     /// beside the model, where forces remain that nothing explains, is not part of it.
@@ -510,10 +519,8 @@ pub(super) fn with_noise(mut record: Record, observed: &Observed, seed: u64) -> 
             shake(values, observed.acceleration_sd[i]);
         }
     }
-    for (values, &sd) in record.u.iter_mut().zip(&observed.input_sd) {
-        if sd > 0.0 {
-            shake(values, sd);
-        }
+    for (input, sd) in observed.noisy_inputs() {
+        shake(&mut record.u[input], sd);
     }
     observed.felt_in(&record)
 }

@@ -12,6 +12,7 @@ use crate::machine::States;
 use crate::regression::{Hold, divided};
 use serde::Serialize;
 use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
 
 /// A change of the logged motion under which two explanations part.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -52,60 +53,120 @@ const IN_ONE_PIECE: usize = 2000;
 /// Accelerations that differ by less than this share are equal.
 const EQUAL: f64 = 1e-6;
 
-/// The change of the logged motion under which two explanations differ most, if it does more
-/// than the log itself. `candidates` are those of both, `values` all the dictionary's
-/// parameters under either.
-pub(super) fn separating_motion(
+/// Two explanations side by side: how far their accelerations are apart along a log, and under
+/// changes of its motion.
+struct Comparison {
+    focus: Arc<Focus>,
+    /// Root mean square of the accelerations along the log, per coordinate.
+    scale: Vec<f64>,
+    /// The same of the differences.
+    in_log: Vec<f64>,
+    /// Where the machine can be so, by change.
+    changed: Vec<(Change, Vec<f64>)>,
+}
+
+impl Comparison {
+    /// `candidates` are those of both explanations, `values` all the dictionary's parameters under
+    /// either. `None` where the machine cannot move as the log says.
+    fn new(
+        dictionary: &Dictionary,
+        observed: &Observed,
+        candidates: &[usize],
+        values: [&[f64]; 2],
+    ) -> Option<Self> {
+        let focus = dictionary.focus(candidates);
+        let logged = sample(&focus, observed);
+        let under = |states: &States, which: usize| {
+            accelerations(&focus, states, observed.hold, values[which])
+        };
+        let apart = |states: &States| -> Option<Vec<f64>> {
+            let (a, b) = (under(states, 0)?, under(states, 1)?);
+            let difference = |(a, b): (&Vec<f64>, &Vec<f64>)| {
+                let each: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
+                rms(&each)
+            };
+            Some(a.iter().zip(&b).map(difference).collect())
+        };
+        let changed = changes(&focus, &logged).into_iter();
+        let changed = changed.filter_map(|change| Some((change, apart(&change.of(&logged))?)));
+        Some(Self {
+            scale: under(&logged, 0)?.iter().map(|a| rms(a)).collect(),
+            in_log: apart(&logged)?,
+            changed: changed.collect(),
+            focus,
+        })
+    }
+
+    /// The coordinate that differs most, with its difference as a share of its scale.
+    fn most(&self, apart: &[f64]) -> Option<(usize, f64)> {
+        let share = |(i, scale): (usize, &f64)| match *scale > 0.0 {
+            true => (i, apart[i] / scale),
+            false => (i, 0.0),
+        };
+        let shares = self.scale.iter().enumerate().map(share);
+        shares.max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// The largest share by which the explanations differ, along the log or under a change of it.
+    fn furthest(&self) -> f64 {
+        let all = self.changed.iter().map(|(_, apart)| apart);
+        let all = all.chain([&self.in_log]);
+        let shares = all.filter_map(|apart| Some(self.most(apart)?.1));
+        shares.fold(0.0, f64::max)
+    }
+
+    /// The change under which they differ most, if it does more than the log itself.
+    fn separating_motion(&self) -> Option<SeparatingMotion> {
+        let (_, known) = self.most(&self.in_log)?;
+        let changed = self.changed.iter().filter_map(|(change, apart)| {
+            let (i, share) = self.most(apart)?;
+            share.is_finite().then_some((change, apart, i, share))
+        });
+        // Of equals the first, which is the simplest.
+        let (change, apart, i, share) =
+            changed.reduce(|best, next| if next.3 > best.3 { next } else { best })?;
+        let coordinate = &self.focus.machine.compiled.model.coordinates[i];
+        (share > EQUAL && share > WORTH_SAYING * known).then(|| SeparatingMotion {
+            motion: change.describe(&self.focus),
+            coordinate: coordinate.name.clone(),
+            apart: apart[i],
+            apart_in_log: self.in_log[i],
+            unit: format!("{}/s^2", coordinate.unit),
+        })
+    }
+}
+
+/// How two explanations of a log relate.
+pub(super) enum Relation {
+    /// Nothing tells them apart but what is less than the first one's own uncertainty.
+    Same,
+    /// They differ, if only elsewhere; with the change of the logged motion under which they do so
+    /// most, if it does more than the log itself.
+    Different(Option<SeparatingMotion>),
+}
+
+/// How two explanations relate. `candidates` are those of both, `values` all the dictionary's parameters
+/// under either; `moved` are values under the first that are about as likely.
+pub(super) fn relation(
     dictionary: &Dictionary,
     observed: &Observed,
     candidates: &[usize],
     values: [&[f64]; 2],
-) -> Option<SeparatingMotion> {
-    let focus = dictionary.focus(candidates);
-    let logged = sample(&focus, observed);
-    let under =
-        |states: &States, which: usize| accelerations(&focus, states, observed.hold, values[which]);
-    let scale: Vec<f64> = under(&logged, 0)?.iter().map(|a| rms(a)).collect();
-    let apart = |states: &States| -> Option<Vec<f64>> {
-        let (a, b) = (under(states, 0)?, under(states, 1)?);
-        let difference = |(a, b): (&Vec<f64>, &Vec<f64>)| {
-            let each: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
-            rms(&each)
-        };
-        Some(a.iter().zip(&b).map(difference).collect())
+    moved: &[Vec<f64>],
+) -> Relation {
+    let compare =
+        |other: &[f64]| Comparison::new(dictionary, observed, candidates, [values[0], other]);
+    let Some(comparison) = compare(values[1]) else {
+        return Relation::Different(None);
     };
-    let in_log = apart(&logged)?;
-    let share = |apart: &[f64], i: usize| match scale[i] {
-        scale if scale > 0.0 => apart[i] / scale,
-        _ => 0.0,
-    };
-    let most = |apart: &[f64]| {
-        let shares = (0..scale.len()).map(|i| (i, share(apart, i)));
-        shares.max_by(|a, b| a.1.total_cmp(&b.1))
-    };
-    let (_, known) = most(&in_log)?;
-    let mut best: Option<(Change, Vec<f64>, usize, f64)> = None;
-    for change in changes(&focus, &logged) {
-        // Where a machine cannot be it separates nothing.
-        let Some(apart) = apart(&change.of(&logged)) else {
-            continue;
-        };
-        let Some((i, share)) = most(&apart) else {
-            continue;
-        };
-        if share.is_finite() && best.as_ref().is_none_or(|best| share > best.3) {
-            best = Some((change, apart, i, share));
-        }
+    let furthest = comparison.furthest();
+    let mut own = moved
+        .iter()
+        .filter_map(|moved| Some(compare(moved)?.furthest()));
+    match own.any(|own| furthest <= own) {
+        true => Relation::Same,
+        false => Relation::Different(comparison.separating_motion()),
     }
-    let (change, apart, i, share) = best?;
-    let coordinate = &focus.machine.compiled.model.coordinates[i];
-    (share > EQUAL && share > WORTH_SAYING * known).then(|| SeparatingMotion {
-        motion: change.describe(&focus),
-        coordinate: coordinate.name.clone(),
-        apart: apart[i],
-        apart_in_log: in_log[i],
-        unit: format!("{}/s^2", coordinate.unit),
-    })
 }
 
 /// States of the log: evenly spread, or one piece where it matters what was before.

@@ -7,6 +7,7 @@ use super::focus::Focus;
 use super::linearised::{first_noise, linearised};
 use super::score::Look;
 use super::selection::Selection;
+use super::subject::Subject;
 use crate::machine::SolveError;
 use crate::regression::Whitener;
 use serde::Serialize;
@@ -49,6 +50,8 @@ pub struct Series {
     pub coordinates: Vec<CoordinateSeries>,
     /// By input, in the model's order.
     pub inputs: Vec<InputSeries>,
+    /// What each finding explains beside the others.
+    pub explained: Vec<Explained>,
     /// 95 % of the autocorrelations of white noise are below this.
     pub white_band: f64,
     /// Time between neighbouring autocorrelations, s.
@@ -78,6 +81,18 @@ pub struct CoordinateSeries {
     pub autocorrelation_after: Vec<f64>,
 }
 
+/// What one finding explains beside the others: partial residuals.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Explained {
+    /// The effect, or `parameter`.
+    pub effect: String,
+    /// What it acts on.
+    pub on: Vec<String>,
+    /// Generalised force that the patched model lacks without it, by coordinate, at `t`. What
+    /// the finding exerts is this less [`CoordinateSeries::force_after`].
+    pub without: Vec<Vec<f64>>,
+}
+
 /// Predictions of a position at `prediction_t`, U; no number where one ends.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Prediction {
@@ -105,20 +120,35 @@ const WINDOWS: usize = 8;
 /// Autocorrelations shown.
 const LAGS: usize = 40;
 
+impl Explained {
+    /// Of a subject, with the force of every sample.
+    pub(super) fn new(subject: &Subject, without: Vec<Vec<f64>>) -> Self {
+        Self {
+            effect: subject.name().to_string(),
+            on: subject.on(),
+            without,
+        }
+    }
+}
+
 impl Series {
     /// The curves behind two scores on one log; `observed` is that log as the patched
     /// model sees it, `models` are the given and the patched one with the dictionary's
-    /// values.
+    /// values; `explained` has the forces of every sample.
     pub(super) fn new(
         models: [(&Focus, &[f64]); 2],
         observed: &Observed,
-        before: &Look,
-        after: &Look,
+        [before, after]: [&Look; 2],
+        mut explained: Vec<Explained>,
     ) -> Result<Self, SolveError> {
         let record = &observed.record;
         let stride = before.inner.len().div_ceil(POINTS).max(1);
         let samples: Vec<usize> = before.inner.iter().step_by(stride).copied().collect();
         let pick = |column: &[f64]| samples.iter().map(|&k| column[k]).collect::<Vec<f64>>();
+        for finding in &mut explained {
+            let each = finding.without.iter_mut();
+            each.for_each(|force| *force = pick(force));
+        }
         let shown = windows(before);
         let along = |column: &[f64]| -> Vec<f64> {
             let value = |k: &Option<usize>| k.map_or(f64::NAN, |k| column[k]);
@@ -162,6 +192,7 @@ impl Series {
                     values: pick(u),
                 })
                 .collect(),
+            explained,
             white_band: 1.96 / (record.len() as f64).sqrt(),
             lag_step: record.step(),
         })

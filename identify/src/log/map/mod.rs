@@ -37,11 +37,12 @@ mod template;
 mod transmission;
 mod unit;
 
+pub use nesting::too_deep;
 pub use template::template;
 
 use dynamics_codegen::file::{Limit, read_text};
 use file::{Column, File, Fill, Time};
-use nesting::{DEEPEST, too_deep};
+use nesting::DEEPEST;
 use std::collections::BTreeSet;
 use std::ops::Range;
 use std::path::{Path, PathBuf};

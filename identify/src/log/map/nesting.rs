@@ -4,21 +4,27 @@
 /// Brackets nest at most this deep; a map needs four.
 pub(super) const DEEPEST: usize = 32;
 
-/// Where the first bracket too many is opened, in bytes.
-pub(super) fn too_deep(text: &str) -> Option<usize> {
-    let mut open = 0_usize;
+/// Where the first bracket too many of a text in TOML is opened, in bytes.
+pub fn too_deep(text: &str) -> Option<usize> {
+    // What closes each bracket that is open.
+    let mut open: Vec<u8> = Vec::new();
     let mut at = 0;
     while let Some(rest) = text.get(at..).filter(|rest| !rest.is_empty()) {
         let step = match rest.as_bytes()[0] {
             b'"' | b'\'' => quoted(rest),
             b'#' => rest.find('\n').unwrap_or(rest.len()),
-            b'{' | b'[' if open == DEEPEST => return Some(at),
-            b'{' | b'[' => {
-                open += 1;
+            b'{' | b'[' if open.len() == DEEPEST => return Some(at),
+            b'{' => {
+                open.push(b'}');
                 1
             }
-            b'}' | b']' => {
-                open = open.saturating_sub(1);
+            b'[' => {
+                open.push(b']');
+                1
+            }
+            // One of another kind closes nothing: the parser is still inside.
+            closing @ (b'}' | b']') => {
+                open.pop_if(|last| *last == closing);
                 1
             }
             _ => rest.chars().next().map_or(1, char::len_utf8),
@@ -80,7 +86,10 @@ mod tests {
         let text = "q_a = { column = \"a\"\n".repeat(20_000);
         let line = "q_a = { column = \"a\"\n".len();
         assert_eq!(too_deep(&text), Some(DEEPEST * line + 6));
-        // One that is closed in a string is not.
+        // One that is closed by another kind of bracket is not.
+        let text = "q_a = { column = 1]\n".repeat(DEEPEST + 1);
+        assert!(too_deep(&text).is_some());
+        // Nor is one that is closed in a string.
         let text = "q_a = { column = \"}\n".repeat(DEEPEST + 1);
         assert!(too_deep(&text).is_some());
     }

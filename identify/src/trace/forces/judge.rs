@@ -11,7 +11,7 @@ use crate::trace::judge::{Judged, Models, motionless};
 use crate::trace::run::Request;
 use crate::trace::score::{Errors, Look, Score, ScoreError, deviation};
 use crate::trace::selection::Selection;
-use crate::trace::series::Series;
+use crate::trace::series::{Explained, Series};
 
 /// Before, after, and the floor. The force is what the balance `M a − Q` leaves, in the band
 /// that the log shows; accelerations and predictions are as everywhere, and infinitely wrong
@@ -60,6 +60,13 @@ pub(in crate::trace) fn judge(
     };
     let forces = left_by_noise((&balance, &observed), (machine, values), None, request.seed)?;
     floor.force = errors(&forces);
-    let series = Series::new(models.in_series(), &observed, &before, &after).map_err(located)?;
+    let explained = Models::without_each(dictionary, selection).map(|(subject, model)| {
+        let (machine, values) = (&model.focus.machine, &model.values);
+        let without = balance.missing_everywhere(machine, values)?;
+        Ok(Explained::new(subject, without))
+    });
+    let explained = explained.collect::<Result<_, _>>().map_err(located)?;
+    let series = Series::new(models.in_series(), &observed, [&before, &after], explained)
+        .map_err(located)?;
     Ok(([before.score, after.score, floor], series))
 }

@@ -22,7 +22,7 @@ use super::corrected::corrected;
 use super::dictionary::Dictionary;
 use super::error::TraceError;
 use super::estimate::Observed;
-use super::finding::Rival;
+use super::finding::{Rival, says_no_strength};
 use super::refine::Estimate;
 use super::screen::{ShapedCandidate, options};
 use super::selection::{Remaining, Selection, Term};
@@ -33,6 +33,7 @@ use balance::{Balance, Forces};
 use choose::{Choice, State, reaches};
 use equations::Equations;
 use rayon::prelude::*;
+use settle::Settled;
 
 /// Damping of the fit of everything at once.
 const EVERYTHING: f64 = 1e-6;
@@ -73,21 +74,31 @@ pub(super) fn learn(
     if state.terms.is_empty() || state.left > (1.0 - WORTH_IT) * before {
         return Ok(None);
     }
-    let accepted: Vec<usize> = state
-        .terms
-        .iter()
-        .map(|t| options[t.option].candidate)
-        .collect();
-    let values = values(&choice, &state);
-    let settled =
-        settle::settle(dictionary, &balance, &equations, &accepted, values).map_err(located)?;
+    let mut terms = terms(&choice, &state);
+    let mut values = values(&choice, &state);
+    let (accepted, settled) = loop {
+        let accepted: Vec<usize> = terms.iter().map(|term| term.candidate).collect();
+        let settled = settle::settle(dictionary, &balance, &equations, &accepted, values);
+        let settled = settled.map_err(located)?;
+        let Some(idle) = undetermined(dictionary, &accepted, &settled) else {
+            break (accepted, settled);
+        };
+        let Term { candidate, .. } = terms.remove(idle);
+        if terms.is_empty() {
+            return Ok(None);
+        }
+        values = settled.values;
+        for &parameter in &dictionary.candidates[candidate].parameters {
+            values[parameter] = dictionary.defaults[parameter];
+        }
+    };
     let focus = dictionary.focus(&accepted);
     let own = focus.values(&settled.values);
     let left = balance.missing(&focus.machine, &own).map_err(located)?;
     let exerted = balance.exerted(&focus.machine, &own).map_err(located)?;
     let rows = equations.effective();
     Ok(Some(Selection {
-        terms: terms(&choice, &state),
+        terms,
         estimate: Estimate {
             parameters: dictionary.parameters_of(&accepted),
             covariance: settled.covariance,
@@ -106,6 +117,16 @@ pub(super) fn learn(
         considered: choice.considered(),
         observed: observed.clone(),
     }))
+}
+
+/// The weakest of some terms, strongest first, of which the log does not say how strong it is now that
+/// shapes have moved, too: it is not named, and holds no other one up.
+fn undetermined(dictionary: &Dictionary, accepted: &[usize], settled: &Settled) -> Option<usize> {
+    let parameters = dictionary.parameters_of(accepted);
+    let known = (&parameters[..], &settled.covariance);
+    let is_idle =
+        |&candidate: &usize| says_no_strength(dictionary, candidate, &settled.values, known);
+    accepted.iter().rposition(is_idle)
 }
 
 /// What a selection leaves of the forces that were measured, in the band in which the log shows

@@ -54,7 +54,8 @@ pub(in crate::trace) fn outcome(
         Err(ScoreError::Solve(_)) => motionless(&observed.record, request.horizon)?.score,
     };
     let model = (&*focus, &dictionary.defaults[..]);
-    let series = Series::new([model; 2], &observed, &before, &after).map_err(located)?;
+    let series =
+        Series::new([model; 2], &observed, [&before, &after], Vec::new()).map_err(located)?;
     Ok(Outcome {
         verdict: Verdict::Channel,
         basis: Basis::Motion,
@@ -79,6 +80,7 @@ pub(in crate::trace) fn outcome(
         seed: request.seed,
         misread: Some(misread),
         warnings: said_of(&train, &test, request.test.is_some()),
+        next: Vec::new(),
         patched_model: request.model_text.to_string(),
         details: Details {
             considered: Vec::new(),

@@ -6,9 +6,10 @@ use super::explored::Explored;
 use super::fit::Fitted;
 use super::hypothesis::Hypothesis;
 use crate::machine::SolveError;
+use crate::trace::dictionary::Dictionary;
 use crate::trace::finding::Rival;
 use crate::trace::selection::{Remaining, Selection, Term};
-use crate::trace::separate::separating_motion;
+use crate::trace::separate::{Relation, relation};
 use crate::trace::settings::TIE;
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
@@ -69,7 +70,8 @@ fn evidence(explored: &Explored, best: &Fitted, term: usize) -> f64 {
         .map_or(f64::INFINITY, |without| without.score - best.score)
 }
 
-/// What the log cannot tell from a term, the best first, with motions that would tell.
+/// What the log cannot tell from a term, the best first, with motions that would tell. A law that holds
+/// the term's as a special case and has become it is no rival: it is that law by a longer name.
 fn rivals(search: &Search<'_>, found: &Fitted, term: usize) -> Vec<Rival> {
     let best = &found.explanation;
     let others = search.explored.all().filter_map(|(other, outline)| {
@@ -84,21 +86,44 @@ fn rivals(search: &Search<'_>, found: &Fitted, term: usize) -> Vec<Rival> {
     });
     let mut others: Vec<(f64, usize, &Vec<f64>)> = others.collect();
     others.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let each = others
-        .into_iter()
-        .enumerate()
-        .map(|(i, (better, instead, values))| {
-            let subject = &search.dictionary.candidates[instead].subject;
-            let mut rival = Rival::new(subject, better);
-            if i < TOLD_APART {
-                let both = found.hypothesis.exchange(&[], &[instead]);
-                let values = [best.values.as_slice(), values];
-                rival.separating_motion =
-                    separating_motion(search.dictionary, &best.observed, both.candidates(), values);
+    let mut rivals = Vec::new();
+    for (i, (better, instead, values)) in others.into_iter().enumerate() {
+        let mut rival = Rival::new(&search.dictionary.candidates[instead].subject, better);
+        if i < TOLD_APART {
+            let both = found.hypothesis.exchange(&[], &[instead]);
+            let values = [best.values.as_slice(), values];
+            let moved = match could_degenerate(search.dictionary, term, instead) {
+                true => about_as_likely(search.dictionary, found, term),
+                false => Vec::new(),
+            };
+            let (dictionary, observed) = (search.dictionary, &best.observed);
+            match relation(dictionary, observed, both.candidates(), values, &moved) {
+                Relation::Same => continue,
+                Relation::Different(motion) => rival.separating_motion = motion,
             }
-            rival
-        });
-    each.collect()
+        }
+        rivals.push(rival);
+    }
+    rivals
+}
+
+/// Whether a law at the same place has more numbers than another, so that it may be that law.
+fn could_degenerate(dictionary: &Dictionary, plain: usize, rich: usize) -> bool {
+    let [plain, rich] = [plain, rich].map(|term| &dictionary.candidates[term]);
+    rich.subject.on() == plain.subject.on() && rich.parameters.len() > plain.parameters.len()
+}
+
+/// What was found, with each number of a term two standard errors off.
+fn about_as_likely(dictionary: &Dictionary, found: &Fitted, term: usize) -> Vec<Vec<f64>> {
+    let estimate = &found.estimate;
+    let own = &dictionary.candidates[term].parameters;
+    let numbers = estimate.parameters.iter().enumerate();
+    let moved = numbers.filter(|(_, p)| own.contains(p)).map(|(i, &p)| {
+        let mut values = found.explanation.values.clone();
+        values[p] += 2.0 * estimate.covariance[(i, i)].max(0.0).sqrt();
+        values
+    });
+    moved.collect()
 }
 
 /// What a doubt about inputs between samples adds to the covariance of times and all else, where
