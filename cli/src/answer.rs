@@ -3,9 +3,14 @@
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use std::fmt::Write;
 
+/// Labels are at least so wide.
+const LABEL: usize = 10;
+
 /// A quantity's values.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Quantity {
+    /// How many there are of something.
+    Count(usize),
     /// A vector.
     Vector(Vec<f64>),
     /// A matrix, by rows.
@@ -36,13 +41,22 @@ impl Answer {
 
     /// As text for people, under a title.
     pub fn page(&self, title: &str) -> String {
-        let mut page = format!("{title}\n");
+        let mut lines: Vec<(String, String)> = Vec::new();
         for (name, quantity) in &self.0 {
+            if let Quantity::Count(count) = quantity {
+                lines.push((name.clone(), format!("{count:>13}")));
+            }
             for (label, row) in quantity.rows(name) {
                 let numbers: Vec<String> = row.iter().map(|x| format!("{x:>13.6e}")).collect();
-                // Writing to a string cannot fail.
-                writeln!(page, "  {label:<10} {}", numbers.join(" ")).ok();
+                lines.push((label, numbers.join(" ")));
             }
+        }
+        let width = lines.iter().map(|(label, _)| label.chars().count());
+        let width = width.max().unwrap_or(0).max(LABEL);
+        let mut page = format!("{title}\n");
+        for (label, numbers) in lines {
+            // Writing to a string cannot fail.
+            writeln!(page, "  {label:<width$} {numbers}").ok();
         }
         page
     }
@@ -51,6 +65,7 @@ impl Answer {
 impl Quantity {
     fn values(&mut self) -> Box<dyn Iterator<Item = &mut f64> + '_> {
         match self {
+            Self::Count(_) => Box::new(std::iter::empty()),
             Self::Vector(row) => Box::new(row.iter_mut()),
             Self::Matrix(rows) => Box::new(rows.iter_mut().flatten()),
             Self::Columns(named) => Box::new(named.iter_mut().flat_map(|(_, row)| row)),
@@ -61,6 +76,7 @@ impl Quantity {
     fn is_finite(&self) -> bool {
         let all = |row: &[f64]| row.iter().all(|x| x.is_finite());
         match self {
+            Self::Count(_) => true,
             Self::Vector(row) => all(row),
             Self::Matrix(rows) => rows.iter().all(|row| all(row)),
             Self::Columns(named) => named.iter().all(|(_, row)| all(row)),
@@ -71,6 +87,7 @@ impl Quantity {
     /// Labelled rows; what is empty has none.
     fn rows(&self, name: &str) -> Vec<(String, &[f64])> {
         let rows: Vec<(String, &[f64])> = match self {
+            Self::Count(_) => Vec::new(),
             Self::Vector(row) => vec![(name.to_string(), row)],
             Self::Matrix(rows) => rows
                 .iter()
@@ -95,6 +112,7 @@ impl Quantity {
 impl Serialize for Quantity {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
+            Self::Count(count) => count.serialize(serializer),
             Self::Vector(row) => row.serialize(serializer),
             Self::Matrix(rows) => rows.serialize(serializer),
             Self::Columns(named) => {

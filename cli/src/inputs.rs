@@ -30,12 +30,40 @@ impl Inputs {
         }
     }
 
+    /// Values at times, one row of values per time.
+    ///
+    /// # Errors
+    /// If there is no time, or time does not increase.
+    pub fn new(times: Vec<f64>, values: Vec<Vec<f64>>) -> Result<Self, Mistake> {
+        if times.is_empty() || times.len() != values.len() {
+            let message = format!("{} rows of inputs for {} times", values.len(), times.len());
+            return Err(
+                Mistake::new(message).help("give a row of inputs per time, and one at least")
+            );
+        }
+        if let Some(pair) = times.windows(2).find(|pair| pair[1] <= pair[0]) {
+            let message = format!("time does not increase: {} s after {} s", pair[1], pair[0]);
+            return Err(Mistake::new(message).help("sort the rows by time, and keep one per time"));
+        }
+        Ok(Self { times, values })
+    }
+
     /// Reads a CSV file with a column `t` and one column `u_<name>` per input; other
     /// columns are left alone.
     ///
     /// # Errors
     /// If a column is missing, an entry is no finite number, or time does not increase.
     pub fn read(path: &Path, names: &[&str]) -> Result<Self, Mistake> {
+        let columns: Vec<String> = names.iter().map(|name| format!("u_{name}")).collect();
+        let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
+        Self::read_columns(path, &columns)
+    }
+
+    /// Reads the column `t` and those of these names.
+    ///
+    /// # Errors
+    /// As [`Inputs::read`].
+    pub fn read_columns(path: &Path, names: &[&str]) -> Result<Self, Mistake> {
         let file = file::open(path, LIMIT).map_err(|error| Mistake::unreadable(path, &error))?;
         let mut reader = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
@@ -67,7 +95,7 @@ impl Inputs {
             );
         }
         if times.is_empty() {
-            let message = format!("`{file}` has no row of inputs");
+            let message = format!("`{file}` has no row of numbers");
             return Err(Mistake::new(message).help("add a row under the heading"));
         }
         Ok(Self { times, values })
@@ -102,10 +130,10 @@ impl Inputs {
 
 /// Where `t` and the inputs stand.
 fn columns(file: &str, header: &csv::StringRecord, names: &[&str]) -> Result<Vec<usize>, Mistake> {
-    let wanted = std::iter::once("t".to_string()).chain(names.iter().map(|n| format!("u_{n}")));
+    let wanted = std::iter::once("t").chain(names.iter().copied());
     wanted
         .map(|name| {
-            let mut found = (0..header.len()).filter(|&column| header[column] == *name);
+            let mut found = (0..header.len()).filter(|&column| &header[column] == name);
             match (found.next(), found.next()) {
                 (Some(column), None) => Ok(column),
                 (Some(_), Some(_)) => {
@@ -114,11 +142,11 @@ fn columns(file: &str, header: &csv::StringRecord, names: &[&str]) -> Result<Vec
                 }
                 (None, _) => {
                     let mistake = Mistake::new(format!("`{file}` has no column `{name}`"));
-                    let taken = |column: &str| names.iter().any(|n| column == format!("u_{n}"));
+                    let taken = |column: &str| names.contains(&column);
                     let spare = header
                         .iter()
                         .filter(|column| *column != "t" && !taken(column));
-                    Err(parameters::suggest(mistake, &name, spare))
+                    Err(parameters::suggest(mistake, name, spare))
                 }
             }
         })

@@ -20,10 +20,10 @@ pub struct LogArguments {
 
 impl LogArguments {
     /// Reads the logs to learn from and, if there are any, those to judge by. Several of a kind
-    /// become one, one recording after the other.
+    /// become one, one recording after the other. What should be known of it is printed.
     ///
     /// # Errors
-    /// As [`LogArguments::read`]; if recordings do not fit each other, if one is given twice, or
+    /// What is wrong with a log or its map; if recordings do not fit each other, if one is given twice, or
     /// `--map` puts the same file beside several logs.
     pub fn read_both(
         &self,
@@ -31,14 +31,31 @@ impl LogArguments {
         test: &[PathBuf],
         model: &Model,
     ) -> Result<(Log, Option<Log>), Mistake> {
+        self.read_telling(train, test, model, &output::complain)
+    }
+
+    /// As [`read_both`](Self::read_both), with what should be known told to `tell`.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn read_telling(
+        &self,
+        train: &[PathBuf],
+        test: &[PathBuf],
+        model: &Model,
+        tell: &dyn Fn(&str),
+    ) -> Result<(Log, Option<Log>), Mistake> {
         self.check(train, test)?;
-        let learnt = self.read_all(train, model)?;
+        let learnt = self.read_all(train, model, tell)?;
         let learnt = learnt.ok_or_else(|| Mistake::new("there is no log to learn from"))?;
-        Ok((learnt, self.read_all(test, model)?))
+        Ok((learnt, self.read_all(test, model, tell)?))
     }
 
     /// What can be said of the files before any of them is read.
-    fn check(&self, train: &[PathBuf], test: &[PathBuf]) -> Result<(), Mistake> {
+    ///
+    /// # Errors
+    /// If one is given twice, or `--map` puts the same file beside several logs.
+    pub fn check(&self, train: &[PathBuf], test: &[PathBuf]) -> Result<(), Mistake> {
         for paths in [train, test] {
             for (k, path) in paths.iter().enumerate() {
                 if paths[..k].contains(path) {
@@ -67,10 +84,15 @@ impl LogArguments {
         }
     }
 
-    fn read_all(&self, paths: &[PathBuf], model: &Model) -> Result<Option<Log>, Mistake> {
+    fn read_all(
+        &self,
+        paths: &[PathBuf],
+        model: &Model,
+        tell: &dyn Fn(&str),
+    ) -> Result<Option<Log>, Mistake> {
         let mut whole: Option<Log> = None;
         for path in paths {
-            let log = self.read(path, model)?;
+            let log = self.read(path, model, tell)?;
             match &mut whole {
                 None => whole = Some(log),
                 Some(whole) => whole
@@ -86,32 +108,41 @@ impl LogArguments {
     /// # Errors
     /// What is wrong with the log or its map. If columns are missing, with a map to start
     /// from.
-    pub fn read(&self, path: &Path, model: &Model) -> Result<Log, Mistake> {
-        let map = self.map_of(path)?;
+    pub fn read(&self, path: &Path, model: &Model, tell: &dyn Fn(&str)) -> Result<Log, Mistake> {
+        let map = self.map_of(path, tell)?;
         let wanted = wanted(model);
-        wanted.read(path, map.as_ref()).map_err(|error: LogError| {
-            let mistake = Mistake::new(error.to_string());
-            match error.columns() {
-                None => mistake,
-                Some(columns) => {
-                    let start = start(path, &map, columns, &wanted);
-                    match lockable(model, columns) {
-                        Some(locks) => mistake.help(locks).help(start),
-                        None => mistake.help(start),
-                    }
-                }
-            }
-        })
+        let log = wanted.read(path, map.as_ref());
+        log.map_err(|error| refusal(&error, path, &map, &wanted, model))
+    }
+
+    /// A log of columns that are no file; `name` is what messages call it.
+    ///
+    /// # Errors
+    /// As [`LogArguments::read`].
+    pub fn take(
+        &self,
+        name: &Path,
+        columns: Vec<(String, Vec<f64>)>,
+        model: &Model,
+    ) -> Result<Log, Mistake> {
+        let read = |path: &PathBuf| Map::read(path);
+        let map = self.map.as_ref().map(read).transpose();
+        let map = map.map_err(|error| Mistake::new(error.to_string()))?;
+        let wanted = wanted(model);
+        let log = Log::from_columns(name, columns, map.as_ref());
+        wanted
+            .accept(log, map.as_ref())
+            .map_err(|error| refusal(&error, name, &map, &wanted, model))
     }
 
     /// The map of a log, and word of it if nobody asked.
-    fn map_of(&self, log: &Path) -> Result<Option<Map>, Mistake> {
+    fn map_of(&self, log: &Path, tell: &dyn Fn(&str)) -> Result<Option<Map>, Mistake> {
         let beside = Map::beside(log);
         let path = match &self.map {
             Some(path) => path,
             None if beside.is_file() => {
                 let (log, map) = (log.display(), beside.display());
-                output::complain(&format!(
+                tell(&format!(
                     "note: the columns of {log} are read as {map} says"
                 ));
                 &beside
@@ -120,6 +151,25 @@ impl LogArguments {
         };
         let map = Map::read(path).map_err(|error| Mistake::new(error.to_string()))?;
         Ok(Some(map))
+    }
+}
+
+/// Why a log cannot be used, with what to write if it lacks columns.
+fn refusal(
+    error: &LogError,
+    path: &Path,
+    map: &Option<Map>,
+    wanted: &Wanted,
+    model: &Model,
+) -> Mistake {
+    let mistake = Mistake::new(error.to_string());
+    let Some(columns) = error.columns() else {
+        return mistake;
+    };
+    let start = start(path, map, columns, wanted);
+    match lockable(model, columns) {
+        Some(locks) => mistake.help(locks).help(start),
+        None => mistake.help(start),
     }
 }
 

@@ -6,6 +6,7 @@ use clap::Args;
 use dynamics_codegen::file::{self, Limit};
 use dynamics_codegen::model::LibraryError;
 use dynamics_codegen::{Compiled, Library, compile_bytes, is_urdf, model_limit, model_of_urdf};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// The arguments that every command shares.
@@ -53,6 +54,15 @@ impl Loaded {
         (text, self.path.with_extension("model"))
     }
 
+    /// The parameters whose values are not the nominal ones, by name.
+    pub fn overrides(&self) -> BTreeMap<String, f64> {
+        let named = self.compiled.model.parameters.iter().zip(&self.parameters);
+        named
+            .filter(|(parameter, value)| parameter.nominal != **value)
+            .map(|(parameter, &value)| (parameter.name.clone(), value))
+            .collect()
+    }
+
     /// Whether there is no model file yet: the model is a robot description.
     pub fn is_robot_description(&self) -> bool {
         is_urdf(&String::from_utf8_lossy(&self.bytes))
@@ -65,24 +75,36 @@ impl ModelArguments {
     /// # Errors
     /// Everything that is wrong with the model, the templates or the parameters.
     pub fn load(&self) -> Result<Loaded, Mistake> {
+        let (loaded, warnings) = self.read()?;
+        if !loaded.compiled.warnings.diagnostics.is_empty() {
+            output::explain(&Mistake::from(loaded.compiled.warnings.clone()));
+        }
+        warnings.iter().for_each(output::warn);
+        Ok(loaded)
+    }
+
+    /// Reads and compiles the model; also returns what should be known about the parameters.
+    ///
+    /// # Errors
+    /// As [`load`](Self::load).
+    pub fn read(&self) -> Result<(Loaded, Vec<Mistake>), Mistake> {
         let mut library = self.library()?;
         library.look_in(self.model.parent().unwrap_or(Path::new("")));
         let bytes = read(&self.model, model_limit(&self.model))?;
         let compiled = compile_bytes(&self.model.display().to_string(), &bytes, &library)?;
-        if !compiled.warnings.diagnostics.is_empty() {
-            output::explain(&Mistake::from(compiled.warnings.clone()));
-        }
         let mut values = compiled.model.nominal_parameters();
-        if let Some(path) = &self.parameters {
-            parameters::override_from(path, &compiled.model, &mut values)?;
-        }
-        Ok(Loaded {
+        let warnings = match &self.parameters {
+            Some(path) => parameters::override_from(path, &compiled.model, &mut values)?,
+            None => Vec::new(),
+        };
+        let loaded = Loaded {
             path: self.model.clone(),
             bytes,
             library,
             compiled,
             parameters: values,
-        })
+        };
+        Ok((loaded, warnings))
     }
 
     fn library(&self) -> Result<Library, Mistake> {

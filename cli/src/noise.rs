@@ -87,12 +87,16 @@ impl Channel {
                 }
             }
         }
-        let channel = |(index, sd): (usize, f64)| {
-            let mut random = ChaCha8Rng::seed_from_u64(seed);
-            random.set_stream(index as u64);
-            Self { sd, random }
-        };
-        Ok(deviations.into_iter().enumerate().map(channel).collect())
+        let deviations = deviations.into_iter().enumerate();
+        let channel = |(index, sd): (usize, f64)| Self::new(sd, seed, index as u64);
+        Ok(deviations.map(channel).collect())
+    }
+
+    /// Noise of this standard deviation; `stream` tells it from others of the same seed.
+    pub fn new(sd: f64, seed: u64, stream: u64) -> Self {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        random.set_stream(stream);
+        Self { sd, random }
     }
 
     /// The next value.

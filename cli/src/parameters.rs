@@ -2,7 +2,7 @@
 
 use crate::json::{Text, Value};
 use crate::mistake::Mistake;
-use crate::{model, output};
+use crate::model;
 use dynamics_codegen::Model;
 use dynamics_codegen::diagnostic::nearest;
 use dynamics_codegen::file::Limit;
@@ -14,13 +14,17 @@ const LIMIT: Limit = Limit {
     bytes: 16 << 20,
 };
 
-/// Puts the file's values into `values` (in model order). A value out of its
-/// parameter's bounds is used, and worth a warning.
+/// Puts the file's values into `values` (in model order); returns warnings: a value out of its
+/// parameter's bounds is used.
 ///
 /// # Errors
 /// If the file is not a JSON object from parameter names to finite numbers, alone or under
 /// the key `parameters` or `nominal` of an object.
-pub fn override_from(path: &Path, model: &Model, values: &mut [f64]) -> Result<(), Mistake> {
+pub fn override_from(
+    path: &Path,
+    model: &Model,
+    values: &mut [f64],
+) -> Result<Vec<Mistake>, Mistake> {
     let bytes = model::read(path, LIMIT)?;
     let file = path.display().to_string();
     let text = text(&file, &bytes)?;
@@ -30,10 +34,7 @@ pub fn override_from(path: &Path, model: &Model, values: &mut [f64]) -> Result<(
         text,
         shape: "parameters are an object of numbers by name, such as `{\"m1\": 1.3}`",
     };
-    for warning in assign(in_a_description(text.value()?), model, values)? {
-        output::warn(&warning);
-    }
-    Ok(())
+    assign(in_a_description(text.value()?), model, values)
 }
 
 /// Where a description of a machine holds its parameters among other things.

@@ -28,6 +28,18 @@ pub const SHAPE: &str =
 const FIELDS: [&str; 6] = ["q", "v", "u", "z", "t", "parameters"];
 
 impl State {
+    /// Everything zero, internal states as at the beginning.
+    pub fn zero(model: &Model, nominal: &[f64]) -> Self {
+        Self {
+            q: vec![0.0; model.coordinates.len()],
+            v: vec![0.0; model.coordinates.len()],
+            u: None,
+            z: None,
+            t: 0.0,
+            parameters: nominal.to_vec(),
+        }
+    }
+
     /// Reads a state; also returns warnings. What is left out is zero, parameters
     /// are as in `nominal`.
     ///

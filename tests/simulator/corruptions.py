@@ -22,6 +22,7 @@ import numpy as np
 import running
 import tables
 from judging import CHANNEL, ROOT, findings_of
+from systems import SYSTEMS
 
 KINDS = ("sign", "scale", "unit", "swap", "another", "freeze", "delay")
 LOGS = ("train.csv", "test.csv")
@@ -98,7 +99,7 @@ def trial(index, folders, seed, program, limit):
     folder = folders[index % len(folders)]
     truth = json.loads((folder / "truth.json").read_text())
     case = running.simulated(folder)
-    angular = [name for name in truth["coords"] if "x" not in name and "y" not in name]
+    angular = [name for name, turns in zip(truth["coords"], SYSTEMS[truth["system"]].angular) if turns]
     with TemporaryDirectory() as scratch:
         for log in LOGS:
             header = (folder / log).open().readline().strip().split(",")

@@ -84,7 +84,9 @@ def measured(lines):
     """What is said of measured logs."""
     print(f"\n{'measured log':20s} {'verdict':9s} {'before':>8s} {'after':>8s} {'floor':>8s} {'cpu s':>7s}  findings")
     for x in lines:
-        before, after, floor = (x["score"][k][0] if x.get("score") else math.nan for k in ("before", "after", "noise_floor"))
+        # A model that cannot move as given has no error.
+        errors = (x["score"][k][0] if x.get("score") else None for k in ("before", "after", "noise_floor"))
+        before, after, floor = (math.nan if error is None else error for error in errors)
         print(f"{x['id']:20s} {x['verdict']:9s} {before:8.4f} {after:8.4f} {floor:8.4f} {x['cpu']:7.1f}  "
               f"{show(x['found'])}{' ' + x['error'] if 'error' in x else ''}")
 

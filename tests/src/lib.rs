@@ -9,3 +9,4 @@ pub mod object_code;
 pub mod random;
 pub mod reference;
 pub mod shared;
+pub mod swing;

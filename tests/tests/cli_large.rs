@@ -3,6 +3,7 @@
 mod cli;
 
 use cli::{refuse, succeed};
+use integration_tests::swing::{ROD, swing};
 use mcap::records::MessageHeader;
 use mcap::{Compression, WriteOptions};
 use parquet::data_type::DoubleType;
@@ -10,44 +11,16 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
 use std::collections::BTreeMap;
-use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 use std::sync::Arc;
-
-/// A million samples of a pendulum that viscous friction brakes, as its own equation has them:
-/// `u = i q″ + m g l sin q + d q′`.
-fn long_log(path: &Path) {
-    let (inertia, weight, d) = (0.02 + 0.09, 9.81 * 0.3, 0.05);
-    let mut text = String::from("t,q_j,u_j\n");
-    for k in 0..1_000_000 {
-        let t = 0.001 * f64::from(k);
-        let (mut q, mut v, mut a) = (0.0, 0.0, 0.0);
-        for (size, rate) in [(0.5, 1.3_f64), (0.3, 3.7), (0.1, 7.1)] {
-            let (sin, cos) = (rate * t).sin_cos();
-            q += size * sin;
-            v += size * rate * cos;
-            a -= size * rate * rate * sin;
-        }
-        let u = inertia * a + weight * q.sin() + d * v;
-        writeln!(text, "{t:.3},{q:.6},{u:.6}").unwrap();
-    }
-    fs::write(path, text).unwrap();
-}
-
-const ARM: &str = r#"<robot name="arm"><link name="base"/>
-  <link name="rod"><inertial><origin xyz="0 0 -0.3"/><mass value="1"/>
-    <inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.01"/></inertial></link>
-  <joint name="j" type="continuous"><parent link="base"/><child link="rod"/>
-    <axis xyz="0 1 0"/></joint>
-</robot>"#;
 
 #[test]
 fn a_million_samples_are_fitted_and_not_traced() {
     let folder = tempfile::tempdir().unwrap();
     let [arm, log] = ["arm.urdf", "log.csv"].map(|name| folder.path().join(name));
-    fs::write(&arm, ARM).unwrap();
-    long_log(&log);
+    fs::write(&arm, ROD).unwrap();
+    fs::write(&log, format!("t,q_j,u_j\n{}", swing(1000, 0, 1_000_000))).unwrap();
     let [arm, log] = [&arm, &log].map(|path| path.to_str().unwrap());
     let said = refuse(&["trace", arm, log], "");
     let expected = "log.csv has 1000000 samples; at most 100000 are traced: cut it";

@@ -6,6 +6,7 @@
 mod cli;
 
 use cli::{refuse, succeed};
+use integration_tests::swing::{ROD, swing};
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
@@ -140,32 +141,6 @@ fn logs_that_are_too_long_to_trace() {
     insta::assert_snapshot!(said);
 }
 
-/// A rod that swings under gravity, driven and braked by viscous friction, as its own equation has
-/// it: `u = i q″ + m g l sin q + d q′`. Rows of `t,q,u`, from a sample on.
-fn swing(first: u32, rows: u32) -> String {
-    let mut text = String::new();
-    for k in first..first + rows {
-        let t = 0.01 * f64::from(k);
-        let (mut q, mut v, mut a) = (0.0, 0.0, 0.0);
-        for (size, rate) in [(0.5, 1.3_f64), (0.3, 3.7), (0.1, 7.1)] {
-            let (sin, cos) = (rate * t).sin_cos();
-            q += size * sin;
-            v += size * rate * cos;
-            a -= size * rate * rate * sin;
-        }
-        let u = 0.11 * a + 9.81 * 0.3 * q.sin() + 0.05 * v;
-        writeln!(text, "{t:.2},{q:.6},{u:.6}").unwrap();
-    }
-    text
-}
-
-const ROD: &str = r#"<robot name="arm"><link name="base"/>
-  <link name="rod"><inertial><origin xyz="0 0 -0.3"/><mass value="1"/>
-    <inertia ixx="0.02" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.01"/></inertial></link>
-  <joint name="j" type="continuous"><parent link="base"/><child link="rod"/>
-    <axis xyz="0 1 0"/></joint>
-</robot>"#;
-
 /// A folder with these files and the rod, and the path of each.
 fn folder_with(files: &[(&str, String)]) -> (TempDir, impl Fn(&str) -> String + use<>) {
     let folder = tempfile::tempdir().unwrap();
@@ -182,7 +157,7 @@ fn folder_with(files: &[(&str, String)]) -> (TempDir, impl Fn(&str) -> String + 
 /// Without a header, refused with a map to start from; with that map, completed, read.
 #[test]
 fn a_log_without_a_header() {
-    let (folder, path) = folder_with(&[("swing.csv", swing(0, 700))]);
+    let (folder, path) = folder_with(&[("swing.csv", swing(100, 0, 700))]);
     let (rod, log) = (path("rod.urdf"), path("swing.csv"));
     let said = refuse(&["fit", &rod, &log], "");
     insta::assert_snapshot!(said.replace(folder.path().to_str().unwrap(), "FOLDER"));
@@ -195,7 +170,7 @@ fn a_log_without_a_header() {
 /// Several recordings to learn from and to judge by: errors are over all of them.
 #[test]
 fn recordings_one_after_the_other() {
-    let part = |first| format!("t,q_j,u_j\n{}", swing(first, 150));
+    let part = |first| format!("t,q_j,u_j\n{}", swing(100, first, 150));
     let names = ["a.csv", "b.csv", "c.csv", "d.csv"];
     let files: Vec<(&str, String)> = (0..4).map(|k| (names[k], part(200 * k as u32))).collect();
     let (_folder, path) = folder_with(&files);
@@ -213,7 +188,7 @@ fn recordings_one_after_the_other() {
 /// A map for several logs may put a file beside each, but not one beside all.
 #[test]
 fn one_map_and_files_side_by_side() {
-    let rows = swing(0, 450);
+    let rows = swing(100, 0, 450);
     let column = |keep: &[usize]| -> String {
         let cells = |line: &str| -> String {
             let cells: Vec<&str> = line.split(',').collect();

@@ -1,7 +1,7 @@
 //! `fit` on a real arm, and on a machine whose forces are known.
 
 use dynamics_codegen::{Library, compile_bytes};
-use identify::fit::{Doubt, Fit, Inertia, Request, fit};
+use identify::fit::{Doubt, Fit, FitError, Inertia, Reason, Request, fit};
 use identify::log::Log;
 use identify::machine::{Machine, States};
 use integration_tests::{random, shared};
@@ -31,6 +31,8 @@ fn a_measured_arm_gives_away_friction_rotors_and_coupling() {
         train: &log,
         test: None,
         inertia: Inertia::Linear,
+        leave_out: &[],
+        trust_columns: false,
     };
     let found = fit(&request).expect("it can be fitted");
     let has = |term: &str, on: &[&str]| found.terms.iter().any(|t| t.term == term && t.on == on);
@@ -80,6 +82,16 @@ fn log(seed: u64, rotor: f64, viscous: f64, coulomb: f64, heavier: f64) -> Log {
 
 /// The same with further torques that the motion takes, by time, velocities and accelerations.
 fn log_with(seed: u64, heavier: f64, more: impl Fn(f64, [f64; 2], [f64; 2]) -> [f64; 2]) -> Log {
+    log_as(seed, heavier, more, |u| u)
+}
+
+/// The same with efforts that a driver logs in place of the torques.
+fn log_as(
+    seed: u64,
+    heavier: f64,
+    more: impl Fn(f64, [f64; 2], [f64; 2]) -> [f64; 2],
+    mut logged: impl FnMut([f64; 2]) -> [f64; 2],
+) -> Log {
     let text = ARM.replace("mass: 1;", &format!("mass: {};", 1.0 + heavier));
     let compiled = compile_bytes("arm.model", text.as_bytes(), &Library::empty()).expect("a model");
     let machine = Machine::new(compiled);
@@ -108,7 +120,7 @@ fn log_with(seed: u64, heavier: f64, more: impl Fn(f64, [f64; 2], [f64; 2]) -> [
         let m = &terms.mass_matrix;
         let needed = |i: usize| m[(i, 0)] * a[2] + m[(i, 1)] * b[2] - terms.force[i];
         let [more_a, more_b] = more(t, [a[1], b[1]], [a[2], b[2]]);
-        let (u_a, u_b) = (needed(0) + more_a, needed(1) + more_b);
+        let [u_a, u_b] = logged([needed(0) + more_a, needed(1) + more_b]);
         let n = 0.02 * rng.random_range(-0.5..0.5);
         let noise = 0.02 * rng.random_range(-0.5..0.5);
         writeln!(
@@ -125,15 +137,75 @@ fn log_with(seed: u64, heavier: f64, more: impl Fn(f64, [f64; 2], [f64; 2]) -> [
 }
 
 fn fit_arm(log: &Log, inertia: Inertia) -> Fit {
+    try_arm(log, inertia, &[], false).expect("it can be fitted")
+}
+
+fn try_arm(
+    log: &Log,
+    inertia: Inertia,
+    leave_out: &[String],
+    trust_columns: bool,
+) -> Result<Fit, FitError> {
     let compiled = compile_bytes("arm.model", ARM.as_bytes(), &Library::empty()).expect("a model");
-    let request = Request {
+    fit(&Request {
         compiled: &compiled,
         parameters: &[],
         train: log,
         test: None,
         inertia,
+        leave_out,
+        trust_columns,
+    })
+}
+
+/// Efforts that are no torques are left out by themselves, and pull no other joint away.
+#[test]
+fn efforts_that_are_no_torques_are_left_out() {
+    let friction =
+        |_: f64, [v_a, _]: [f64; 2], _: [f64; 2]| [0.4 * v_a + 0.6 * (v_a / 0.05).tanh(), 0.0];
+    let true_one = fit_arm(&log_as(6, 0.0, friction, |u| u), Inertia::Consistent);
+    assert!(true_one.left_out.is_empty(), "{true_one:?}");
+
+    // What wanders by itself, as a temperature does.
+    let (mut rng, mut wanders) = (random::generator(7), 0.0);
+    let wandering = log_as(6, 0.0, friction, |[u_a, _]| {
+        wanders = 0.99 * wanders + rng.random_range(-0.5..0.5);
+        [u_a, wanders]
+    });
+    let found = fit_arm(&wandering, Inertia::Consistent);
+    let [told] = &found.left_out[..] else {
+        panic!("{found:?}");
     };
-    fit(&request).expect("it can be fitted")
+    assert!(
+        matches!(told.reason, Reason::Unrelated { .. }) && told.coordinate == "b",
+        "{told:?}"
+    );
+    assert!(found.after.by_coordinate["b"].is_nan());
+    let after = |fit: &Fit| fit.after.by_coordinate["a"];
+    assert!(after(&found) < 1.1 * after(&true_one), "{found:?}");
+    let trusting = try_arm(&wandering, Inertia::Consistent, &[], true).unwrap();
+    assert!(trusting.left_out.is_empty(), "{trusting:?}");
+
+    // A current.
+    let current = log_as(6, 0.0, friction, |[u_a, u_b]| [0.05 * u_a, u_b]);
+    let found = fit_arm(&current, Inertia::Consistent);
+    let [told] = &found.left_out[..] else {
+        panic!("{found:?}");
+    };
+    let Reason::Scaled { factor } = told.reason else {
+        panic!("{told:?}");
+    };
+    assert!(
+        told.coordinate == "a" && (factor - 0.05).abs() < 0.005,
+        "{told:?}"
+    );
+
+    let asked = try_arm(&current, Inertia::Consistent, &["b".to_string()], false);
+    let said = asked.unwrap_err().to_string();
+    assert!(said.contains("no effort of the log is a force"), "{said}");
+    let mistyped = try_arm(&current, Inertia::Consistent, &["c".to_string()], false);
+    let said = mistyped.unwrap_err().to_string();
+    assert_eq!(said, "`c` is no coordinate of the model; there are a, b");
 }
 
 #[test]

@@ -38,6 +38,8 @@ fn compared(model: &str, scenario: &str, points: usize) -> (Option<Fit>, Compari
         train: &train,
         test: Some(&test),
         inertia: Inertia::Fixed,
+        leave_out: &[],
+        trust_columns: false,
     };
     let settings = Settings {
         points: Some(points),
@@ -157,6 +159,8 @@ fn a_machine_without_inputs_is_learnt_too() {
         train: &log,
         test: None,
         inertia: Inertia::Linear,
+        leave_out: &[],
+        trust_columns: false,
     };
     let (fit, table) = compare(&request, &SETTINGS).unwrap();
     assert!(fit.is_none() && table.notes[0].contains("no input"));

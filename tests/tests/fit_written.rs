@@ -100,6 +100,8 @@ fn fitted(text: &str, log: &Log, inertia: Inertia, library: &Library) -> (Fit, S
         train: log,
         test: None,
         inertia,
+        leave_out: &[],
+        trust_columns: false,
     };
     let found = fit(&request).expect("it can be fitted");
     let source = Source {
@@ -322,6 +324,8 @@ fn what_should_not_be_written_is_not() {
         train: &log,
         test: None,
         inertia: Inertia::Linear,
+        leave_out: &[],
+        trust_columns: false,
     };
     let source = Source {
         name: "arm.model",

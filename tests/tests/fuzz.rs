@@ -65,6 +65,11 @@ fn states_and_inputs_are_read_or_refused() {
     run(Kind::Inputs);
 }
 
+#[test]
+fn controllers_are_read_or_refused() {
+    run(Kind::Control);
+}
+
 /// What the targets do to what grows is more than to refuse it.
 #[test]
 fn undamaged_texts_are_accepted() {
@@ -82,7 +87,7 @@ fn undamaged_texts_are_accepted() {
             })
     };
     let check = move || {
-        for input in [Kind::Urdf, Kind::Map, Kind::Inputs]
+        for input in [Kind::Urdf, Kind::Map, Kind::Inputs, Kind::Control]
             .into_iter()
             .flat_map(whole)
         {

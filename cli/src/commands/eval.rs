@@ -10,7 +10,7 @@ use crate::state::State;
 use clap::Args;
 use dynamics_codegen::derive::Variable;
 use dynamics_codegen::{Model, System, Tape};
-use identify::machine::{Machine, Motion, SensitivityTape, SolveError, States};
+use identify::machine::{Instruments, Machine, Motion, SensitivityTape, SolveError, States};
 use std::io::{Seek, Write};
 use std::path::{Path, PathBuf};
 
@@ -31,8 +31,9 @@ Fields of an answer:
   z_dot                rates of the internal states, by name (`z` in a state gives the
                        states themselves; without it they are as at the beginning)
   outputs              the model's outputs by name
+  sensors              what the model's sensors show, by name, without noise
 With --derivatives also da_dq, da_dv, da_du, da_dt (rows: coordinates; columns:
-variables), da_dparameters (by name), and the same for lambda.")]
+variables), da_dparameters (by name), and the same for lambda and for sensors.")]
 pub struct Arguments {
     #[command(flatten)]
     model: ModelArguments,
@@ -96,6 +97,7 @@ struct Evaluator<'a> {
     nominal: &'a [f64],
     machine: Machine,
     outputs: Tape,
+    instruments: Instruments,
     derivatives: Option<SensitivityTape>,
     answered: usize,
 }
@@ -113,12 +115,14 @@ impl<'a> Evaluator<'a> {
         values.extend(&compiled.system.state_rates);
         let outputs = Tape::new(&model.graph, &values, &arguments);
         let mut machine = Machine::new(compiled.clone());
+        let instruments = machine.instruments(&variables(model));
         let derivatives = derivatives.then(|| machine.sensitivity(&variables(model)));
         Self {
             model,
             nominal: parameters,
             machine,
             outputs,
+            instruments,
             derivatives,
             answered: 0,
         }
@@ -180,6 +184,17 @@ impl<'a> Evaluator<'a> {
         for (sample, answer) in answers.iter_mut().enumerate() {
             self.add_memory(&states, sample, parameters, answer);
         }
+        self.add_sensors(&states, &motions, parameters, &mut answers);
+        if let (Some(derivatives), 1..) = (&derivatives, self.instruments.count()) {
+            let slopes = self
+                .instruments
+                .slopes(&states, &motions, derivatives, parameters);
+            for (answer, slopes) in answers.iter_mut().zip(slopes) {
+                let rows = slopes.row_iter();
+                let rows: Vec<Vec<f64>> = rows.map(|r| r.iter().copied().collect()).collect();
+                self.add_derivatives("dsensors", &rows, answer);
+            }
+        }
         for (answer, (da, dlambda)) in answers.iter_mut().zip(derivatives.into_iter().flatten()) {
             let da: Vec<Vec<f64>> = da.row_iter().map(|r| r.iter().copied().collect()).collect();
             let dlambda: Vec<Vec<f64>> = dlambda
@@ -225,6 +240,25 @@ impl<'a> Evaluator<'a> {
         if !values.is_empty() {
             let names = self.model.outputs.iter().map(|output| output.name.clone());
             answer.push("outputs", Quantity::Scalars(names.zip(values).collect()));
+        }
+    }
+
+    /// What the sensors show, without noise.
+    fn add_sensors(
+        &self,
+        states: &States,
+        motions: &[Motion],
+        parameters: &[f64],
+        answers: &mut [Answer],
+    ) {
+        if self.instruments.count() == 0 {
+            return;
+        }
+        let read = self.instruments.read(states, motions, parameters);
+        for (sample, answer) in answers.iter_mut().enumerate() {
+            let names = self.model.sensors.iter().map(|sensor| sensor.name.clone());
+            let values = read.iter().map(|column| column[sample]);
+            answer.push("sensors", Quantity::Scalars(names.zip(values).collect()));
         }
     }
 

@@ -56,6 +56,14 @@ pub struct Arguments {
     #[arg(long, value_enum, value_name = "HOW", default_value = "consistent")]
     inertia: InertiaArgument,
 
+    /// Learn nothing from the effort of this coordinate; again for each of several
+    #[arg(long, value_name = "COORDINATE")]
+    leave_out: Vec<String>,
+
+    /// Learn from efforts although they look like no forces of their joints
+    #[arg(long)]
+    trust_columns: bool,
+
     /// Write what was found into the model file
     #[arg(long)]
     apply: bool,
@@ -125,6 +133,8 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
             InertiaArgument::Linear => Inertia::Linear,
             InertiaArgument::Consistent => Inertia::Consistent,
         },
+        leave_out: &arguments.leave_out,
+        trust_columns: arguments.trust_columns,
     };
     let mut found = find(arguments, &request)?;
     let change = found
@@ -170,15 +180,18 @@ fn seconds() -> f64 {
 
 /// What is printed.
 #[derive(Debug, Serialize)]
-struct Found {
+pub struct Found {
+    /// What was found, if the model has inputs.
     #[serde(flatten)]
-    fit: Option<Fit>,
+    pub fit: Option<Fit>,
+    /// What `--compare` adds.
     #[serde(skip_serializing_if = "Option::is_none")]
-    comparison: Option<Comparison>,
+    pub comparison: Option<Comparison>,
 }
 
 impl Found {
-    fn summary(&self) -> String {
+    /// For people.
+    pub fn summary(&self) -> String {
         let pages = [
             self.fit.as_ref().map(page),
             self.comparison.as_ref().map(comparison_page),
@@ -210,20 +223,25 @@ impl Found {
 }
 
 /// The model with what was found.
-struct Change<'a> {
+#[derive(Debug)]
+pub struct Change<'a> {
     loaded: &'a Loaded,
     /// Where it belongs.
     path: &'a Path,
     /// The same, as it is shown.
     name: String,
-    text: String,
+    /// The model with it.
+    pub text: String,
     /// Against what stands there; empty if nothing changes.
-    diff: String,
+    pub diff: String,
 }
 
 impl<'a> Change<'a> {
     /// Of a fit; why nothing is written is one of its warnings.
-    fn new(
+    ///
+    /// # Errors
+    /// If the changed model does not compile.
+    pub fn new(
         fit: &mut Fit,
         request: &Request<'_>,
         loaded: &'a Loaded,
@@ -263,17 +281,21 @@ impl<'a> Change<'a> {
         })
     }
 
-    fn report(
+    /// The model with what was found and the files that it names, and the page of the report;
+    /// `command` is what was called.
+    ///
+    /// # Errors
+    /// If a figure cannot be drawn.
+    pub fn html(
         &self,
-        folder: &Folder<'_>,
         fit: &Fit,
-        found: &Found,
         request: &Request<'_>,
-    ) -> anyhow::Result<()> {
+        command: &str,
+    ) -> anyhow::Result<(Portable, String)> {
         let Loaded {
             compiled, library, ..
         } = self.loaded;
-        let portable: Portable = portable(&self.text, compiled, library);
+        let portable = portable(&self.text, compiled, library);
         let reading = folder::reading(&portable, self.path);
         let html = fit_html(&FitPage {
             fit,
@@ -282,8 +304,19 @@ impl<'a> Change<'a> {
             log: &request.train.path.display().to_string(),
             diff: &self.diff,
             reading: reading.as_deref(),
-            command: &command(None),
+            command,
         })?;
+        Ok((portable, html))
+    }
+
+    fn report(
+        &self,
+        folder: &Folder<'_>,
+        fit: &Fit,
+        found: &Found,
+        request: &Request<'_>,
+    ) -> anyhow::Result<()> {
+        let (portable, html) = self.html(fit, request, &command(None))?;
         let summary = found.summary();
         let texts = [
             &html,

@@ -4,6 +4,7 @@ pub mod check;
 pub mod eval;
 pub mod fit;
 pub mod generate;
+pub mod linearise;
 pub mod simulate;
 pub mod trace;
 
@@ -30,6 +31,16 @@ pub enum Command {
     /// the right-hand side.
     Eval(eval::Arguments),
 
+    /// Linearise a model at a state
+    ///
+    /// `d(xi)/dt = drift + A xi + B du`, `dy = C xi + D du`, where `du` and `dy` are deviations
+    /// of the inputs and outputs, and `xi` are free coordinates of the deviation `dx` of
+    /// positions, velocities and internal states: `dx = basis xi`, `xi = chart dx`. Without
+    /// constraints `xi` is `dx`; holonomic constraints take positions and velocities away,
+    /// nonholonomic ones velocities. With `--hold` the matrices lead from one sample to the
+    /// next, inputs held in between.
+    Linearise(linearise::Arguments),
+
     /// Turn a model into source code
     ///
     /// Writes files named after the model, with the mass matrix, the forces, the
@@ -40,7 +51,7 @@ pub enum Command {
     /// Simulate a model and write a log
     ///
     /// The log has the columns `t`, `q_<coordinate>`, `dq_<coordinate>`,
-    /// `ddq_<coordinate>` and `u_<input>`, in SI units. The motion is integrated by the
+    /// `ddq_<coordinate>` and `u_<input>`, then the model's sensors, in SI units. The motion is integrated by the
     /// classical Runge-Kutta method with stabilised constraints (Baumgarte). The initial
     /// state is first moved onto the constraints by the shortest way; how far it moved is
     /// printed.
@@ -72,6 +83,7 @@ impl Command {
             Self::Check(arguments) => check::run(&arguments),
             Self::Eval(arguments) => eval::run(&arguments),
             Self::Generate(arguments) => generate::run(&arguments),
+            Self::Linearise(arguments) => linearise::run(&arguments),
             Self::Simulate(arguments) => simulate::run(&arguments),
             Self::Trace(arguments) => trace::run(&arguments),
             Self::Fit(arguments) => fit::run(&arguments),

@@ -14,8 +14,7 @@ use dynamics_codegen::diagnostic::visible;
 use identify::log::Log;
 use identify::regression::Hold;
 use identify::report::{self, Page, Portable, portable};
-use identify::trace::{Ended, Outcome, Request, TraceError, trace};
-use std::collections::BTreeMap;
+use identify::trace::{Ended, Outcome, Request, TraceError, UnnamedForce, trace};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -139,20 +138,30 @@ fn time_limit(seconds: f64) -> Result<Option<Duration>, Mistake> {
 }
 
 /// What a trace has found, and how it is told.
-struct Found {
-    outcome: Outcome,
+#[derive(Debug)]
+pub struct Found {
+    /// What was found.
+    pub outcome: Outcome,
     /// The model's file.
     name: String,
-    diff: String,
-    json: String,
-    summary: String,
-    portable: Portable,
+    /// The change to it; empty if nothing changes.
+    pub diff: String,
+    /// What `--json` prints.
+    pub json: String,
+    /// What is printed without.
+    pub summary: String,
+    /// The model with the findings, and the files that it names.
+    pub portable: Portable,
     /// How the model in the report's folder is read, if it takes more than its name.
     reading: Option<String>,
 }
 
 impl Found {
-    fn new(outcome: Outcome, loaded: &Loaded, text: &str, path: &Path) -> anyhow::Result<Self> {
+    /// Of an outcome; `text` and `path` are the model's.
+    ///
+    /// # Errors
+    /// If it cannot be written as JSON.
+    pub fn new(outcome: Outcome, loaded: &Loaded, text: &str, path: &Path) -> anyhow::Result<Self> {
         let name = path.display().to_string();
         let original = match loaded.is_robot_description() {
             true => "",
@@ -178,32 +187,45 @@ impl Found {
         self.outcome.unfinished == Some(Ended::Interrupt)
     }
 
-    /// Writes the report.
-    fn report(&self, folder: &Folder<'_>, model: &Model, command: &str) -> anyhow::Result<()> {
-        let outcome = &self.outcome;
-        let page = Page {
-            outcome,
+    /// The page of the report; `command` is what was called.
+    ///
+    /// # Errors
+    /// If a figure cannot be drawn.
+    pub fn html(&self, model: &Model, command: &str) -> anyhow::Result<String> {
+        Ok(report::html(&Page {
+            outcome: &self.outcome,
             model,
             file: &self.name,
             diff: &self.diff,
             reading: self.reading.as_deref(),
             command,
-        };
-        let forces = outcome.unnamed.iter().flat_map(|unnamed| &unnamed.forces);
-        let forces: Vec<(String, &str)> = forces
-            .map(|force| {
-                let name = file_safe(&force.coordinate);
-                (format!("force_{name}.gp.json"), force.saved.as_str())
-            })
-            .collect();
+        })?)
+    }
+
+    /// Forces without a name as processes: names of files, and texts.
+    pub fn processes(&self) -> Vec<(String, &str)> {
+        let unnamed = self.outcome.unnamed.iter();
+        let forces = unnamed.flat_map(|unnamed| &unnamed.forces);
+        let process =
+            |force: &'_ UnnamedForce| format!("force_{}.gp.json", file_safe(&force.coordinate));
+        forces
+            .map(|force| (process(force), force.saved.as_str()))
+            .collect()
+    }
+
+    /// Writes the report.
+    ///
+    /// # Errors
+    /// If a figure cannot be drawn, or there is no room.
+    pub fn report(&self, folder: &Folder<'_>, model: &Model, command: &str) -> anyhow::Result<()> {
         let texts = [
-            &report::html(&page)?,
+            &self.html(model, command)?,
             &self.json,
-            &serde_json::to_string(&outcome.details)?,
+            &serde_json::to_string(&self.outcome.details)?,
             &*visible(&self.summary),
             &self.diff,
         ];
-        Ok(folder.write(texts, &forces, &self.portable)?)
+        Ok(folder.write(texts, &self.processes(), &self.portable)?)
     }
 
     fn tell(&self, json: bool, took: &str, applied: bool) -> anyhow::Result<()> {
@@ -236,22 +258,12 @@ fn run_trace(
     (train, test): (&Log, Option<&Log>),
     stages: &Stages,
 ) -> anyhow::Result<Outcome> {
-    let named = loaded
-        .compiled
-        .model
-        .parameters
-        .iter()
-        .zip(&loaded.parameters);
-    let parameters: BTreeMap<String, f64> = named
-        .filter(|(parameter, value)| parameter.nominal != **value)
-        .map(|(parameter, &value)| (parameter.name.clone(), value))
-        .collect();
     let name = loaded.path.display().to_string();
     let request = Request {
         model_name: &name,
         model_text: text,
         library: &loaded.library,
-        parameters,
+        parameters: loaded.overrides(),
         train,
         test,
         hold: arguments.hold.map(|hold| match hold {

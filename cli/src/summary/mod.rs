@@ -23,6 +23,8 @@ pub struct Summary {
     constraints: Vec<ConstraintSummary>,
     effects: Vec<EffectSummary>,
     outputs: Vec<Variables>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    sensors: Vec<SensorSummary>,
     operations: Operations,
     warnings: Vec<Warning>,
 }
@@ -35,6 +37,19 @@ struct Sizes {
     constraints: usize,
     effects: usize,
     outputs: usize,
+}
+
+/// A sensor, or a component of one.
+#[derive(Debug, Clone, Serialize)]
+struct SensorSummary {
+    name: String,
+    unit: String,
+    /// Standard deviation.
+    noise: f64,
+    resolution: Option<f64>,
+    /// Hz.
+    rate: Option<f64>,
+    description: String,
 }
 
 /// A coordinate, an input or an output.
@@ -133,6 +148,7 @@ impl Summary {
             outputs: (model.outputs.iter())
                 .map(|y| Variables::new(&y.name, unit(y.dimension), &y.doc))
                 .collect(),
+            sensors: sensors(model),
             operations: Operations::of(loaded),
             warnings: warnings(loaded),
         }
@@ -195,6 +211,18 @@ fn effects(model: &Model) -> Vec<EffectSummary> {
         description: e.doc.clone(),
     };
     model.effects.iter().map(summary).collect()
+}
+
+fn sensors(model: &Model) -> Vec<SensorSummary> {
+    let summary = |sensor: &dynamics_codegen::model::Sensor| SensorSummary {
+        name: sensor.name.clone(),
+        unit: unit(sensor.dimension),
+        noise: sensor.noise,
+        resolution: sensor.resolution,
+        rate: sensor.rate,
+        description: sensor.doc.clone(),
+    };
+    model.sensors.iter().map(summary).collect()
 }
 
 fn places(effect: &Effect) -> Vec<String> {

@@ -45,6 +45,11 @@ impl Summary {
                 false,
             ),
             (
+                count(self.sensors.len(), "sensor"),
+                self.sensor_rows(),
+                false,
+            ),
+            (
                 "operations per state".to_string(),
                 self.operations.rows(),
                 true,
@@ -96,6 +101,30 @@ impl Summary {
                 ""
             };
             table.row([c.name.as_str(), c.kind, time, first_line(&c.description)]);
+        }
+        table
+    }
+
+    fn sensor_rows(&self) -> Table {
+        let mut table = Table::new("<<<<<<");
+        for s in &self.sensors {
+            let noise = match s.noise {
+                0.0 => String::new(),
+                sd => format!("noise {}", number(sd)),
+            };
+            let stated = |word: &str, value: Option<f64>, unit: &str| {
+                value.map_or_else(String::new, |value| {
+                    format!("{word} {}{unit}", number(value))
+                })
+            };
+            table.row([
+                s.name.as_str(),
+                &shown_unit(&s.unit),
+                &noise,
+                &stated("resolution", s.resolution, ""),
+                &stated("rate", s.rate, " Hz"),
+                first_line(&s.description),
+            ]);
         }
         table
     }

@@ -148,6 +148,7 @@ fn texts(kind: Kind, hosts: &[Host]) -> Vec<Grown> {
         }
         Kind::State => of_hosts(&states),
         Kind::Inputs => of_hosts(&inputs),
+        Kind::Control => of_hosts(&control),
     };
     assert!(!found.is_empty(), "there is nothing to grow {kind} from");
     found
@@ -280,6 +281,28 @@ fn inputs(model: &Model) -> String {
         let t = f64::from(row) / 20.0;
         let values = (0..model.inputs.len()).map(|i| format!(",{:.4}", (3.0 * t + i as f64).sin()));
         writeln!(text, "{t}{}", values.collect::<String>()).expect("text takes any line");
+    }
+    text
+}
+
+/// A controller of a model that feeds back all positions and their rates.
+fn control(model: &Model) -> String {
+    let names: Vec<&String> = model.coordinates.iter().map(|c| &c.name).collect();
+    let positions = names.iter().map(|name| format!("\"q_{name}\""));
+    let rates = names.iter().map(|name| format!("\"rate(q_{name})\""));
+    let feedback: Vec<String> = positions.chain(rates).collect();
+    let row = |value: f64| vec![value.to_string(); feedback.len()].join(", ");
+    let mut text = format!(
+        "rate = 200\ndelay = 1\nfeedback = [{}]\nreference = [{}]\n\n[gain]\n",
+        feedback.join(", "),
+        row(0.0)
+    );
+    for (k, u) in model.inputs.iter().enumerate() {
+        writeln!(text, "{:?} = [{}]", u.name, row(1.0 + k as f64)).expect("text takes any line");
+    }
+    text.push_str("\n[limits]\n");
+    for u in model.inputs.iter().take(1) {
+        writeln!(text, "{:?} = [-5, 5.5]", u.name).expect("text takes any line");
     }
     text
 }

@@ -70,6 +70,7 @@ impl Input {
             Kind::Effect => "effect.model",
             Kind::Log => "log.csv",
             Kind::Map => "log.toml",
+            Kind::Control => "control.toml",
             Kind::State => "states.jsonl",
             Kind::Inputs => "inputs.csv",
         }

@@ -20,11 +20,13 @@ pub enum Kind {
     State,
     /// Inputs over time, CSV, as `--inputs` reads them.
     Inputs,
+    /// A controller, TOML, as `--control` reads it.
+    Control,
 }
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Model,
         Self::Urdf,
         Self::Effect,
@@ -32,6 +34,7 @@ impl Kind {
         Self::Map,
         Self::State,
         Self::Inputs,
+        Self::Control,
     ];
 
     /// Its name on the command line.
@@ -44,6 +47,7 @@ impl Kind {
             Self::Map => "map",
             Self::State => "state",
             Self::Inputs => "inputs",
+            Self::Control => "control",
         }
     }
 
@@ -55,9 +59,10 @@ impl Kind {
             Self::Urdf => 60,
             Self::Effect => 120,
             Self::Log => 100,
-            Self::Map => 220,
+            Self::Map => 160,
             Self::State => 200,
             Self::Inputs => 100,
+            Self::Control => 60,
         }
     }
 

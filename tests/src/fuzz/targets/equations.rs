@@ -4,7 +4,7 @@ use crate::emitted;
 use dynamics_codegen::derive::{Group, Item, Term, Variable};
 use dynamics_codegen::emit::{Emission, Functions, operation_counts};
 use dynamics_codegen::{Compiled, Model, Tape};
-use identify::machine::{Machine, Rollout, RolloutOptions, Simulated, States};
+use identify::machine::{Lineariser, Machine, Rollout, RolloutOptions, Simulated, States};
 use rand::RngExt;
 use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
@@ -132,6 +132,7 @@ fn check_motion(compiled: &Compiled, rng: &mut ChaCha8Rng) {
         let tape = machine.sensitivity(&variables(&compiled.model));
         let slopes = tape.evaluate(&state, &parameters, &motions);
         assert_eq!(slopes.len(), 1);
+        check_linearisation(compiled, &state, &parameters);
     }
     let rollout = Rollout::new(&machine, &parameters, RolloutOptions::default());
     let mut simulated = Simulated {
@@ -143,6 +144,24 @@ fn check_motion(compiled: &Compiled, rng: &mut ChaCha8Rng) {
     let advanced = rollout.advance(&mut simulated, &state.t, DURATION, &inputs, &inputs);
     if let Err(error) = advanced {
         assert!(!format!("{error:?}").is_empty());
+    }
+}
+
+/// What moves freely there, with outputs and sensors: numbers, or a reason why not.
+fn check_linearisation(compiled: &Compiled, state: &States, parameters: &[f64]) {
+    match Lineariser::new(compiled.clone()).at(state, parameters) {
+        Ok(found) => {
+            let r = found.basis.ncols();
+            let off = &found.chart * &found.basis;
+            let off = (0..r)
+                .map(|i| (off[(i, i)] - 1.0).abs())
+                .fold(0.0, f64::max);
+            assert!(off < 1e-6, "coordinates that are none: {off:e}");
+            if let Some(sampled) = found.sampled(DURATION) {
+                assert!(sampled.a.iter().all(|x| x.is_finite()));
+            }
+        }
+        Err(error) => assert!(!format!("{error:?}").is_empty()),
     }
 }
 

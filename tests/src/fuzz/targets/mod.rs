@@ -3,6 +3,7 @@
 //! A target says whether it accepted its input. It panics where a promise is broken, or lets
 //! the panic of the program through.
 
+mod control;
 mod effect;
 mod equations;
 mod inputs;
@@ -33,6 +34,7 @@ pub fn run(input: &Input) -> bool {
         Kind::Map => map::run(input),
         Kind::State => state::run(input),
         Kind::Inputs => inputs::run(input),
+        Kind::Control => control::run(input),
     }
 }
 
