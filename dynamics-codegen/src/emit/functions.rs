@@ -41,8 +41,8 @@ pub struct Functions {
 /// What is wrong with a list of functions.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FunctionError {
-    /// A name that is not in the table of [`Functions`]; [`help`](FunctionError::help)
-    /// lists those that are.
+    /// A name that is not in the table of [`Functions`]; where none is like it,
+    /// [`help`](FunctionError::help) lists those that are.
     #[error("there is no function `{name}`{}", suggestion(.nearest))]
     Unknown {
         /// The name.
@@ -128,11 +128,13 @@ impl FunctionError {
     /// How to mend it, if there is more to say than what is wrong.
     pub fn help(&self) -> Option<String> {
         match self {
-            Self::Unknown { .. } => Some(format!("the functions are {}", known_names())),
+            Self::Unknown { nearest: None, .. } => {
+                Some(format!("the functions are {}", known_names()))
+            }
             Self::TooLarge { .. } => Some(
                 "ask for fewer functions, for example `--functions inverse_dynamics,forward_dynamics`, or split the model".to_string(),
             ),
-            Self::Twice { .. } | Self::Impossible(_) => None,
+            Self::Unknown { .. } | Self::Twice { .. } | Self::Impossible(_) => None,
         }
     }
 }
