@@ -22,6 +22,7 @@ use crate::trace::{Basis, Errors, Finding, HoldIs, Outcome, Score, SeparatingMot
 use dynamics_codegen::Model;
 use dynamics_codegen::dimension::shown_unit;
 use figures::force_unit;
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -199,31 +200,37 @@ fn table(outcome: &Outcome, model: &Model) -> Vec<String> {
 
 /// What inputs are taken to do between samples, and why.
 fn hold(outcome: &Outcome) -> Option<String> {
-    let first = outcome.details.series.inputs.first();
-    first.map(|_| {
-        let hold = match outcome.input_hold {
-            Hold::Linear => "go straight from one sample to the next",
-            Hold::Previous => "stay at the earlier sample's value",
-        };
-        let why = match outcome.input_hold_is {
-            HoldIs::Stated => "as stated",
-            HoldIs::Found => "as the log shows best",
-            HoldIs::Assumed => "which was assumed",
-        };
-        let late = outcome.between_samples.iter();
-        let late: Vec<String> = late
-            .map(|(channel, time)| format!("{channel} {} ms", short(1e3 * time)))
-            .collect();
-        let late = match late.is_empty() {
-            true => String::new(),
-            false => format!(
-                "; late by less than half a sample, which is no finding: {}",
-                late.join(", ")
-            ),
-        };
-        format!("{hold}, {why}{late}")
-    })
+    outcome.details.series.inputs.first()?;
+    let (hold, flag, other) = match outcome.input_hold {
+        Hold::Linear => (GO_STRAIGHT, "previous", STAY),
+        Hold::Previous => (STAY, "linear", GO_STRAIGHT),
+    };
+    let why = match outcome.input_hold_is {
+        HoldIs::Stated => "as stated",
+        HoldIs::Found => "as the log shows best",
+        HoldIs::Undecided => "which the log does not tell from the other",
+        HoldIs::Assumed => "which was assumed",
+    };
+    let times = |of: &BTreeMap<String, f64>, joint: &str| {
+        let each = of.iter();
+        let each = each.map(|(name, time)| format!("{name}{joint}{} ms", short(1e3 * time)));
+        each.collect::<Vec<_>>().join(", ")
+    };
+    let mut said = format!("{hold}, {why}");
+    if !outcome.if_held_otherwise.is_empty() {
+        let times = times(&outcome.if_held_otherwise, " = ");
+        said += &format!("; if they {other} (--hold {flag}), {times}");
+    }
+    if !outcome.between_samples.is_empty() {
+        let times = times(&outcome.between_samples, " ");
+        said += &format!("; late by less than half a sample, which is no finding: {times}");
+    }
+    Some(said)
 }
+
+/// What inputs do between samples.
+const GO_STRAIGHT: &str = "go straight from one sample to the next";
+const STAY: &str = "stay at the earlier sample's value";
 
 /// What was learnt from, and what that leaves.
 fn learnt(outcome: &Outcome) -> String {

@@ -1,8 +1,9 @@
 //! From what was learnt and how it predicts to what is said: the verdict, what is written into the
 //! model, and what only comes nearest.
 
+use super::dictionary::Dictionary;
 use super::error::TraceError;
-use super::finding::{Finding, Verdict, findings, much_remains, verdict};
+use super::finding::{Finding, Verdict, findings, much_remains, verdict, with_places};
 use super::forces;
 use super::judge::{is_worse, judge, trained};
 use super::learn::Learnt;
@@ -10,6 +11,8 @@ use super::outcome::{AT_FLOOR, Basis, HoldIs, Nearest, Outcome, Split, is_far, s
 use super::patch::patch;
 use super::run::Request;
 use super::score::Score;
+use super::search::is_time;
+use super::selection::Selection;
 use super::series::{Details, Series, weighed};
 use super::settings::WORTH_IT;
 use crate::log::Record;
@@ -178,6 +181,7 @@ impl Judgement {
         } else {
             found.extend(by_motion);
         }
+        let if_held_otherwise = times_if_held_otherwise(&dictionary, &selection);
         let provenance = provenance(basis, [&self.before, &after], &split, request.seed);
         let robot = dictionary.machine.compiled.model.robot.as_ref();
         let described = robot.map_or(&[][..], |robot| &robot.described);
@@ -195,12 +199,14 @@ impl Judgement {
             misfit_after,
             sensor_noise: sensor_noise(&selection.observed),
             input_hold: selection.observed.hold,
-            between_samples: BTreeMap::new(),
             input_hold_is: match (request.hold, basis) {
                 (Some(_), _) => HoldIs::Stated,
+                _ if !if_held_otherwise.is_empty() => HoldIs::Undecided,
                 (None, Basis::Motion) => HoldIs::Found,
                 (None, Basis::Forces) => HoldIs::Assumed,
             },
+            if_held_otherwise,
+            between_samples: BTreeMap::new(),
             split,
             unfinished: None,
             seed: request.seed,
@@ -214,6 +220,29 @@ impl Judgement {
             remaining,
         }
     }
+}
+
+/// The times that were found as they would be under the other assumption about inputs between samples,
+/// by name, where the log is about as likely so.
+fn times_if_held_otherwise(
+    dictionary: &Dictionary,
+    selection: &Selection,
+) -> BTreeMap<String, f64> {
+    let Some(otherwise) = &selection.held_otherwise else {
+        return BTreeMap::new();
+    };
+    let times = selection.terms.iter().map(|term| term.candidate);
+    let times = times.filter(|&term| is_time(dictionary, term));
+    let named = times.map(|term| {
+        let candidate = &dictionary.candidates[term];
+        let place = with_places(candidate.subject.name(), &candidate.subject.on());
+        let name = dictionary.short_names(term)[0];
+        (
+            format!("{place} {name}"),
+            otherwise[candidate.parameters[0]],
+        )
+    });
+    named.collect()
 }
 
 /// Whether a model is as near to a log as sensor noise allows.

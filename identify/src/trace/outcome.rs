@@ -45,8 +45,10 @@ pub enum Basis {
 pub enum HoldIs {
     /// The request says so.
     Stated,
-    /// The log is likelier so, or as likely.
+    /// The log is likelier so, or as likely and nothing that was found hangs on it.
     Found,
+    /// The log is about as likely the other way, and times that were found are others then.
+    Undecided,
     /// Nothing asked the log.
     Assumed,
 }
@@ -130,6 +132,10 @@ pub struct Outcome {
     pub input_hold: Hold,
     /// How that is known.
     pub input_hold_is: HoldIs,
+    /// The times that were found, s, if inputs do the other thing between samples, by effect, place
+    /// and name (`input_delay (motor) tau`): where the log does not tell the two apart.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub if_held_otherwise: BTreeMap<String, f64>,
     /// How late channels are beside that, s, where it is half a sample or less: what a drive does
     /// between the samples of a log, and no finding.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]

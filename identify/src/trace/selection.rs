@@ -47,6 +47,9 @@ pub struct Selection {
     pub terms: Vec<Term>,
     /// Values of all parameters of the extended model.
     pub values: Vec<f64>,
+    /// These under the other assumption about inputs between samples, where the log is about as likely
+    /// so and a time hangs on it.
+    pub held_otherwise: Option<Vec<f64>>,
     /// What is known of the accepted terms' parameters.
     pub estimate: Estimate,
     /// Mean squared whitened innovation with the accepted terms; one if sensor noise

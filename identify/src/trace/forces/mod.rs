@@ -107,6 +107,7 @@ pub(super) fn learn(
             unexplained: share(&left, &exerted).powi(2),
         },
         values: settled.values,
+        held_otherwise: None,
         reduced_misfit: 2.0 * settled.left / rows,
         nominal_misfit: 2.0 * before / rows,
         remaining: Remaining {

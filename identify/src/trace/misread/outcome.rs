@@ -15,6 +15,7 @@ use crate::trace::run::Request;
 use crate::trace::score::{Look, ScoreError, Scoring};
 use crate::trace::selection::Remaining;
 use crate::trace::series::{Details, Series};
+use std::collections::BTreeMap;
 
 /// What is said of a log whose columns are mistaken. Errors "after" are those of the model as
 /// given, on the log read otherwise.
@@ -71,6 +72,7 @@ pub(in crate::trace) fn outcome(
         sensor_noise: sensor_noise(&observed),
         input_hold: hold,
         between_samples: std::collections::BTreeMap::new(),
+        if_held_otherwise: BTreeMap::new(),
         input_hold_is: match request.hold {
             Some(_) => HoldIs::Stated,
             None => HoldIs::Assumed,

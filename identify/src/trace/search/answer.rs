@@ -32,8 +32,9 @@ pub fn answer(search: &Search<'_>) -> Result<Selection, SolveError> {
         None => Arc::new(search.as_given(best)?),
     };
     let mut estimate = best.estimate.clone();
-    if let Some(doubt) = doubt_about_hold(search, best) {
-        estimate.covariance += doubt;
+    let held_otherwise = held_otherwise(search, best).cloned();
+    if let Some(values) = &held_otherwise {
+        estimate.covariance += doubt_about_hold(best, values);
     }
     let (nominal_misfit, _) = given.at_floor(dictionary)?;
     let (reduced_misfit, cost_at_floor) = best.at_floor(dictionary)?;
@@ -55,6 +56,7 @@ pub fn answer(search: &Search<'_>) -> Result<Selection, SolveError> {
             evidence: cost_at_floor - best.estimate.cost,
         },
         considered: search.fresh.to_vec(),
+        held_otherwise,
         values: best.explanation.values.clone(),
         estimate,
         observed: best.explanation.observed.clone(),
@@ -126,22 +128,23 @@ fn about_as_likely(dictionary: &Dictionary, found: &Fitted, term: usize) -> Vec<
     moved.collect()
 }
 
-/// What a doubt about inputs between samples adds to the covariance of times and all else, where
-/// the log is about as likely under the other assumption: `½ Δ Δᵀ`, with how far `Δ` the estimate
-/// moves under it. An input that is held is as late as one that is drawn straight and half a sample
-/// later.
-fn doubt_about_hold(search: &Search<'_>, found: &Fitted) -> Option<DMatrix<f64>> {
+/// All parameters under the other assumption about inputs between samples, where one that was found is
+/// a time and the log is about as likely so: an input that is held is as late as one that is drawn
+/// straight and half a sample later.
+fn held_otherwise<'a>(search: &'a Search<'_>, found: &Fitted) -> Option<&'a Vec<f64>> {
     let mut terms = found.hypothesis.candidates().iter();
     terms.find(|&&term| is_time(search.dictionary, term))?;
     let otherwise = search.explored.of(&found.hypothesis.held_otherwise())?;
-    let apart = otherwise.cost - found.estimate.cost;
-    if apart.is_nan() || apart > TIE {
-        return None;
-    }
+    (otherwise.cost - found.estimate.cost <= TIE).then_some(&otherwise.values)
+}
+
+/// What that doubt adds to the covariance of times and all else: `½ Δ Δᵀ`, with how far `Δ` the
+/// estimate moves.
+fn doubt_about_hold(found: &Fitted, otherwise: &[f64]) -> DMatrix<f64> {
     let parameters = &found.estimate.parameters;
     let moved = parameters
         .iter()
-        .map(|&p| otherwise.values[p] - found.explanation.values[p]);
+        .map(|&p| otherwise[p] - found.explanation.values[p]);
     let moved = DVector::from_iterator(parameters.len(), moved);
-    Some(0.5 * &moved * moved.transpose())
+    0.5 * &moved * moved.transpose()
 }

@@ -65,8 +65,9 @@ fn otherwise(at: &Neighbourhood<'_>, without: Option<usize>) -> Option<Proposal>
 
 #[cfg(test)]
 mod tests {
-    use crate::trace::Outcome;
+    use super::Between;
     use crate::trace::wheel::{WHEEL, rectangular, traced};
+    use crate::trace::{HoldIs, Outcome};
     use std::fmt::Write;
 
     const STEP: f64 = 0.005;
@@ -138,7 +139,8 @@ force angle = input(left) + input(right);
 
     #[test]
     fn a_delay_is_as_uncertain_as_what_inputs_do_between_samples() {
-        let findings = held(24, 1e-3).findings;
+        let outcome = held(24, 1e-3);
+        let findings = &outcome.findings;
         assert_eq!(findings.len(), 1, "{findings:#?}");
         let tau = &findings[0].parameters["tau"];
         let late = 2.4 * STEP;
@@ -146,5 +148,16 @@ force angle = input(left) + input(right);
         let [held, straight] = [late, late + 0.5 * STEP].map(|t| (tau.value - t).abs());
         assert!(held < 2.0 * tau.std && straight < 2.0 * tau.std, "{tau:?}");
         assert!(tau.std < STEP, "{tau:?}");
+        // And the summary says both.
+        assert_eq!(outcome.input_hold_is, HoldIs::Undecided);
+        let times: Vec<f64> = outcome.if_held_otherwise.into_values().collect();
+        let [otherwise] = times[..] else {
+            panic!("{times:?}");
+        };
+        let expected = match outcome.input_hold {
+            Between::Linear => late,
+            Between::Previous => late + 0.5 * STEP,
+        };
+        assert!((otherwise - expected).abs() < 0.1 * STEP, "{otherwise}");
     }
 }
