@@ -2,10 +2,9 @@
 
 use dynamics_codegen::Library;
 use identify::log::Log;
-use identify::trace::{HoldIs, Outcome, Request, Silent, Verdict, trace};
+use identify::trace::{HoldIs, Outcome, Request, Verdict, trace};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
@@ -83,20 +82,7 @@ fn said(table: &Table, with_velocity: bool) -> Outcome {
         }
     }
     let log = Log::from_bytes("swing.csv", text.as_bytes()).unwrap();
-    let request = Request {
-        model_name: "pendulum",
-        model_text: MODEL,
-        library: &Library::builtin(),
-        parameters: BTreeMap::new(),
-        train: &log,
-        test: None,
-        hold: None,
-        horizon: 0.5,
-        seed: 1,
-        trust_columns: false,
-        progress: &Silent,
-    };
-    trace(&request).unwrap()
+    trace(&Request::new("pendulum", MODEL, &Library::builtin(), &log)).unwrap()
 }
 
 fn found(outcome: &Outcome) -> Vec<&str> {

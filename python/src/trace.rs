@@ -8,7 +8,7 @@ use crate::terms::Equations;
 use crate::wait::wait;
 use cli::commands::trace::Found;
 use cli::mistake::Mistake;
-use identify::regression::Hold;
+use identify::machine::Hold;
 use identify::trace::{Ended, Progress, Request, Stage, TraceError, trace};
 use pyo3::prelude::*;
 use std::path::PathBuf;

@@ -252,6 +252,56 @@ fn every_crate_is_on_the_map_and_under_the_lints() {
     }
 }
 
+/// The parts of `identify`, each of which uses those before it alone.
+const PARTS_OF_IDENTIFY: [&str; 8] = [
+    "number",
+    "log",
+    "smooth",
+    "machine",
+    "regression",
+    "trace",
+    "fit",
+    "report",
+];
+
+/// Whether a text names a module of its own crate.
+fn uses(text: &str, module: &str) -> bool {
+    let after = text.split(&format!("crate::{module}")).skip(1);
+    let mut ends = after.map(|rest| rest.chars().next());
+    ends.any(|next| next.is_none_or(|c| !c.is_alphanumeric() && c != '_'))
+}
+
+#[test]
+fn parts_of_identify_form_no_circle() {
+    let texts = texts();
+    let front = &texts
+        .iter()
+        .find(|(n, _)| n == "identify/src/lib.rs")
+        .unwrap()
+        .1;
+    let listed = front
+        .lines()
+        .filter(|line| line.trim_start_matches("pub ").starts_with("mod "));
+    assert_eq!(listed.count(), PARTS_OF_IDENTIFY.len());
+    for (place, part) in PARTS_OF_IDENTIFY.iter().enumerate() {
+        let folder = format!("identify/src/{part}");
+        let own = texts.iter().filter(|(name, _)| {
+            let rest = name.strip_prefix(&folder);
+            rest.is_some_and(|rest| rest.starts_with('/') || rest == ".rs")
+        });
+        let own: Vec<_> = own.collect();
+        assert!(!own.is_empty(), "{folder}");
+        for (name, text) in own {
+            for later in &PARTS_OF_IDENTIFY[place + 1..] {
+                assert!(
+                    !uses(text, later),
+                    "{name} uses `{later}`, which stands on `{part}`"
+                );
+            }
+        }
+    }
+}
+
 /// Test functions that the errata lean on exist.
 #[test]
 fn errata_name_tests_that_exist() {

@@ -29,17 +29,10 @@ fn run(
 ) -> Outcome {
     let library = Library::builtin();
     let request = Request {
-        model_name: name,
-        model_text: text,
-        library: &library,
         parameters,
-        train,
         test,
-        hold: None,
         horizon,
-        seed: 1,
-        trust_columns: false,
-        progress: &identify::trace::Silent,
+        ..Request::new(name, text, &library, train)
     };
     trace(&request).unwrap_or_else(|error| panic!("{error}"))
 }
@@ -336,20 +329,8 @@ fn everything_that_a_real_arm_lacks() {
     let mut library = Library::builtin();
     library.look_in(urdf.parent().expect("a folder"));
     let log = Log::read(urdf.with_file_name("log.csv.gz")).expect("a log");
-    let request = Request {
-        model_name: "tx40",
-        model_text: text,
-        library: &library,
-        parameters: BTreeMap::new(),
-        train: &log,
-        test: None,
-        hold: None,
-        horizon: 0.5,
-        seed: 1,
-        trust_columns: false,
-        progress: &identify::trace::Silent,
-    };
-    let outcome = trace(&request).unwrap_or_else(|error| panic!("{error}"));
+    let outcome = trace(&Request::new("tx40", text, &library, &log))
+        .unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(
         (outcome.verdict, outcome.basis),
         (Verdict::Effect, Basis::Forces)

@@ -12,7 +12,7 @@ use clap::{Args, ValueEnum};
 use dynamics_codegen::Model;
 use dynamics_codegen::diagnostic::visible;
 use identify::log::Log;
-use identify::regression::Hold;
+use identify::machine::Hold;
 use identify::report::{self, Page, Portable, portable};
 use identify::trace::{Ended, Outcome, Request, TraceError, UnnamedForce, trace};
 use std::io::Write;

@@ -23,12 +23,9 @@ mod shooting;
 mod small;
 mod whitener;
 
-pub use adjoint::NoiseEvidence;
 pub(crate) use band::Band;
 pub use error_dynamics::{CORRELATION, Columns, ErrorDynamics, Hold};
 pub use gram::{BLOCKS, Fit, Gram, INVISIBLE};
-pub use innovations::Innovation;
 pub use process_noise::ProcessNoise;
-pub use sensed::Sensed;
 pub(crate) use sensed::{derivative, divided};
 pub use whitener::{Readings, Whitener};

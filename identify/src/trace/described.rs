@@ -104,9 +104,8 @@ fn with_option(text: &str, statement: &Statement, option: &str, value: &str) -> 
 mod tests {
     use super::*;
     use crate::log::Log;
-    use crate::trace::{Request, Silent, Verdict, trace};
+    use crate::trace::{Request, Verdict, trace};
     use dynamics_codegen::Library;
-    use std::collections::BTreeMap;
     use std::fmt::Write;
 
     const ARM: &str = r#"<robot name="arm">
@@ -169,20 +168,7 @@ mod tests {
         let mut library = Library::builtin();
         library.add_file("arm.urdf", "arm.urdf", ARM);
         let model = "model arm;\n\nurdf \"arm.urdf\";\n";
-        let outcome = trace(&Request {
-            model_name: "arm",
-            model_text: model,
-            library: &library,
-            parameters: BTreeMap::new(),
-            train: &log(0.37),
-            test: None,
-            hold: None,
-            horizon: 0.5,
-            seed: 1,
-            trust_columns: false,
-            progress: &Silent,
-        })
-        .unwrap();
+        let outcome = trace(&Request::new("arm", model, &library, &log(0.37))).unwrap();
         let findings = &outcome.findings;
         assert_eq!(outcome.verdict, Verdict::Parameter, "{findings:#?}");
         assert_eq!(findings.len(), 1, "{findings:#?}");

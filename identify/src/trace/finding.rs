@@ -140,7 +140,7 @@ pub(super) fn much_remains(basis: Basis, selection: &Selection) -> bool {
 /// are not what the machine has.
 pub(super) fn verdict(dictionary: &Dictionary, selection: &Selection, is_other: bool) -> Verdict {
     let unexplained = something_remains(&selection.remaining);
-    let about = |test: fn(&super::Candidate) -> bool| {
+    let about = |test: fn(&super::dictionary::Candidate) -> bool| {
         selection
             .terms
             .iter()

@@ -334,8 +334,8 @@ fn limited(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::trace::dictionary::{Ranges, Source};
     use crate::trace::wheel::{WHEEL, rectangular, traced};
-    use crate::trace::{Ranges, Source};
     use dynamics_codegen::Library;
     use std::collections::BTreeMap;
     use std::fmt::Write;

@@ -14,7 +14,7 @@ use super::logs::Logs;
 use super::microscope::View;
 use super::misread;
 use super::outcome::Outcome;
-use super::progress::{Progress, Stage};
+use super::progress::{Progress, Silent, Stage};
 use super::score::Score;
 use super::waves::missing;
 use crate::log::{Log, said_of};
@@ -48,6 +48,31 @@ pub struct Request<'a> {
     pub trust_columns: bool,
     /// Who is told how far the work is; [`Silent`](super::Silent) does not care.
     pub progress: &'a dyn Progress,
+}
+
+impl<'a> Request<'a> {
+    /// A request with nothing stated but the model, the effects that may be missing and the log: the
+    /// last third of it is kept apart to judge by, predictions run for 0.5 s, the seed is 1.
+    pub fn new(
+        model_name: &'a str,
+        model_text: &'a str,
+        library: &'a Library,
+        train: &'a Log,
+    ) -> Self {
+        Self {
+            model_name,
+            model_text,
+            library,
+            parameters: BTreeMap::new(),
+            train,
+            test: None,
+            hold: None,
+            horizon: 0.5,
+            seed: 1,
+            trust_columns: false,
+            progress: &Silent,
+        }
+    }
 }
 
 /// Finds what the model lacks.

@@ -1,7 +1,7 @@
 //! Curves behind the figures: residuals and predictions along the log that is judged by,
 //! thinned to what a plot can show.
 
-use super::Dictionary;
+use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use super::focus::Focus;
 use super::linearised::{first_noise, linearised};
@@ -242,7 +242,7 @@ fn autocorrelation(values: &[f64]) -> Vec<f64> {
 
 /// The first round's candidates by name, best first.
 pub(super) fn weighed(dictionary: &Dictionary, selection: &Selection) -> Vec<Weighed> {
-    let name = |considered: &super::Considered| {
+    let name = |considered: &super::screen::Considered| {
         let subject = &dictionary.candidates[considered.candidate].subject;
         Weighed {
             effect: subject.name().to_string(),

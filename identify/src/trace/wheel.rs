@@ -6,7 +6,7 @@ use crate::regression::Hold;
 use crate::trace::dictionary::{Dictionary, Source};
 use crate::trace::estimate::Observed;
 use crate::trace::refine::Explanation;
-use crate::trace::{Outcome, Request, Silent, trace};
+use crate::trace::{Outcome, Request, trace};
 use dynamics_codegen::Library;
 use std::collections::BTreeMap;
 
@@ -22,20 +22,8 @@ force angle = input(motor);
 
 /// What `trace` makes of a log of the small machine `model`, given as CSV.
 pub(super) fn traced(model: &str, log: &str) -> Outcome {
-    let outcome = trace(&Request {
-        model_name: "wheel",
-        model_text: model,
-        library: &Library::builtin(),
-        parameters: BTreeMap::new(),
-        train: &Log::from_bytes("wheel.csv", log.as_bytes()).unwrap(),
-        test: None,
-        hold: None,
-        horizon: 0.5,
-        seed: 1,
-        trust_columns: false,
-        progress: &Silent,
-    });
-    outcome.unwrap()
+    let log = Log::from_bytes("wheel.csv", log.as_bytes()).unwrap();
+    trace(&Request::new("wheel", model, &Library::builtin(), &log)).unwrap()
 }
 
 /// What a search for what the small machine `model` lacks begins with: the candidates, and the

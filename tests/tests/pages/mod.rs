@@ -25,17 +25,9 @@ pub fn machine(model: &str, id: &str) -> Traced {
     let read = |name: &str| Log::read(format!("{folder}/{name}")).unwrap();
     let library = Library::builtin();
     let outcome = trace(&Request {
-        model_name: model,
-        model_text: &text,
-        library: &library,
         parameters: serde_json::from_str(&parameters).unwrap(),
-        train: &read("train.csv.gz"),
         test: Some(&read("test.csv.gz")),
-        hold: None,
-        horizon: 0.5,
-        seed: 1,
-        trust_columns: false,
-        progress: &identify::trace::Silent,
+        ..Request::new(model, &text, &library, &read("train.csv.gz"))
     });
     Traced {
         compiled: compile(model, &text, &library).unwrap(),

@@ -1,8 +1,9 @@
 //! Mistakes that were made on purpose, and logs that are strange for other reasons.
 
 use super::*;
+use crate::trace::dictionary::Source;
 use crate::trace::wheel::{WHEEL, rectangular};
-use crate::trace::{Request, Silent, Source, Verdict, trace};
+use crate::trace::{Request, Silent, Verdict, trace};
 use dynamics_codegen::Library;
 use std::collections::BTreeMap;
 

@@ -3,9 +3,7 @@
 use crate::fuzz::{Corpus, Input};
 use dynamics_codegen::Model;
 use identify::log::{Log, LogError, Map, Record};
-use identify::machine::Hold;
-use identify::smooth::savgol_states;
-use identify::trace::Observed;
+use identify::smooth::{savgol_states, smooth};
 use rand::RngExt;
 use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
@@ -97,11 +95,8 @@ fn check_record(record: Record, rng: &mut ChaCha8Rng) {
         assert!(!error.to_string().is_empty());
     }
     if rng.random_bool(SMOOTHED) {
-        match Observed::new(record, Hold::Linear) {
-            Ok(observed) => {
-                let speeds = observed.ranges().speeds;
-                assert_eq!(speeds.len(), observed.record.q.len());
-            }
+        match smooth(&record) {
+            Ok(smoothed) => assert_eq!(smoothed.len(), record.q.len()),
             Err(error) => assert!(!error.to_string().is_empty()),
         }
     }
