@@ -8,6 +8,7 @@ use crate::trace::screen::Considered;
 use crate::trace::search::explored::Explored;
 use crate::trace::search::neighbourhood::Neighbourhood;
 use crate::trace::search::proposal::Proposal;
+use crate::trace::search::score::nameless;
 use crate::trace::settings::{FAR_BEHIND, LEADER_SHARE, MARGIN, MAX_TERMS, PROFILED, SHORTLISTED};
 use rayon::prelude::*;
 
@@ -19,12 +20,11 @@ impl Move for Add {
         if at.terms().len() >= MAX_TERMS {
             return Vec::new();
         }
+        let known = at.fitted.estimate.cost + nameless(at.dictionary, &at.fitted.explanation.noise);
+        let price = MARGIN + (at.dictionary.candidates.len() as f64).ln();
+        let leaves_forces = at.fitted.leaves_forces();
         let mut listed = shortlist(at);
-        if !at.fitted.leaves_forces() {
-            let known = at.fitted.estimate.cost;
-            let price = MARGIN + (at.dictionary.candidates.len() as f64).ln();
-            listed.retain(|(cost, _)| cost + price < known);
-        }
+        listed.retain(|(cost, one)| leaves_forces && may_earn(one) || cost + price < known);
         let listed = listed.into_iter();
         listed
             .map(|(cost, one)| at.addition(&[one], cost))
@@ -36,7 +36,11 @@ impl Move for Add {
 /// that fit's cost.
 fn shortlist<'a>(at: &'a Neighbourhood<'_>) -> Vec<(f64, &'a Considered)> {
     let (screen, candidates) = (&at.screen, &at.dictionary.candidates);
-    let earning = || at.considered.iter().filter(|one| may_earn(one));
+    // Beside large forces that nothing explains no law is worth much, though it may explain them all:
+    // noise that suits it says so.
+    let leaves_forces = at.fitted.leaves_forces();
+    let may_lead = |one: &&Considered| leaves_forces && one.gain > 0.0 || may_earn(one);
+    let earning = || at.considered.iter().filter(may_lead);
     let best = earning().map(|c| c.gain).fold(0.0, f64::max);
     let rows = at.fitted.estimate.rows as f64;
     let leading = earning().filter(|c| c.gain > LEADER_SHARE * best);
@@ -69,4 +73,47 @@ fn shortlist<'a>(at: &'a Neighbourhood<'_>) -> Vec<(f64, &'a Considered)> {
 /// Whether a candidate may be worth its price, on samples that were not fitted as well.
 pub(super) fn may_earn(one: &Considered) -> bool {
     one.score > MARGIN && one.held_out_gain.is_none_or(|gain| gain > MARGIN)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::trace::Verdict;
+    use crate::trace::wheel::{rectangular, traced};
+    use std::fmt::Write;
+
+    const PENDULUM: &str = "\
+model pendulum;
+coordinate angle: rad;
+parameter i: kg*m^2 = 1 in 0.01..;
+parameter c: N*m = 2;
+kinetic i/2*dot(angle)^2;
+potential c*(1 - cos(angle));
+";
+
+    /// In two swings some force that lasts for half of one does all that friction does, and to first order
+    /// friction is worth nothing beside it.
+    #[test]
+    fn friction_is_named_after_two_swings() {
+        let mut text = String::from("t,q_angle\n");
+        let mut noise = rectangular(4);
+        let (mut q, mut v, step) = (0.5_f64, 0.0, 1e-3);
+        for tick in 0..8000 {
+            if tick % 10 == 0 {
+                let t = step * f64::from(tick);
+                writeln!(text, "{t:.3},{}", q + 1e-3 * noise()).unwrap();
+            }
+            // Leapfrog, with the friction of the middle of the step.
+            let half = v + 0.5 * step * (-2.0 * q.sin() - 0.1 * v);
+            q += step * half;
+            v = (half - step * q.sin()) / (1.0 + 0.05 * step);
+        }
+        let outcome = traced(PENDULUM, &text);
+        assert_eq!(outcome.verdict, Verdict::Effect, "{:#?}", outcome.unnamed);
+        let [friction] = &outcome.findings[..] else {
+            panic!("{:#?}", outcome.findings);
+        };
+        assert_eq!(friction.effect, "viscous");
+        let d = &friction.parameters["d"];
+        assert!((d.value - 0.1).abs() < 3.0 * d.std, "{d:?}");
+    }
 }
