@@ -238,11 +238,11 @@ fn what_was_put_in_comes_out() {
 /// that is not linear in its strength is refused.
 #[test]
 fn an_effect_of_ones_own_takes_part() {
-    let oil = |force: &str| {
+    let oil = |unit: &str, force: &str| {
         let mut library = Library::builtin();
         let text = format!(
             "/// Oil.\neffect oil(joint); term oil;\n\
-             parameter c: torque(joint)/rate(joint)^2 = 0 in 0..; force joint = {force};"
+             parameter c{unit} = 0 in 0..; force joint = {force};"
         );
         library.add("oil", "oil.model", text);
         library
@@ -269,18 +269,22 @@ fn an_effect_of_ones_own_takes_part() {
             (found, text)
         })
     };
-    let (found, text) = fitted(&oil("-c*dot(joint)*abs(dot(joint))")).expect("it can be fitted");
+    let found = fitted(&oil(
+        ": torque(joint)/rate(joint)^2",
+        "-c*dot(joint)*abs(dot(joint))",
+    ));
+    let (found, text) = found.expect("it can be fitted");
     let own = found.terms.iter().find(|t| t.term == "oil");
     let own = own.unwrap_or_else(|| panic!("{found:?}"));
     assert_eq!(own.on, ["a"]);
     let c = own.coefficients["c"];
     assert!((c.value - 0.3).abs() < 4.0 * c.std + 1e-3, "{c:?}");
     assert!(text.contains("effect oil(a) { c = 0."), "{text}");
-    let refused = fitted(&oil("-c^2*dot(joint)")).unwrap_err().to_string();
+    let refused = fitted(&oil("", "-c^2*dot(joint)")).unwrap_err().to_string();
     let expected = "`oil` cannot be fitted: no parameter of it changes a force from where it does \
                     nothing; without `term …;` in its file `dynamics fit` leaves it alone";
     assert_eq!(refused, expected);
-    let refused = fitted(&oil("-(c + c^2)*dot(joint)"))
+    let refused = fitted(&oil("", "-(c + c^2)*dot(joint)"))
         .unwrap_err()
         .to_string();
     assert!(refused.contains("not linear in its strengths"), "{refused}");

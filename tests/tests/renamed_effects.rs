@@ -117,6 +117,15 @@ fn numbers_of(answer: &impl serde::Serialize) -> Vec<f64> {
     found
 }
 
+/// The same but for round-off: the order of a sum may follow that of names.
+fn assert_same(known: &impl serde::Serialize, other: &impl serde::Serialize) {
+    let [known, other] = [numbers_of(known), numbers_of(other)];
+    assert_eq!(known.len(), other.len());
+    for (a, b) in known.iter().zip(&other) {
+        assert!((a - b).abs() <= 1e-6 * a.abs() + 1e-12, "{a} {b}");
+    }
+}
+
 #[test]
 fn a_fit_does_not_know_names() {
     let log = log();
@@ -143,7 +152,7 @@ fn a_fit_does_not_know_names() {
     assert!(!known.terms.is_empty(), "{known:?}");
     let names: Vec<&String> = other.terms[0].coefficients.keys().collect();
     assert_eq!(names, [&renamed("coulomb"), &renamed("viscous")]);
-    assert_eq!(numbers_of(&known), numbers_of(&other));
+    assert_same(&known, &other);
 }
 
 #[test]
@@ -172,5 +181,5 @@ fn a_trace_does_not_know_names() {
     let own: Vec<String> = effects(&known).iter().map(|name| renamed(name)).collect();
     assert!(!own.is_empty());
     assert_eq!(effects(&other), own);
-    assert_eq!(numbers_of(&known), numbers_of(&other));
+    assert_same(&known, &other);
 }
