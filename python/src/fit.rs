@@ -8,7 +8,7 @@ use crate::terms::Equations;
 use crate::wait::wait;
 use cli::commands::fit::{Change, Found};
 use cli::mistake::Mistake;
-use identify::fit::{Inertia, Request, fit};
+use identify::fit::{Inertia, Request, Source, fit};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -64,7 +64,13 @@ fn found(
     let loaded = equations.with_values(values);
     let (text, path) = loaded.text();
     let (train, test) = recordings.read(&loaded.compiled.model)?;
+    let name = path.display().to_string();
     let request = Request {
+        source: Source {
+            name: &name,
+            text: &text,
+            library: &loaded.library,
+        },
         compiled: &loaded.compiled,
         parameters: &loaded.parameters,
         train: &train,
@@ -74,7 +80,7 @@ fn found(
         trust_columns: choices.trust_columns,
     };
     let mut fitted = fit(&request).map_err(|error| Mistake::new(error.to_string()))?;
-    let change = Change::new(&mut fitted, &request, &loaded, &text, &path)?;
+    let change = Change::new(&mut fitted, &request, &loaded, &path)?;
     let (portable, html) = change.html(&fitted, &request, call)?;
     let series = serde_json::to_string(&fitted.curves)?;
     let (changed, diff) = (change.text.clone(), change.diff.clone());

@@ -1,7 +1,7 @@
 //! `fit` on a real arm, and on a machine whose forces are known.
 
-use dynamics_codegen::{Library, compile_bytes};
-use identify::fit::{Doubt, Fit, FitError, Inertia, Reason, Request, fit};
+use dynamics_codegen::{Library, compile, compile_bytes, model_of_urdf};
+use identify::fit::{Doubt, Fit, FitError, Inertia, Reason, Request, Source, fit, written};
 use identify::log::Log;
 use identify::machine::{Machine, States};
 use integration_tests::{random, shared};
@@ -22,10 +22,16 @@ fn a_measured_arm_gives_away_friction_rotors_and_coupling() {
     let Some(urdf) = shared::file("data/measured/tx40/tx40.urdf") else {
         return;
     };
-    let bytes = std::fs::read(&urdf).expect("readable");
-    let compiled = compile_bytes("tx40.urdf", &bytes, &library(&urdf)).expect("a robot");
+    let (text, library) = (model_of_urdf("tx40.urdf"), library(&urdf));
+    let compiled = compile("tx40.model", &text, &library).expect("a robot");
     let log = Log::read(urdf.with_file_name("log.csv.gz")).expect("a log");
+    let source = Source {
+        name: "tx40.model",
+        text: &text,
+        library: &library,
+    };
     let request = Request {
+        source,
         compiled: &compiled,
         parameters: &[],
         train: &log,
@@ -146,8 +152,15 @@ fn try_arm(
     leave_out: &[String],
     trust_columns: bool,
 ) -> Result<Fit, FitError> {
-    let compiled = compile_bytes("arm.model", ARM.as_bytes(), &Library::empty()).expect("a model");
+    let library = Library::builtin();
+    let compiled = compile("arm.model", ARM, &library).expect("a model");
+    let source = Source {
+        name: "arm.model",
+        text: ARM,
+        library: &library,
+    };
     fit(&Request {
+        source,
         compiled: &compiled,
         parameters: &[],
         train: log,
@@ -217,8 +230,64 @@ fn what_was_put_in_comes_out() {
     };
     assert!((value("friction", "a", "viscous") - 0.4).abs() < 0.02);
     assert!((value("friction", "a", "coulomb") - 0.6).abs() < 0.03);
-    assert!((value("armature", "b", "inertia") - 0.05).abs() < 0.001);
+    assert!((value("armature", "b", "i") - 0.05).abs() < 0.001);
     assert!(found.after.total < 0.05 * found.before.total, "{found:?}");
+}
+
+/// An effect that somebody else wrote is tried, printed and written like those of the library; one
+/// that is not linear in its strength is refused.
+#[test]
+fn an_effect_of_ones_own_takes_part() {
+    let oil = |unit: &str, force: &str| {
+        let mut library = Library::builtin();
+        let text = format!(
+            "/// Oil.\neffect oil(joint); term oil;\n\
+             parameter c{unit} = 0 in 0..; force joint = {force};"
+        );
+        library.add("oil", "oil.model", text);
+        library
+    };
+    let log = log_with(8, 0.0, |_, [v_a, _], _| [0.3 * v_a * v_a.abs(), 0.0]);
+    let fitted = |library: &Library| {
+        let compiled = compile("arm.model", ARM, library).expect("a model");
+        let request = Request {
+            source: Source {
+                name: "arm.model",
+                text: ARM,
+                library,
+            },
+            compiled: &compiled,
+            parameters: &[],
+            train: &log,
+            test: None,
+            inertia: Inertia::Fixed,
+            leave_out: &[],
+            trust_columns: false,
+        };
+        fit(&request).map(|found| {
+            let text = written(&found, &request).expect("it can be written");
+            (found, text)
+        })
+    };
+    let found = fitted(&oil(
+        ": torque(joint)/rate(joint)^2",
+        "-c*dot(joint)*abs(dot(joint))",
+    ));
+    let (found, text) = found.expect("it can be fitted");
+    let own = found.terms.iter().find(|t| t.term == "oil");
+    let own = own.unwrap_or_else(|| panic!("{found:?}"));
+    assert_eq!(own.on, ["a"]);
+    let c = own.coefficients["c"];
+    assert!((c.value - 0.3).abs() < 4.0 * c.std + 1e-3, "{c:?}");
+    assert!(text.contains("effect oil(a) { c = 0."), "{text}");
+    let refused = fitted(&oil("", "-c^2*dot(joint)")).unwrap_err().to_string();
+    let expected = "`oil` cannot be fitted: no parameter of it changes a force from where it does \
+                    nothing; without `term …;` in its file `dynamics fit` leaves it alone";
+    assert_eq!(refused, expected);
+    let refused = fitted(&oil("", "-(c + c^2)*dot(joint)"))
+        .unwrap_err()
+        .to_string();
+    assert!(refused.contains("not linear in its strengths"), "{refused}");
 }
 
 /// A body that is lighter than stated carries no load: inertias are corrected where that predicts.

@@ -5,7 +5,9 @@ mod cli;
 
 use cli::succeed;
 use dynamics_codegen::{Compiled, Library, compile_bytes};
-use identify::fit::{Base, Comparison, Fit, Inertia, Kind, Request, Row, Settings, compare};
+use identify::fit::{
+    Base, Comparison, Fit, Inertia, Kind, Request, Row, Settings, Source, compare,
+};
 use identify::log::Log;
 use integration_tests::models;
 use std::fmt::Write;
@@ -30,9 +32,18 @@ fn parameters(compiled: &Compiled, scenario: &str) -> Vec<f64> {
 
 fn compared(model: &str, scenario: &str, points: usize) -> (Option<Fit>, Comparison) {
     let compiled = models::one(model);
+    let folder = integration_tests::files::root().join("models");
+    let text = fs::read_to_string(folder.join(model)).unwrap();
+    let mut library = Library::builtin();
+    library.look_in(folder);
     let read = |name| Log::read(format!("{DATA}/{scenario}/{name}.csv.gz")).unwrap();
     let (train, test) = (read("train"), read("test"));
     let request = Request {
+        source: Source {
+            name: model,
+            text: &text,
+            library: &library,
+        },
         compiled: &compiled,
         parameters: &parameters(&compiled, scenario),
         train: &train,
@@ -151,9 +162,15 @@ fn swing() -> String {
 /// Without inputs there is no force to fit; what the model leaves can be learnt all the same.
 #[test]
 fn a_machine_without_inputs_is_learnt_too() {
-    let compiled = compile_bytes("passive.model", PASSIVE.as_bytes(), &Library::empty()).unwrap();
+    let library = Library::empty();
+    let compiled = compile_bytes("passive.model", PASSIVE.as_bytes(), &library).unwrap();
     let log = Log::from_bytes("swing.csv", swing().as_bytes()).unwrap();
     let request = Request {
+        source: Source {
+            name: "passive.model",
+            text: PASSIVE,
+            library: &library,
+        },
         compiled: &compiled,
         parameters: &[],
         train: &log,

@@ -95,6 +95,11 @@ fn model(text: &str, library: &Library) -> Compiled {
 fn fitted(text: &str, log: &Log, inertia: Inertia, library: &Library) -> (Fit, String) {
     let compiled = model(text, library);
     let request = Request {
+        source: Source {
+            name: "arm.model",
+            text,
+            library,
+        },
         compiled: &compiled,
         parameters: &compiled.model.nominal_parameters(),
         train: log,
@@ -104,12 +109,7 @@ fn fitted(text: &str, log: &Log, inertia: Inertia, library: &Library) -> (Fit, S
         trust_columns: false,
     };
     let found = fit(&request).expect("it can be fitted");
-    let source = Source {
-        name: "arm.model",
-        text,
-        library,
-    };
-    let text = written(&found, &request, &source).expect("it can be written");
+    let text = written(&found, &request).expect("it can be written");
     (found, text)
 }
 
@@ -319,6 +319,11 @@ fn what_should_not_be_written_is_not() {
     let log = log_of(&model(&lighter, &library), 6);
     let compiled = model(&text, &library);
     let request = Request {
+        source: Source {
+            name: "arm.model",
+            text: &text,
+            library: &library,
+        },
         compiled: &compiled,
         parameters: &compiled.model.nominal_parameters(),
         train: &log,
@@ -327,16 +332,11 @@ fn what_should_not_be_written_is_not() {
         leave_out: &[],
         trust_columns: false,
     };
-    let source = Source {
-        name: "arm.model",
-        text: &text,
-        library: &library,
-    };
     let mut found = fit(&request).unwrap();
-    let refused = written(&found, &request, &source);
+    let refused = written(&found, &request);
     assert!(matches!(refused, Err(Unwritable::Linear)), "{refused:?}");
     found.worse = true;
-    let refused = written(&found, &request, &source);
+    let refused = written(&found, &request);
     assert!(matches!(refused, Err(Unwritable::Worse)), "{refused:?}");
 }
 

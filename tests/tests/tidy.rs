@@ -115,6 +115,38 @@ fn files_say_what_they_are() {
     none(&wrong, "source files that do not begin with `//! `");
 }
 
+/// What an effect is stands in its template, so that a user's own takes part in everything: the code
+/// that tries effects knows none by name.
+#[test]
+fn no_code_names_an_effect() {
+    let effects = stems("models/effects", ".model");
+    assert!(effects.len() > 20, "{effects:?}");
+    let names_one = |literal: &str| {
+        let (name, rest) = match literal.find(|c: char| !c.is_alphanumeric() && c != '_') {
+            Some(end) => literal.split_at(end),
+            None => (literal, ""),
+        };
+        let is_applied = rest.is_empty() || rest.starts_with('(');
+        is_applied && effects.contains(name) || effects.iter().any(|e| name == format!("{e}_"))
+    };
+    assert!(names_one("coulomb") && names_one("coulomb(x)") && !names_one("coulomb friction"));
+    let mut wrong = Vec::new();
+    let mut own = sources();
+    own.retain(|(name, _)| name.starts_with("identify/src/"));
+    for (name, text) in own.iter().filter(|(name, _)| !is_test(name)) {
+        // Tests stand at the end of a file.
+        let code = text.split("\n#[cfg(test)]\nmod tests").next().unwrap();
+        for (number, line) in code.lines().enumerate() {
+            let is_comment = line.trim_start().starts_with("//");
+            let mut literals = line.split('"').skip(1).step_by(2);
+            if !is_comment && literals.any(names_one) {
+                wrong.push(format!("{name}:{}: {}", number + 1, line.trim()));
+            }
+        }
+    }
+    none(&wrong, "effects named in code");
+}
+
 #[test]
 fn nothing_is_unfinished() {
     let marks = ["todo", "unimplemented", "dbg"].map(|mark| format!("{mark}!("));

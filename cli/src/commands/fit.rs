@@ -123,7 +123,13 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let model = &loaded.compiled.model;
     let columns = &arguments.columns;
     let (train, test) = columns.read_both(&arguments.log, &arguments.test, model)?;
+    let name = path.display().to_string();
     let request = Request {
+        source: Source {
+            name: &name,
+            text: &text,
+            library: &loaded.library,
+        },
         compiled: &loaded.compiled,
         parameters: &loaded.parameters,
         train: &train,
@@ -140,7 +146,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let change = found
         .fit
         .as_mut()
-        .map(|fit| Change::new(fit, &request, &loaded, &text, &path));
+        .map(|fit| Change::new(fit, &request, &loaded, &path));
     let change = change.transpose()?;
     let report = |folder: &Folder<'_>| match (&found.fit, &change) {
         (Some(fit), Some(change)) => change.report(folder, fit, &found, &request),
@@ -245,16 +251,10 @@ impl<'a> Change<'a> {
         fit: &mut Fit,
         request: &Request<'_>,
         loaded: &'a Loaded,
-        text: &str,
         path: &'a Path,
     ) -> anyhow::Result<Self> {
-        let name = path.display().to_string();
-        let source = Source {
-            name: &name,
-            text,
-            library: &loaded.library,
-        };
-        let changed = match written(fit, request, &source) {
+        let Source { name, text, .. } = request.source;
+        let changed = match written(fit, request) {
             Ok(changed) => changed,
             Err(Unwritable::Model(report)) => {
                 anyhow::bail!("the model with what was found does not compile:\n{report}")
@@ -270,12 +270,12 @@ impl<'a> Change<'a> {
         };
         let diff = match changed == text {
             true => String::new(),
-            false => report::diff(&name, original, &changed),
+            false => report::diff(name, original, &changed),
         };
         Ok(Self {
             loaded,
             path,
-            name,
+            name: name.to_string(),
             text: changed,
             diff,
         })

@@ -87,6 +87,9 @@ struct ConstraintSummary {
 struct EffectSummary {
     effect: String,
     on: Vec<String>,
+    /// The term of a fit that it is part of.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    term: Option<String>,
     parameters: Vec<String>,
     description: String,
 }
@@ -207,6 +210,7 @@ fn effects(model: &Model) -> Vec<EffectSummary> {
     let summary = |e: &Effect| EffectSummary {
         effect: e.template.clone(),
         on: places(e),
+        term: e.term.as_ref().map(|term| term.name.clone()),
         parameters: e.parameters.iter().map(name).collect(),
         description: e.doc.clone(),
     };

@@ -130,10 +130,15 @@ impl Summary {
     }
 
     fn effect_rows(&self) -> Table {
-        let mut table = Table::new("<<");
+        let mut table = Table::new("<<<");
         for e in &self.effects {
             let call = format!("{}({})", e.effect, e.on.join(", "));
-            table.row([call.as_str(), first_line(&e.description)]);
+            let term = e.term.as_ref().map(|term| format!("term {term}"));
+            table.row([
+                call.as_str(),
+                term.as_deref().unwrap_or_default(),
+                first_line(&e.description),
+            ]);
         }
         table
     }

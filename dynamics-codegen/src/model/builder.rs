@@ -253,6 +253,10 @@ impl<'a> Builder<'a> {
                 self.lower_constraint(name, left, right, &statement.doc)?;
                 self.lower_switch(when.as_ref())?;
             }
+            StatementKind::Term { .. } if self.effect.is_none() => {
+                let message = "a `term` stands in an effect template, not in a model";
+                self.report(Diagnostic::error(statement.span, message))?;
+            }
             StatementKind::Output { name, value } => {
                 self.lower_output(name, value, &statement.doc)?;
             }

@@ -2,63 +2,11 @@
 
 use super::builder::Builder;
 use super::names::{Binding, Scope};
+use super::template::term;
 use super::{Effect, Library};
 use crate::diagnostic::{Diagnostic, nearest};
 use crate::source::{SourceId, Sources, Span};
 use crate::syntax::{self, Expr, File, Heading, Name, Port, PortKind, Statement, StatementKind};
-
-/// What a template offers, for whoever wants to try it on a model.
-#[derive(Debug, Clone)]
-pub struct Template {
-    /// Its name.
-    pub name: String,
-    /// Its description.
-    pub doc: String,
-    /// What it acts on, in order.
-    pub ports: Vec<PortKind>,
-    /// Its parameters.
-    pub parameters: Vec<TemplateParameter>,
-}
-
-/// A parameter of a template.
-#[derive(Debug, Clone)]
-pub struct TemplateParameter {
-    /// Its name inside the template.
-    pub name: String,
-    /// Its description.
-    pub doc: String,
-}
-
-impl Library {
-    /// What the template `name` offers; `None` if there is no such template or
-    /// its file is faulty.
-    pub fn describe(&self, name: &str) -> Option<Template> {
-        let text = self.get(name)?;
-        let mut sources = Sources::new();
-        let id = sources.add(text.origin.clone(), text.text.clone());
-        let (file, faults) = syntax::parse(&sources, id);
-        let file = file.filter(|_| faults.is_empty())?;
-        let Heading::Effect { ports, .. } = &file.heading else {
-            return None;
-        };
-        let parameters = file
-            .statements
-            .iter()
-            .filter_map(|statement| match &statement.kind {
-                StatementKind::Parameter { name, .. } => Some(TemplateParameter {
-                    name: name.text.clone(),
-                    doc: statement.doc.clone(),
-                }),
-                _ => None,
-            });
-        Some(Template {
-            name: name.to_string(),
-            doc: file.doc.clone(),
-            ports: ports.iter().map(|port| port.kind).collect(),
-            parameters: parameters.collect(),
-        })
-    }
-}
 
 /// Applies the model's `effect` statements.
 pub(super) struct Templates<'a> {
@@ -117,6 +65,7 @@ impl Templates<'_> {
         builder.prefix = prefix(application);
         let statements: Vec<&Statement> = file.statements.iter().collect();
         refuse_foreign_statements(builder, &statements);
+        let term = term(builder, ports, &statements);
         builder.declare(&statements, self.sources, self.library);
         set_values(builder, first_parameter, values);
         builder.lower_statements(&statements);
@@ -128,6 +77,7 @@ impl Templates<'_> {
             template: application.template.text.clone(),
             on: places,
             parameters: (first_parameter..builder.model.parameters.len()).collect(),
+            term,
             doc: file.doc,
             provenance: application.doc.to_string(),
         });

@@ -28,19 +28,20 @@ mod sensor;
 mod set;
 mod state;
 mod switch;
+mod template;
 mod unit;
 
 pub use bodies::{NamedBody, PointForce};
 pub(crate) use builder::build;
 pub use contact::Sliding;
 pub use delay::Delay;
-pub use effects::{Template, TemplateParameter};
 pub use fold::Variables;
 pub use kinematic::{Kinematic, Reading};
 pub(crate) use library::TEMPLATE_LIMIT;
 pub use library::{Library, LibraryError};
 pub use robot::{Described, FRICTION_SPEED, RobotBase, StatedLosses};
 pub use state::State;
+pub use template::{FitTerm, PointMass, Template, TemplateParameter};
 
 use crate::dimension::Dimension;
 use crate::graph::{ExprId, Graph, SymbolId};
@@ -95,6 +96,8 @@ pub struct Parameter {
     pub unit: String,
     /// The value that the model states.
     pub nominal: f64,
+    /// The value where the model states none: of an effect's parameter that of its template.
+    pub default: f64,
     /// The smallest value that makes sense (`-∞` if not stated).
     pub lower: f64,
     /// The largest value that makes sense (`∞` if not stated).
@@ -181,6 +184,8 @@ pub struct Effect {
     pub on: Vec<(PortKind, String)>,
     /// Indices into [`Model::parameters`].
     pub parameters: Vec<usize>,
+    /// The term of a fit that it is part of, if any.
+    pub term: Option<FitTerm>,
     /// The template's description.
     pub doc: String,
     /// What the model says about it: which log asked for it, what it bought.

@@ -57,6 +57,7 @@ impl Builder<'_> {
             dimension,
             unit,
             nominal: value,
+            default: value,
             lower,
             upper,
             tries: None,

@@ -574,6 +574,7 @@ impl Builder<'_> {
             dimension: Some(dimension),
             unit: unit.to_string(),
             nominal: value,
+            default: value,
             lower,
             upper: f64::INFINITY,
             tries: None,

@@ -205,6 +205,13 @@ pub enum StatementKind {
     Gravity(Box<[Expr; 3]>),
     /// `force at(tip) = (fx, fy, fz);`
     PointForce(Box<PointForce>),
+    /// `term friction;`: in a template, the term of a fit that the effect is part of.
+    Term {
+        /// What the term is called.
+        name: Name,
+        /// The words `between neighbours`, where they stand.
+        neighbours: Option<Span>,
+    },
     /// `effect viscous(j2) { d = 0.02 }`
     Effect {
         /// The template's name.

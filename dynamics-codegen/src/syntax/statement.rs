@@ -8,7 +8,7 @@ use super::stream::{Parsed, Stream};
 use crate::diagnostic::{Diagnostic, nearest};
 
 /// The words that begin a statement.
-const KEYWORDS: [&str; 20] = [
+const KEYWORDS: [&str; 21] = [
     "coordinate",
     "input",
     "state",
@@ -29,6 +29,7 @@ const KEYWORDS: [&str; 20] = [
     "body",
     "gravity",
     "torque",
+    "term",
 ];
 
 /// The whole file.
@@ -220,6 +221,7 @@ fn statement(stream: &mut Stream<'_>) -> Parsed<Statement> {
             }
         }
         "constraint" => constraint(stream)?,
+        "term" => term(stream)?,
         "effect" => return effect(stream, doc, start),
         unknown => return Err(Box::new(unknown_statement(&keyword, unknown))),
     };
@@ -382,6 +384,20 @@ fn constraint(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
         left,
         right: expression(stream)?,
     })
+}
+
+/// `term name between neighbours`, behind the `term`.
+fn term(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
+    let name = stream.name("the term's name")?;
+    let start = stream.here();
+    let mut neighbours = None;
+    if stream.eat_word("between") {
+        if !stream.eat_word("neighbours") {
+            return stream.unexpected("`neighbours`");
+        }
+        neighbours = Some(start.to(stream.previous()));
+    }
+    Ok(StatementKind::Term { name, neighbours })
 }
 
 /// `effect name(places) { parameter = value, … }`; the braces and the `;` may be left out.

@@ -1,7 +1,8 @@
 //! The columns of the regression: inertial ones, and groups of what a model often lacks.
 
-use super::FitError;
-use super::groups::{Group, groups};
+use super::extended::Extended;
+use super::groups::{Group, Shape};
+use super::{FitError, Source};
 use crate::machine::{Machine, States};
 use dynamics_codegen::derive::{InertialRegressor, STANDARD};
 use dynamics_codegen::{Column, System, Tape};
@@ -9,6 +10,10 @@ use nalgebra::DMatrix;
 
 /// Believed relative error of stated inertias (one standard deviation).
 const TOLERANCE: f64 = 0.3;
+/// A speed over which an effect changes is this share of the fastest motion: the sign of dry
+/// friction.
+const SMOOTH: f64 = 0.01;
+
 /// All columns: ten per body, then those of the groups.
 #[derive(Debug, Clone)]
 pub(super) struct Columns {
@@ -21,12 +26,17 @@ pub(super) struct Columns {
     pub prior: Vec<f64>,
     pub groups: Vec<Group>,
     tape: Tape,
+    extended: Extended,
     coordinates: usize,
 }
 
 impl Columns {
-    /// Of a machine with values of its parameters.
-    pub fn new(machine: &mut Machine, parameters: &[f64]) -> Result<Self, FitError> {
+    /// Of a machine with values of its parameters, whose model stands in a text.
+    pub fn new(
+        machine: &mut Machine,
+        parameters: &[f64],
+        source: &Source<'_>,
+    ) -> Result<Self, FitError> {
         let model = &mut machine.compiled.model;
         let regressor =
             InertialRegressor::new(model).map_err(|error| FitError::Tree(error.to_string()))?;
@@ -63,9 +73,12 @@ impl Columns {
         let mut arguments = System::arguments(model);
         arguments.extend(&regressor.acceleration);
         let tape = Tape::new(&model.graph, &outputs, &arguments);
+        let known = (&bodies[..], stated.len());
+        let (extended, groups) = Extended::new(source, model, parameters, known)?;
         Ok(Self {
             inertial: stated.len(),
-            groups: groups(model, parameters, &bodies),
+            groups,
+            extended,
             bodies,
             stated,
             centers,
@@ -75,17 +88,32 @@ impl Columns {
         })
     }
 
-    /// Per column, what its coefficient is not below: friction brakes, a rotor and what two joints
-    /// share have an inertia, and what the model states of these may be taken away, no more. A
+    /// Per column, what its coefficient is not below: friction brakes and a rotor has an inertia, as
+    /// the bounds of effects say, and what the model states of these may be taken away, no more. A
     /// constant force, and a correction of an inertia, has either sign.
     pub fn lower(&self) -> Vec<f64> {
         let mut lower = vec![f64::NEG_INFINITY; self.count()];
-        for group in self.groups.iter().filter(|group| group.is_signed()) {
-            for (column, stated) in group.columns.clone().zip(&group.stated) {
-                lower[column] = -stated.value;
+        for group in self.groups.iter().filter(|group| group.load.is_none()) {
+            for (column, coefficient) in group.columns.clone().zip(&group.coefficients) {
+                lower[column] = coefficient.lower - coefficient.stated;
             }
         }
         lower
+    }
+
+    /// The value of each shape of a group on a log whose coordinates move so fast at most: what is
+    /// stated, or a share of that within its bounds.
+    pub fn shapes<'a>(
+        group: &'a Group,
+        fastest: &[f64],
+    ) -> impl Iterator<Item = (&'a Shape, f64)> + use<'a> {
+        let speed: f64 = group.places.iter().map(|&i| fastest[i]).sum();
+        // With the digits that it is written into a model with.
+        let own = format!("{:.1e}", SMOOTH * speed).parse().unwrap_or(speed);
+        group.shapes.iter().map(move |shape| {
+            let (low, high) = shape.bounds;
+            (shape, shape.stated.unwrap_or(f64::clamp(own, low, high)))
+        })
     }
 
     /// How many columns there are.
@@ -118,10 +146,9 @@ impl Columns {
         inputs.extend(a.iter().map(|column| Column::Each(column)));
         let flat = self.tape.evaluate_all(&inputs, states.len());
         let mut columns: Vec<Vec<Vec<f64>>> = flat.chunks(n.max(1)).map(<[_]>::to_vec).collect();
-        for group in &self.groups {
-            // Those of payloads are inertial ones.
-            columns.extend(group.evaluate(&states.v, a, fastest));
-        }
+        let shapes = self.groups.iter().flat_map(|g| Self::shapes(g, fastest));
+        let shapes: Vec<(usize, f64)> = shapes.map(|(shape, v)| (shape.index, v)).collect();
+        columns.extend(self.extended.columns(states, a, &shapes));
         columns
     }
 

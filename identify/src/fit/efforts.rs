@@ -11,7 +11,6 @@
 
 use super::columns::Columns;
 use super::equations::{BLOCKS, Equations, Row};
-use super::groups::Law;
 use crate::number::rounded;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -92,9 +91,10 @@ pub(super) fn no_forces(columns: &Columns, equations: &Equations) -> Vec<(usize,
 
 fn reason(columns: &Columns, equations: &Equations, coordinate: usize) -> Option<Reason> {
     let row = equations.row(coordinate)?;
-    let friction = columns.groups.iter().filter(|group| {
-        group.law != Law::Payload && group.law != Law::Coupling && group.places == [coordinate]
-    });
+    let friction = columns
+        .groups
+        .iter()
+        .filter(|group| group.load.is_none() && group.places == [coordinate]);
     let friction: Vec<usize> = friction.flat_map(|group| group.columns.clone()).collect();
     let local: Vec<&[f64]> = friction.iter().map(|&c| row.columns[c]).collect();
     let constant = vec![1.0; row.effort.len()];

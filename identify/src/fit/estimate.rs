@@ -3,7 +3,6 @@
 
 use super::columns::Columns;
 use super::equations::{Block, Equations};
-use super::groups::Law;
 use super::point::{Bowl, Point, TEN};
 use super::signs::{Bounded, bounded};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
@@ -22,20 +21,20 @@ pub(super) enum Signs {
 pub(super) struct Design {
     /// The columns in use.
     pub used: Vec<usize>,
-    /// The group of the payload in use.
-    payload: Option<usize>,
+    /// The group of the load in use.
+    load: Option<usize>,
 }
 
 impl Design {
     /// The columns of some groups, behind the inertial ones if these are free.
     pub fn new(columns: &Columns, groups: &[usize], inertias: bool) -> Self {
         let mut used: Vec<usize> = (0..columns.inertial).filter(|_| inertias).collect();
-        let is_payload = |g: &&usize| columns.groups[**g].law == Law::Payload;
-        let linear = groups.iter().filter(|g| !is_payload(g));
+        let is_load = |g: &&usize| columns.groups[**g].load.is_some();
+        let linear = groups.iter().filter(|g| !is_load(g));
         used.extend(linear.flat_map(|&g| columns.groups[g].columns.clone()));
         Self {
             used,
-            payload: groups.iter().find(is_payload).copied(),
+            load: groups.iter().find(is_load).copied(),
         }
     }
 }
@@ -75,6 +74,8 @@ struct Load {
     first: usize,
     /// What the model has there already.
     carried: Option<Point>,
+    /// Where it may be along each axis, m.
+    bounds: [(f64, f64); 3],
     center: [f64; 3],
 }
 
@@ -100,16 +101,18 @@ impl Normal {
         let used = &design.used;
         let size = used.len();
         let (mut gram, mut moment) = (DMatrix::zeros(size, size), DVector::zeros(size));
-        let mut load = design.payload.map(|group| {
-            let group = &columns.groups[group];
-            Load {
+        let group = design.load.map(|group| &columns.groups[group]);
+        let mut load = group.and_then(|group| {
+            let own = group.load.as_ref()?;
+            Some(Load {
                 cross: DMatrix::zeros(size, TEN),
                 gram: SMatrix::zeros(),
                 moment: SVector::zeros(),
                 first: group.columns.start,
-                carried: group.carried,
+                carried: own.carried,
+                bounds: own.bounds,
                 center: columns.centers[group.columns.start / TEN],
-            }
+            })
         });
         for block in blocks {
             for (i, &a) in used.iter().enumerate() {
@@ -246,6 +249,7 @@ impl Load {
             gram: own,
             // In all, with what is there.
             moment: moment + own * self.there(),
+            bounds: self.bounds,
         }
     }
 }

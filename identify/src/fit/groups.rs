@@ -1,296 +1,160 @@
-//! What a model often lacks, place by place, and what it states of that already.
+//! What a model may lack, as the library's effects say: place by place the effects of one term
+//! together, and what the model states of them already.
 
+use super::neighbours::neighbours;
 use super::point::{Point, TEN};
+use crate::trace::places_of;
 use dynamics_codegen::Model;
-use dynamics_codegen::model::{Effect, FRICTION_SPEED};
-use dynamics_codegen::tree::Joint;
+use dynamics_codegen::model::Template;
+use dynamics_codegen::syntax::PortKind;
 use std::ops::Range;
 
-/// Coulomb friction is `tanh(v/v_s)` with `v_s` this share of the fastest motion.
-const SMOOTH: f64 = 0.01;
-/// Bounds of `v_s` in the library's effects `coulomb` and `joint_coupling`.
-const WIDTHS: [(f64, f64); 2] = [(0.001, 2.0), (0.001, 0.5)];
-
-/// What a group stands for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Law {
-    /// Coulomb and viscous friction in a joint.
-    Friction,
-    /// A rotor behind the gear of a joint.
-    Armature,
-    /// The term that may push either way.
-    Constant,
-    /// A drive that turns with the sum of two joints.
-    Coupling,
-    /// A point mass on a body.
-    Payload,
+/// A number that a column corrects: a strength of an effect, or of a load its mass or place.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Coefficient {
+    /// What it is called in the result.
+    pub name: String,
+    /// The effect's template.
+    pub effect: String,
+    /// Its name in the template.
+    pub parameter: String,
+    /// What the model states of it.
+    pub stated: f64,
+    /// The parameter of the model that holds it; `None` where the model has no such effect, and
+    /// for what a robot description says.
+    pub holder: Option<String>,
+    /// Where the effect does nothing.
+    pub default: f64,
+    /// What it is not below.
+    pub lower: f64,
+    /// Its unit, for people.
+    pub unit: String,
 }
 
-/// A number of the model that a column corrects.
+/// A speed over which an effect changes its sign, or another shape, with the value that it has.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Stated {
-    pub value: f64,
-    /// The parameter of an effect that holds it; none for what a robot description says.
-    pub parameter: Option<String>,
+pub(super) struct Shape {
+    /// The effect's template.
+    pub effect: String,
+    /// Its name in the template.
+    pub parameter: String,
+    /// Its index in the extended model.
+    pub index: usize,
+    /// What the model or its robot description states.
+    pub stated: Option<f64>,
+    /// Its bounds.
+    pub bounds: (f64, f64),
+}
+
+/// A point mass, whose place is found with its mass.
+#[derive(Debug, Clone)]
+pub(super) struct Load {
+    /// What the model states.
+    pub carried: Option<Point>,
+    /// Where it may be along each axis of the body, m.
+    pub bounds: [(f64, f64); 3],
 }
 
 /// Columns that come and go together.
 #[derive(Debug, Clone)]
 pub(super) struct Group {
-    pub law: Law,
+    /// The term that its effects are part of.
+    pub term: String,
     /// The coordinates or the body that it acts on.
     pub on: Vec<String>,
-    pub names: Vec<&'static str>,
-    /// Of a payload: the ten of its body.
+    /// What its columns correct; of a load its mass and its place.
+    pub coefficients: Vec<Coefficient>,
+    /// Speeds that its effects change over.
+    pub shapes: Vec<Shape>,
+    /// Of a load: the ten of its body.
     pub columns: Range<usize>,
-    /// The coordinates' indices; those that a payload's body moves by do not count.
+    /// The coordinates' indices; those that a body moves by do not count.
     pub places: Vec<usize>,
-    /// Per name, what the model states of it.
-    pub stated: Vec<Stated>,
-    /// The speed at which its smooth sign has reached 76 %, if the model states it.
-    width: Option<f64>,
-    /// The payload that the model states.
-    pub carried: Option<Point>,
+    /// What it is of a load.
+    pub load: Option<Load>,
 }
 
 impl Group {
-    /// What it is called.
-    pub fn term(&self) -> &'static str {
-        match self.law {
-            Law::Friction => "friction",
-            Law::Armature => "armature",
-            Law::Constant => "constant_force",
-            Law::Coupling => "joint_coupling",
-            Law::Payload => "payload",
-        }
-    }
-
-    /// Whether its coefficients, with what the model states of them, are zero or more by nature.
-    pub fn is_signed(&self) -> bool {
-        !matches!(self.law, Law::Constant | Law::Payload)
-    }
-
     /// How far it reaches: what acts in one place is simpler than what two share, and comes first.
     pub fn reach(&self) -> usize {
-        usize::from(self.law == Law::Coupling)
+        usize::from(self.places.len() > 1)
     }
 
-    /// `v_s` of its dry friction, on a log whose coordinates move so fast at most.
-    pub fn width(&self, fastest: &[f64]) -> f64 {
-        let speed: f64 = self.places.iter().map(|&i| fastest[i]).sum();
-        let (low, high) = WIDTHS[usize::from(self.law == Law::Coupling)];
-        // With the digits that it is written into a model with.
-        let own = format!("{:.1e}", SMOOTH * speed).parse().unwrap_or(low);
-        self.width.unwrap_or(f64::clamp(own, low, high))
-    }
-
-    /// Its columns: per column, per coordinate, a value per sample. Those of a payload are its
-    /// body's.
-    pub fn evaluate(&self, v: &[Vec<f64>], a: &[Vec<f64>], fastest: &[f64]) -> Vec<Vec<Vec<f64>>> {
-        let samples = v.first().map_or(0, Vec::len);
-        let zeros = vec![vec![0.0; samples]; v.len()];
-        let sign = |rate: &[f64]| -> Vec<f64> {
-            let smooth = self.width(fastest);
-            rate.iter().map(|v| (v / smooth).tanh()).collect()
-        };
-        let on = |values: Vec<f64>| {
-            let mut column = zeros.clone();
-            for &i in &self.places {
-                column[i].clone_from(&values);
-            }
-            column
-        };
-        // What turns with all its places.
-        let sum = |x: &[Vec<f64>]| {
-            let mut sum = vec![0.0; samples];
-            for &i in &self.places {
-                sum.iter_mut().zip(&x[i]).for_each(|(s, x)| *s += x);
-            }
-            sum
-        };
-        match self.law {
-            Law::Friction => vec![on(sign(&sum(v))), on(sum(v))],
-            Law::Armature => vec![on(sum(a))],
-            Law::Constant => vec![on(vec![1.0; samples])],
-            Law::Coupling => vec![on(sign(&sum(v))), on(sum(a)), on(sum(v))],
-            Law::Payload => Vec::new(),
-        }
+    /// Whether it says something of the machine's structure: what carries what, or drives what.
+    pub fn is_bold(&self) -> bool {
+        self.load.is_some() || self.reach() > 0
     }
 }
 
-/// What may be missing of a model whose inertial columns are those of `bodies`; its further
-/// columns begin behind these.
-pub(super) fn groups(model: &Model, parameters: &[f64], bodies: &[String]) -> Vec<Group> {
-    let known = Known { model, parameters };
-    let mut groups = Vec::new();
-    let mut next = TEN * bodies.len();
-    let mut push = |law, places: Vec<usize>, names: Vec<&'static str>| {
-        let on = places.iter().map(|&i| model.coordinates[i].name.clone());
-        let on: Vec<String> = on.collect();
-        let columns = next..next + names.len();
-        next = columns.end;
-        groups.push(Group {
-            law,
-            stated: known.stated(law, &on, &places),
-            width: known.width(law, &on, &places),
-            on,
-            names,
-            columns,
-            places,
-            carried: None,
-        });
+/// Effects of one term at one place, before anything is known of their parameters.
+#[derive(Debug, Clone)]
+pub(super) struct Place<'a> {
+    pub term: &'a str,
+    pub on: Vec<String>,
+    pub templates: Vec<&'a Template>,
+}
+
+/// Where the effects of a library that are part of terms may act; loads on each of `bodies`.
+pub(super) fn places<'a>(
+    model: &Model,
+    templates: &'a [Template],
+    bodies: &[String],
+) -> Vec<Place<'a>> {
+    let coupled = neighbours(model);
+    let mut places: Vec<Place<'a>> = Vec::new();
+    for template in templates {
+        let Some(term) = &template.term else { continue };
+        let mut all = match template.point_mass {
+            Some(_) => bodies.iter().map(|body| vec![body.clone()]).collect(),
+            None => places_of(model, &template.ports),
+        };
+        if term.neighbours {
+            all.retain(|on| match indices(model, template, on)[..] {
+                [i, j] => coupled.contains(&(i.min(j), i.max(j))),
+                _ => false,
+            });
+        }
+        for on in all {
+            // A load is found by itself.
+            let joins = |place: &&mut Place<'_>| {
+                let is_load = place.templates[0].point_mass.is_some();
+                place.term == term.name
+                    && place.on == on
+                    && !is_load
+                    && template.point_mass.is_none()
+            };
+            match places.iter_mut().find(joins) {
+                Some(place) => place.templates.push(template),
+                None => places.push(Place {
+                    term: &term.name,
+                    on,
+                    templates: vec![template],
+                }),
+            }
+        }
+    }
+    places
+}
+
+/// The coordinates among what a template acts on.
+pub(super) fn indices(model: &Model, template: &Template, on: &[String]) -> Vec<usize> {
+    let kind = |position: usize| {
+        let last = template.ports.len().saturating_sub(1);
+        template.ports.get(position.min(last))
     };
-    for i in 0..model.coordinates.len() {
-        push(Law::Friction, vec![i], vec!["coulomb", "viscous"]);
-        push(Law::Armature, vec![i], vec!["inertia"]);
-        push(Law::Constant, vec![i], vec!["force"]);
-    }
-    for (i, j) in neighbours(model) {
-        let names = vec!["coulomb", "inertia", "viscous"];
-        push(Law::Coupling, vec![i, j], names);
-    }
-    for (index, body) in bodies.iter().enumerate() {
-        groups.push(Group {
-            law: Law::Payload,
-            on: vec![body.clone()],
-            names: vec!["m", "x", "y", "z"],
-            columns: TEN * index..TEN * (index + 1),
-            places: Vec::new(),
-            stated: known.stated(Law::Payload, std::slice::from_ref(body), &[]),
-            width: None,
-            carried: known.carried(body),
-        });
-    }
-    groups
+    let coordinates = on.iter().enumerate().filter(|(position, _)| {
+        matches!(
+            kind(*position),
+            Some(PortKind::Coordinate | PortKind::Coordinates)
+        )
+    });
+    let index =
+        |(_, name): (usize, &String)| model.coordinates.iter().position(|c| c.name == *name);
+    coordinates.filter_map(index).collect()
 }
 
-/// A model with values of its parameters.
-struct Known<'a> {
-    model: &'a Model,
-    parameters: &'a [f64],
-}
-
-impl Known<'_> {
-    /// The model's effect of a template at a place.
-    fn effect(&self, template: &str, on: &[String]) -> Option<&Effect> {
-        let mut effects = self.model.effects.iter();
-        effects.find(|effect| {
-            let places = effect.on.iter().map(|(_, name)| name);
-            effect.template == template && places.eq(on)
-        })
-    }
-
-    /// The value of an effect's parameter.
-    fn parameter(&self, effect: &Effect, name: &str) -> Option<Stated> {
-        let suffix = format!("_{name}");
-        let mut own = effect.parameters.iter();
-        let index = own.find(|&&p| self.model.parameters[p].name.ends_with(&suffix))?;
-        Some(Stated {
-            value: *self.parameters.get(*index)?,
-            parameter: Some(self.model.parameters[*index].name.clone()),
-        })
-    }
-
-    fn stated(&self, law: Law, on: &[String], places: &[usize]) -> Vec<Stated> {
-        let of = |template: &str, name: &str, described: f64| {
-            let effect = self.effect(template, on);
-            let stated = effect.and_then(|effect| self.parameter(effect, name));
-            stated.unwrap_or(Stated {
-                value: described,
-                parameter: None,
-            })
-        };
-        match law {
-            Law::Friction => {
-                let [friction, damping] = self.described(places);
-                vec![of("coulomb", "f_c", friction), of("viscous", "d", damping)]
-            }
-            Law::Armature => vec![of("armature", "i", 0.0)],
-            // The effect pushes; the column holds back.
-            Law::Constant => {
-                let mut stated = of("constant_force", "f", 0.0);
-                stated.value = -stated.value;
-                vec![stated]
-            }
-            Law::Coupling => ["f_c", "i", "d"]
-                .map(|name| of("joint_coupling", name, 0.0))
-                .to_vec(),
-            Law::Payload => ["m", "x", "y", "z"]
-                .map(|name| of("payload", name, 0.0))
-                .to_vec(),
-        }
-    }
-
-    /// Coulomb and viscous friction that the robot description states of a joint by itself.
-    fn described(&self, places: &[usize]) -> [f64; 2] {
-        let robot = self.model.robot.iter();
-        let losses = robot.flat_map(|robot| &robot.losses);
-        let own = losses.filter(|l| !l.follows && places == [l.coordinate]);
-        own.fold([0.0; 2], |[f, d], l| [f + l.friction, d + l.damping])
-    }
-
-    fn width(&self, law: Law, on: &[String], places: &[usize]) -> Option<f64> {
-        let template = match law {
-            Law::Friction => "coulomb",
-            Law::Coupling => "joint_coupling",
-            _ => return None,
-        };
-        let effect = self.effect(template, on);
-        let stated = effect.and_then(|effect| self.parameter(effect, "v_s"));
-        let described = law == Law::Friction && self.described(places)[0] != 0.0;
-        let described = described.then_some(FRICTION_SPEED);
-        stated.map(|stated| stated.value).or(described)
-    }
-
-    fn carried(&self, body: &String) -> Option<Point> {
-        let effect = self.effect("payload", std::slice::from_ref(body))?;
-        let value = |name| Some(self.parameter(effect, name)?.value);
-        Some(Point {
-            mass: value("m")?,
-            at: [value("x")?, value("y")?, value("z")?],
-        })
-    }
-}
-
-/// Pairs of coordinates that a transmission can couple: of joints of which one carries the other
-/// with none between, in one unit. Of a model without bodies, all in one unit.
-fn neighbours(model: &Model) -> Vec<(usize, usize)> {
-    let alike =
-        |&(i, j): &(usize, usize)| model.coordinates[i].dimension == model.coordinates[j].dimension;
-    let bodies = &model.tree.bodies;
-    let moved: Vec<Vec<usize>> = bodies.iter().map(|body| moved_by(&body.joint)).collect();
-    let mut pairs: Vec<(usize, usize)> = Vec::new();
-    if moved.iter().all(Vec::is_empty) {
-        let n = model.coordinates.len();
-        pairs.extend((0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j))));
-    }
-    for (body, own) in moved.iter().enumerate() {
-        let ancestors = std::iter::successors(bodies[body].parent, |&p| bodies[p].parent);
-        let mut ancestors = ancestors.map(|parent| &moved[parent]);
-        let nearest = ancestors.find(|theirs| theirs.iter().any(|i| !own.contains(i)));
-        for (&i, &j) in own
-            .iter()
-            .flat_map(|i| nearest.into_iter().flatten().map(move |j| (i, j)))
-        {
-            if i != j {
-                pairs.push((i.min(j), i.max(j)));
-            }
-        }
-    }
-    pairs.sort_unstable();
-    pairs.dedup();
-    pairs.retain(alike);
-    pairs
-}
-
-/// The coordinates that a joint moves by; of a free body none, as no drive sits there.
-fn moved_by(joint: &Joint) -> Vec<usize> {
-    match joint {
-        Joint::Fixed | Joint::Floating(_) => Vec::new(),
-        Joint::Revolute { coordinate, .. } | Joint::Prismatic { coordinate, .. } => {
-            vec![coordinate.index]
-        }
-        Joint::Planar { coordinates, .. } => coordinates.iter().map(|c| c.index).collect(),
-        Joint::Driven { displacement, .. } => displacement.map.iter().map(|(i, _)| *i).collect(),
-    }
+/// The columns of a load are those of its body.
+pub(super) fn columns_of_body(bodies: &[String], on: &[String]) -> Option<Range<usize>> {
+    let index = bodies.iter().position(|body| on == [body.clone()])?;
+    Some(TEN * index..TEN * (index + 1))
 }

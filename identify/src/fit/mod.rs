@@ -20,10 +20,13 @@ mod correction;
 mod efforts;
 mod equations;
 mod estimate;
+mod extended;
 mod frame;
 mod groups;
 mod inertial;
 mod judged;
+mod losses;
+mod neighbours;
 mod page;
 mod point;
 mod select;
@@ -48,11 +51,11 @@ use crate::smooth::SmoothError;
 use crate::trace::TraceError;
 use columns::Columns;
 use correction::Correction;
-use dynamics_codegen::Compiled;
+use dynamics_codegen::{Compiled, Report};
 use efforts::no_forces;
 use equations::Equations;
 use estimate::{Estimate, Signs, estimate};
-use groups::{Group, Law, Stated};
+use groups::{Coefficient, Group};
 use inertial::inertial;
 use judged::{curves, errors, floor};
 use serde::Serialize;
@@ -73,7 +76,9 @@ pub enum Inertia {
 /// What to fit.
 #[derive(Debug, Clone)]
 pub struct Request<'a> {
-    /// The model.
+    /// The model as text, with the effects that may be missing.
+    pub source: Source<'a>,
+    /// The same, compiled.
     pub compiled: &'a Compiled,
     /// Its parameters' values.
     pub parameters: &'a [f64],
@@ -103,7 +108,7 @@ pub struct Value {
 /// A group of terms that the model lacked.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Term {
-    /// `friction`, `armature`, `constant_force`, `joint_coupling` or `payload`.
+    /// What its effects say that they are part of: `term friction;`.
     pub term: String,
     /// The coordinates, or the body, that it acts on.
     pub on: Vec<String>,
@@ -127,10 +132,12 @@ pub struct Term {
 /// What is needed to write a term into a model.
 #[derive(Debug, Clone, PartialEq)]
 struct Details {
-    /// Per coefficient, what the model states.
-    stated: Vec<Stated>,
-    /// The speed at which its smooth sign has reached 76 %.
-    width: f64,
+    /// What the coefficients are of.
+    coefficients: Vec<Coefficient>,
+    /// Shapes of its effects: effect, parameter, value.
+    shapes: Vec<(String, String, f64)>,
+    /// Whether it is a load: its first coefficient is a mass, the others a place.
+    is_load: bool,
 }
 
 /// What was found.
@@ -230,6 +237,19 @@ pub enum FitError {
     /// What the sensors' noise leaves is not known.
     #[error("the noise floor of the forces cannot be found: {0}")]
     Floor(Box<TraceError>),
+    /// An effect of the library does not fit the model.
+    #[error("an effect that is part of a term does not compile with the model:\n{0}")]
+    Effects(Box<Report>),
+    /// A template cannot be part of a term.
+    #[error(
+        "`{effect}` cannot be fitted: {why}; without `term …;` in its file `dynamics fit` leaves it alone"
+    )]
+    Unfit {
+        /// Which.
+        effect: String,
+        /// What is wrong with it.
+        why: &'static str,
+    },
     /// The bodies do not form a tree.
     #[error("{0}")]
     Tree(String),
@@ -256,7 +276,7 @@ fn learn(request: &Request<'_>) -> Result<(Fit, Correction), FitError> {
     }
     let (train, test) = split(request)?;
     let mut machine = Machine::new(request.compiled.clone());
-    let columns = Columns::new(&mut machine, request.parameters)?;
+    let columns = Columns::new(&mut machine, request.parameters, &request.source)?;
     let mut learnt = Equations::new(&machine, &columns, request.parameters, &train, None)?;
     let fastest = learnt.fastest.clone();
     let mut judged = Equations::new(
@@ -381,27 +401,29 @@ fn terms(
         let group = &columns.groups[group];
         let values = values(group, estimate);
         Term {
-            term: group.term().to_string(),
+            term: group.term.clone(),
             on: group.on.clone(),
             coefficients: group
-                .names
+                .coefficients
                 .iter()
-                .map(|name| name.to_string())
+                .map(|coefficient| coefficient.name.clone())
                 .zip(values)
                 .collect(),
             stated: group
-                .names
+                .coefficients
                 .iter()
-                .zip(&group.stated)
-                .filter(|(_, s)| s.value != 0.0)
-                .map(|(name, s)| (name.to_string(), s.value))
+                .filter(|coefficient| coefficient.stated != 0.0)
+                .map(|coefficient| (coefficient.name.clone(), coefficient.stated))
                 .collect(),
             gain: gain.share,
             evidence: gain.nats,
             may_be_body: may_be_body(columns, group, estimate),
             details: Details {
-                stated: group.stated.clone(),
-                width: group.width(fastest),
+                coefficients: group.coefficients.clone(),
+                shapes: Columns::shapes(group, fastest)
+                    .map(|(shape, value)| (shape.effect.clone(), shape.parameter.clone(), value))
+                    .collect(),
+                is_load: group.load.is_some(),
             },
         }
     })
@@ -411,19 +433,19 @@ fn terms(
 /// Within so many standard errors two places are one.
 const ONE_PLACE: f64 = 3.0;
 
-/// Whether a payload is, as far as the log knows, in the body's own centre of mass.
+/// Whether a load is, as far as the log knows, in the body's own centre of mass.
 fn may_be_body(columns: &Columns, group: &Group, estimate: &Estimate) -> bool {
-    let Some((point, std)) = estimate.point.filter(|_| group.law == Law::Payload) else {
+    let Some((load, (point, std))) = group.load.as_ref().zip(estimate.point) else {
         return false;
     };
     let center = columns.centers[group.columns.start / point::TEN];
     let mut axes = point.at.iter().zip(center).zip(&std[1..]);
-    group.carried.is_none() && axes.all(|((at, center), std)| (at - center).abs() < ONE_PLACE * std)
+    load.carried.is_none() && axes.all(|((at, center), std)| (at - center).abs() < ONE_PLACE * std)
 }
 
 /// The coefficients of a group, with what the model states of them already.
 fn values(group: &Group, estimate: &Estimate) -> Vec<Value> {
-    if group.law == Law::Payload {
+    if group.load.is_some() {
         let Some((point, std)) = &estimate.point else {
             return Vec::new();
         };
@@ -431,9 +453,9 @@ fn values(group: &Group, estimate: &Estimate) -> Vec<Value> {
         let values = [point.mass, x, y, z].into_iter().zip(std);
         return values.map(|(value, &std)| Value { value, std }).collect();
     }
-    let columns = group.columns.clone().zip(&group.stated);
-    let of = |(column, stated): (usize, &Stated)| Value {
-        value: stated.value + estimate.values[column],
+    let columns = group.columns.clone().zip(&group.coefficients);
+    let of = |(column, coefficient): (usize, &Coefficient)| Value {
+        value: coefficient.stated + estimate.values[column],
         std: estimate.std[column],
     };
     columns.map(of).collect()

@@ -167,18 +167,19 @@ const ANYWHERE: f64 = 0.25;
 
 /// A coefficient with its error, in words where it has none.
 fn coefficient(term: &Term, name: &str, v: &Value) -> String {
-    let is_payload = term.term == "payload";
-    if is_payload && name != "m" && v.std > ANYWHERE {
+    let details = &term.details;
+    let own = details.coefficients.iter().position(|c| c.name == name);
+    let is_place = details.is_load && own.is_some_and(|position| position > 0);
+    if is_place && v.std > ANYWHERE {
         return format!("{name} is not determined");
     }
     let value = match v.std.is_nan() && v.value == 0.0 {
         true => format!("{name} = 0 (held: no less is possible)"),
         false => format!("{name} = {}", with_error(v.value, v.std)),
     };
-    let value = match (is_payload, name) {
-        (true, "m") => format!("{value} kg"),
-        (true, _) => format!("{value} m"),
-        _ => value,
+    let value = match own.filter(|_| details.is_load) {
+        Some(position) => format!("{value} {}", details.coefficients[position].unit),
+        None => value,
     };
     match term.stated.get(name) {
         Some(stated) => format!("{value} (the model states {})", short(*stated)),

@@ -7,8 +7,6 @@ pub(super) const TEN: usize = 10;
 /// Believed distance of a load from the origin of the body that carries it (one standard
 /// deviation), m. A few tenths of a nat where the log knows, the answer where it is silent.
 const NEAR: f64 = 0.3;
-/// How far it may be along an axis at most, m: the bounds of the library's effect `payload`.
-const FARTHEST: f64 = 0.6;
 /// Steps at most, and the fall in nats that ends them.
 const STEPS: usize = 60;
 const SMALL: f64 = 1e-9;
@@ -75,6 +73,8 @@ impl Point {
 pub(super) struct Bowl {
     pub gram: SMatrix<f64, TEN, TEN>,
     pub moment: Ten,
+    /// Where the point may be along each axis, m.
+    pub bounds: [(f64, f64); 3],
 }
 
 impl Bowl {
@@ -97,13 +97,18 @@ impl Bowl {
             }
         }
         let starts = starts.into_iter().filter_map(|at| {
-            let at = at.map(|x: f64| x.clamp(-FARTHEST, FARTHEST));
+            let at = std::array::from_fn(|axis| self.within(axis, at[axis]));
             let unit = Ten::from(Point { mass: 1.0, at }.standard());
             let mass = self.moment.dot(&unit) / unit.dot(&(self.gram * unit));
             (mass > 0.0 && mass.is_finite()).then_some(Point { mass, at })
         });
         let found = starts.map(|start| self.descend(start));
         found.min_by(|a, b| self.cost(a).total_cmp(&self.cost(b)))
+    }
+
+    fn within(&self, axis: usize, x: f64) -> f64 {
+        let (low, high) = self.bounds[axis];
+        x.clamp(low, high)
     }
 
     /// Levenberg–Marquardt from a point.
@@ -122,7 +127,7 @@ impl Bowl {
                 return point;
             };
             let next = values - step;
-            let place = |k: usize| next[k].clamp(-FARTHEST, FARTHEST);
+            let place = |k: usize| self.within(k - 1, next[k]);
             let trial = Point {
                 mass: next[0].max(0.0),
                 at: [place(1), place(2), place(3)],
@@ -147,6 +152,9 @@ impl Bowl {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Nearer than any arm is long.
+    const NEAR_BY: [(f64, f64); 3] = [(-0.6, 0.6); 3];
 
     const LOAD: Point = Point {
         mass: 1.3,
@@ -178,7 +186,12 @@ mod tests {
         });
         let moment = gram * Ten::from(LOAD.standard());
         for center in [[0.0; 3], [0.3, 0.3, -0.3]] {
-            let found = Bowl { gram, moment }.best(center).unwrap();
+            let bowl = Bowl {
+                gram,
+                moment,
+                bounds: NEAR_BY,
+            };
+            let found = bowl.best(center).unwrap();
             assert!((found.mass - LOAD.mass).abs() < 1e-4, "{found:?}");
             for (x, y) in found.at.iter().zip(LOAD.at) {
                 assert!((x - y).abs() < 1e-4, "{found:?}");
@@ -194,7 +207,12 @@ mod tests {
             at: [0.0; 3],
         };
         let moment = gram * Ten::from(lighter.standard());
-        let found = Bowl { gram, moment }.best([0.0; 3]);
+        let bowl = Bowl {
+            gram,
+            moment,
+            bounds: NEAR_BY,
+        };
+        let found = bowl.best([0.0; 3]);
         assert!(found.is_none_or(|point| point.mass == 0.0), "{found:?}");
     }
 }

@@ -3,7 +3,6 @@
 use super::columns::Columns;
 use super::equations::Equations;
 use super::estimate::{Design, Normal, Signs, estimate};
-use super::groups::Law;
 use super::point::TEN;
 use rayon::prelude::*;
 
@@ -48,8 +47,8 @@ pub(super) fn select(
     mut equations: Equations,
     may_free: bool,
 ) -> (Chosen, Equations) {
-    // A payload is within the span of the inertias.
-    let linear = (0..columns.groups.len()).filter(|&g| columns.groups[g].law != Law::Payload);
+    // A load is within the span of the inertias.
+    let linear = (0..columns.groups.len()).filter(|&g| columns.groups[g].load.is_none());
     let all: Vec<usize> = linear.collect();
     for _ in 0..ROUNDS {
         let everything = estimate(columns, &equations, &all, true, Signs::Free);
@@ -118,11 +117,11 @@ impl Selection<'_> {
         let before = self.held_out(chosen, inertias)?;
         let of = |&group: &usize| &self.columns.groups[group];
         // One load, and none where inertias are free: they would explain it, too.
-        let has_load = inertias || chosen.iter().any(|g| of(g).law == Law::Payload);
+        let has_load = inertias || chosen.iter().any(|g| of(g).load.is_some());
         let mut trials: Vec<(usize, Errors)> = (0..self.columns.groups.len())
             .into_par_iter()
             .filter(|group| !chosen.contains(group) && of(group).reach() == reach)
-            .filter(|group| !has_load || of(group).law != Law::Payload)
+            .filter(|group| !has_load || of(group).load.is_none())
             .filter_map(|group| {
                 let with = [chosen, &[group]].concat();
                 if !self.is_possible(&with, inertias) {
@@ -138,9 +137,8 @@ impl Selection<'_> {
         trials.sort_by(|(i, x), (j, y)| gain(y).total_cmp(&gain(x)).then(j.cmp(i)));
         let kept = trials.iter().find(|(group, after)| {
             let with = [chosen, &[*group]].concat();
-            let bold = matches!(of(group).law, Law::Payload | Law::Coupling);
-            let is_enough = !bold || gain(after) > STRUCTURE * total;
-            let is_load = of(group).law != Law::Payload || self.is_load(chosen, *group, after);
+            let is_enough = !of(group).is_bold() || gain(after) > STRUCTURE * total;
+            let is_load = of(group).load.is_none() || self.is_load(chosen, *group, after);
             is_enough && is_load && !self.hurts((chosen, inertias), (&with, inertias))
         });
         let (group, after) = kept?;
@@ -151,7 +149,7 @@ impl Selection<'_> {
         Some((*group, gain))
     }
 
-    /// Whether a payload explains no worse than ten other inertias of its body would: one mass in
+    /// Whether a load explains no worse than ten other inertias of its body would: one mass in
     /// one place is what is simpler.
     fn is_load(&self, chosen: &[usize], group: usize, after: &Errors) -> bool {
         let mut design = Design::new(self.columns, chosen, false);

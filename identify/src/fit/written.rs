@@ -1,5 +1,6 @@
 //! What a fit found, written into the model: effects, parameters and the numbers of bodies.
 
+use super::groups::Coefficient;
 use super::point::of_unit_mass;
 use super::{Fit, Inertia, InertialParameter, Request, Term, Value};
 use crate::number::short;
@@ -11,14 +12,14 @@ use dynamics_codegen::source::Sources;
 use dynamics_codegen::syntax::{BodyStatement, Expr, StatementKind, parse};
 use dynamics_codegen::{Library, Report, compile};
 
-/// The model that a fit is written into.
+/// The model that is fitted, and that a fit is written into.
 #[derive(Debug, Clone, Copy)]
 pub struct Source<'a> {
     /// What messages call it.
     pub name: &'a str,
     /// Its text; of a robot description that of a model that names it.
     pub text: &'a str,
-    /// The effects that it may name.
+    /// The effects that it may name; those of a term are tried.
     pub library: &'a Library,
 }
 
@@ -47,11 +48,8 @@ const DIGITS: f64 = 1e-9;
 ///
 /// # Errors
 /// If nothing of it should, or can, be written.
-pub fn written(
-    fit: &Fit,
-    request: &Request<'_>,
-    source: &Source<'_>,
-) -> Result<String, Unwritable> {
+pub fn written(fit: &Fit, request: &Request<'_>) -> Result<String, Unwritable> {
+    let source = &request.source;
     if fit.worse {
         return Err(Unwritable::Worse);
     }
@@ -99,15 +97,10 @@ fn log_name(request: &Request<'_>) -> String {
 /// The model in which losses that the description states act in those joints only whose friction
 /// was not fitted: of the others it is stated anew, as effects.
 fn without_losses(text: &str, robot: &RobotBase, fit: &Fit) -> String {
+    let described = |c: &Coefficient| c.holder.is_none() && c.stated != c.default;
     let fitted = |joint: &str| {
-        let friction = fit.terms.iter().filter(|term| term.term == "friction");
-        friction.clone().any(|term| {
-            let stands = |index: usize| {
-                let stated = &term.details.stated[index];
-                stated.parameter.is_none() && stated.value != 0.0
-            };
-            term.on == [joint] && (stands(0) || stands(1))
-        })
+        let mut own = fit.terms.iter().filter(|term| term.on == [joint]);
+        own.any(|term| term.details.coefficients.iter().any(described))
     };
     let all = robot.losses.iter();
     let kept: Vec<String> = all
@@ -123,71 +116,59 @@ fn without_losses(text: &str, robot: &RobotBase, fit: &Fit) -> String {
 
 /// A term's coefficients as effects of the library, or as other values of what the model states.
 fn term_findings(term: &Term) -> Vec<Finding> {
-    let value = |index: usize| {
-        let values = term.coefficients.values();
-        values.copied().nth(index).unwrap_or(Value {
-            value: 0.0,
-            std: f64::NAN,
-        })
-    };
-    // What the library calls each coefficient, in the order of the names.
-    let parts: &[(&str, &[(usize, &str)])] = match term.term.as_str() {
-        "friction" => &[("coulomb", &[(0, "f_c")]), ("viscous", &[(1, "d")])],
-        "armature" => &[("armature", &[(0, "i")])],
-        "constant_force" => &[("constant_force", &[(0, "f")])],
-        "joint_coupling" => &[("joint_coupling", &[(0, "f_c"), (1, "i"), (2, "d")])],
-        _ => &[("payload", &[(0, "m"), (1, "x"), (2, "y"), (3, "z")])],
-    };
-    let mut findings = Vec::new();
-    for &(effect, coefficients) in parts {
-        let estimate = |index: usize| {
-            let mut value = value(index);
-            if effect == "constant_force" {
-                // The effect pushes, the term holds back.
-                value.value = 0.0 - value.value;
-            }
-            value
-        };
-        let holder = |index: usize| term.details.stated[index].parameter.clone();
-        if coefficients
-            .iter()
-            .any(|&(index, _)| holder(index).is_some())
-        {
-            for (name, index) in coefficients
-                .iter()
-                .filter_map(|&(i, _)| Some((holder(i)?, i)))
-            {
-                findings.push(finding(
-                    "parameter",
-                    std::slice::from_ref(&name),
-                    [(name.as_str(), estimate(index))],
-                    term.evidence,
-                ));
-            }
-            continue;
-        }
-        if coefficients
-            .iter()
-            .all(|&(index, _)| estimate(index).value == 0.0)
-        {
-            continue;
-        }
-        let mut values: Vec<(&str, Value)> = Vec::new();
-        values.extend(
-            coefficients
-                .iter()
-                .map(|&(index, name)| (name, estimate(index))),
-        );
-        if matches!(effect, "coulomb" | "joint_coupling") {
-            let width = Value {
-                value: term.details.width,
+    let all = &term.details.coefficients;
+    let effects = all.chunk_by(|a, b| a.effect == b.effect);
+    let each = effects.flat_map(|own| match own.iter().any(|c| c.holder.is_some()) {
+        true => other_values(term, own),
+        false => effect_finding(term, own).into_iter().collect(),
+    });
+    each.collect()
+}
+
+fn estimate(term: &Term, coefficient: &Coefficient) -> Value {
+    let found = term.coefficients.get(&coefficient.name).copied();
+    found.unwrap_or(Value {
+        value: 0.0,
+        std: f64::NAN,
+    })
+}
+
+/// Other values of the parameters of an effect that the model has.
+fn other_values(term: &Term, own: &[Coefficient]) -> Vec<Finding> {
+    let held = own.iter().filter_map(|c| Some((c.holder.as_ref()?, c)));
+    let each = held.map(|(holder, coefficient)| {
+        let on = std::slice::from_ref(holder);
+        let value = (holder.as_str(), estimate(term, coefficient));
+        finding("parameter", on, [value], term.evidence)
+    });
+    each.collect()
+}
+
+/// An effect that the model has not; `None` where it would do nothing.
+fn effect_finding(term: &Term, own: &[Coefficient]) -> Option<Finding> {
+    let effect = &own.first()?.effect;
+    if own.iter().all(|c| estimate(term, c).value == c.default) {
+        return None;
+    }
+    let strengths = own
+        .iter()
+        .map(|c| (c.parameter.as_str(), estimate(term, c)));
+    let shapes = term.details.shapes.iter();
+    let shapes = shapes
+        .filter(|(of, ..)| of == effect)
+        .map(|(_, name, value)| {
+            let value = Value {
+                value: *value,
                 std: f64::NAN,
             };
-            values.push(("v_s", width));
-        }
-        findings.push(finding(effect, &term.on, values, term.evidence));
-    }
-    findings
+            (name.as_str(), value)
+        });
+    Some(finding(
+        effect,
+        &term.on,
+        strengths.chain(shapes),
+        term.evidence,
+    ))
 }
 
 fn finding<'a>(

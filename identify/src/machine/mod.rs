@@ -145,6 +145,16 @@ impl Machine {
         self.compiled.model.nominal_parameters()
     }
 
+    /// What arrives of an input (by index) at every state.
+    pub fn arriving(&self, input: usize, states: &States, parameters: &[f64]) -> Vec<f64> {
+        let model = &self.compiled.model;
+        let arrives = [model.inputs[input].arrives];
+        let tape = Tape::new(&model.graph, &arrives, &System::arguments(model));
+        let states = self.at_rest(states, parameters);
+        let mut values = tape.evaluate_all(&states.columns(parameters), states.len());
+        values.swap_remove(0)
+    }
+
     /// The equation's terms at every state.
     pub fn terms(&self, states: &States, parameters: &[f64]) -> Vec<Terms> {
         let nothing = vec![vec![0.0; states.len()]; self.constraints];

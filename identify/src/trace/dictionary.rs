@@ -8,16 +8,16 @@
 
 use super::focus::Focuses;
 use super::places::{Place, places};
+use super::roles::{Role, Roles};
 use super::subject::Subject;
 use super::waves::Missing;
 use crate::machine::{Machine, SensitivityTape, Sensors};
 use dynamics_codegen::derive::Variable;
 use dynamics_codegen::dimension::Dimension;
-use dynamics_codegen::graph::{ExprId, SymbolId};
 use dynamics_codegen::model::{Model, Parameter};
 use dynamics_codegen::syntax::{PortKind, written_name};
 use dynamics_codegen::{Compiled, Library, Report, compile};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 /// Something that might be missing.
 #[derive(Debug, Clone)]
@@ -94,20 +94,6 @@ pub struct Dictionary {
     pub defaults: Vec<f64>,
     /// Models with some of the candidates.
     pub(super) focuses: Focuses,
-}
-
-/// What a parameter of an effect does when it alone leaves its default.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Role {
-    /// It changes the motion at once.
-    Strength,
-    /// It changes the motion, but not to first order, as a centre of mass that leaves an axis:
-    /// nothing to begin with, and nothing to be chosen freely.
-    Curved,
-    /// It changes what strengths do, once they have left theirs.
-    Shape,
-    /// It changes nothing, whatever the others are.
-    Inert,
 }
 
 /// Where a log goes.
@@ -323,78 +309,13 @@ impl Dictionary {
 
     /// What each parameter does when it leaves its default.
     fn roles(&self) -> Vec<Role> {
-        let compiled = &self.machine.compiled;
-        let mut model = compiled.model.clone();
-        let mut outputs = compiled.system.force.clone();
-        outputs.extend(compiled.system.mass_matrix.iter().flatten());
-        outputs.extend(compiled.system.constraint_matrix.iter().flatten());
-        outputs.extend(&compiled.system.constraint_bias);
-        outputs.extend(&compiled.system.constraint_residual);
-        outputs.extend(&compiled.system.measured);
-        outputs.extend(&compiled.system.state_rates);
-        outputs.extend(&compiled.system.initial_states);
-        let parameters = &compiled.model.parameters;
-        // What a state owes to a parameter only shows where the state does something.
-        let moving = outputs.len() - compiled.system.state_rates.len() * 2;
-        let mut replacements = HashMap::new();
-        for (parameter, &value) in parameters.iter().zip(&self.defaults) {
-            replacements.insert(parameter.symbol, model.graph.constant(value));
+        let mut known = Roles::new(&self.machine.compiled, &self.defaults);
+        let mut roles = vec![Role::Inert; self.defaults.len()];
+        for candidate in &self.candidates {
+            let own = known.of(&candidate.parameters);
+            let pairs = candidate.parameters.iter().zip(own);
+            pairs.for_each(|(&index, role)| roles[index] = role);
         }
-        let role = |parameter: &Parameter| {
-            let seeds = model.parameter_seeds(parameter.symbol);
-            let slopes = model.graph.directional(&outputs, &seeds);
-            let mut some = |replacements: &HashMap<SymbolId, ExprId>| {
-                let slopes = model.graph.substitute(&slopes[..moving], replacements);
-                slopes.iter().any(|&s| !model.graph.is_zero(s))
-            };
-            if some(&replacements) {
-                return Role::Strength;
-            }
-            let mut alone = replacements.clone();
-            alone.remove(&parameter.symbol);
-            if some(&alone) {
-                return Role::Curved;
-            }
-            if slopes.iter().any(|&s| !model.graph.is_zero(s)) {
-                Role::Shape
-            } else {
-                Role::Inert
-            }
-        };
-        let mut roles: Vec<Role> = parameters.iter().map(role).collect();
-        // A load at the axis of its link does nothing to first order, wherever the default puts
-        // it: what makes all of its other parameters meaningless is its strength all the same.
-        let idle = self.candidates.iter().filter(|candidate| {
-            let strong = |&index: &usize| roles[index] == Role::Strength;
-            !candidate.parameters.iter().any(strong)
-        });
-        let mut switches = Vec::new();
-        for Candidate {
-            parameters: own, ..
-        } in idle
-        {
-            let mut free = replacements.clone();
-            free.retain(|symbol, _| !own.iter().any(|&index| parameters[index].symbol == *symbol));
-            for &switch in own.iter().filter(|&&index| roles[index] == Role::Shape) {
-                let mut off = free.clone();
-                let symbol = parameters[switch].symbol;
-                off.insert(symbol, replacements[&symbol]);
-                let others = own.iter().filter(|&&index| index != switch);
-                let mut meaningless = true;
-                for &other in others {
-                    let seeds = model.parameter_seeds(parameters[other].symbol);
-                    let slopes = model.graph.directional(&outputs[..moving], &seeds);
-                    let slopes = model.graph.substitute(&slopes, &off);
-                    meaningless &= slopes.iter().all(|&s| model.graph.is_zero(s));
-                }
-                if meaningless && own.len() > 1 {
-                    switches.push(switch);
-                }
-            }
-        }
-        switches
-            .into_iter()
-            .for_each(|index| roles[index] = Role::Strength);
         roles
     }
 

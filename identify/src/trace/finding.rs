@@ -8,6 +8,7 @@ use super::selection::{Remaining, Selection, Term};
 use super::separate::SeparatingMotion;
 use super::settings::MARGIN;
 use super::subject::Subject;
+use dynamics_codegen::syntax::PortKind;
 use nalgebra::DMatrix;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -241,7 +242,12 @@ pub(super) fn says_no_strength(
 pub(super) fn findings(dictionary: &Dictionary, selection: &Selection) -> Vec<Finding> {
     let each = |term| finding(dictionary, selection, term);
     let findings = selection.terms.iter().map(each).collect();
-    on_one_clock(findings, selection.estimate.rows)
+    let effects = &dictionary.machine.compiled.model.effects;
+    let is_of_input = |finding: &Finding| {
+        let own = effects.iter().find(|e| e.template == finding.effect);
+        own.is_some_and(|effect| effect.on.iter().all(|(kind, _)| *kind == PortKind::Input))
+    };
+    on_one_clock(findings, selection.estimate.rows, is_of_input)
 }
 
 fn finding(dictionary: &Dictionary, selection: &Selection, term: &Term) -> Finding {

@@ -2,15 +2,20 @@
 
 use super::finding::{Finding, ParameterEstimate};
 
-/// Findings of one timing effect on several inputs as one, where its times agree: with one
-/// time for all the log is explained as well for fewer parameters (by Wald's statistic and
-/// the price of `rows` readings).
-pub(super) fn on_one_clock(findings: Vec<Finding>, rows: usize) -> Vec<Finding> {
+/// Findings of one timing effect on several inputs (told by `is_of_input`) as one, where its
+/// times agree: with one time for all the log is explained as well for fewer parameters (by Wald's
+/// statistic and the price of `rows` readings).
+pub(super) fn on_one_clock(
+    findings: Vec<Finding>,
+    rows: usize,
+    is_of_input: impl Fn(&Finding) -> bool,
+) -> Vec<Finding> {
     let mut merged: Vec<Finding> = Vec::new();
     for finding in findings {
         let alike = merged
             .iter()
             .position(|known| is_timing(&finding) && known.effect == finding.effect);
+        let alike = alike.filter(|_| is_of_input(&finding));
         match alike.and_then(|i| Some((i, common(&merged[i], &finding, rows)?))) {
             Some((i, common)) => merged[i] = common,
             None => merged.push(finding),
@@ -23,10 +28,7 @@ pub(super) fn on_one_clock(findings: Vec<Finding>, rows: usize) -> Vec<Finding> 
 /// Whether an effect on one place has times only for parameters.
 fn is_timing(finding: &Finding) -> bool {
     let mut parameters = finding.parameters.values();
-    finding.on.len() == 1
-        && finding.effect.starts_with("input_")
-        && !finding.parameters.is_empty()
-        && parameters.all(|p| p.unit == "s")
+    finding.on.len() == 1 && !finding.parameters.is_empty() && parameters.all(|p| p.unit == "s")
 }
 
 /// Two findings as one with the mean of their times, each by its precision; `None` if the
@@ -89,6 +91,7 @@ mod tests {
                 delay("z", 0.0405, 1e-3),
             ],
             1000,
+            |_| true,
         );
         assert_eq!(found.len(), 1);
         assert_eq!(found[0].on, ["x", "y", "z"]);
@@ -99,7 +102,10 @@ mod tests {
 
     #[test]
     fn delays_that_differ_stay_apart() {
-        let found = on_one_clock(vec![delay("x", 0.04, 1e-3), delay("y", 0.06, 1e-3)], 1000);
-        assert_eq!(found.len(), 2);
+        let apart = vec![delay("x", 0.04, 1e-3), delay("y", 0.06, 1e-3)];
+        assert_eq!(on_one_clock(apart, 1000, |_| true).len(), 2);
+        // Times of sensors have clocks of their own.
+        let sensors = vec![delay("x", 0.04, 1e-3), delay("y", 0.04, 1e-3)];
+        assert_eq!(on_one_clock(sensors, 1000, |_| false).len(), 2);
     }
 }

@@ -32,63 +32,69 @@ fn axes(model: &Model) -> Vec<String> {
 
 /// Every template at every place that fits, but those the model already has.
 pub(super) fn places(model: &Model, library: &Library) -> Vec<Place> {
-    let names = |kind: PortKind| -> Vec<String> {
-        match kind {
-            PortKind::Coordinate => model.coordinates.iter().map(|c| c.name.clone()).collect(),
-            PortKind::Input => model.inputs.iter().map(|u| u.name.clone()).collect(),
-            PortKind::Body => model.moving_bodies().map(|b| b.name.clone()).collect(),
-            PortKind::Constraint => (0..model.constraints.len())
-                .filter(|&index| model.sliding(index).is_some())
-                .map(|index| model.constraints[index].name.clone())
-                .collect(),
-            // Chosen all together, below.
-            PortKind::Coordinates => Vec::new(),
-        }
+    let templates = library.names().filter_map(|name| library.describe(name));
+    let each = templates.flat_map(|template| {
+        let places = places_of(model, &template.ports).into_iter();
+        places.map(move |on| (template.name.clone(), on))
+    });
+    let is_new = |(template, on): &Place| {
+        let mut effects = model.effects.iter();
+        !effects.any(|effect| {
+            effect.template == *template && effect.on.iter().map(|(_, name)| name).eq(on.iter())
+        })
     };
-    let mut places = Vec::new();
-    for template in library.names().filter_map(|name| library.describe(name)) {
-        let mut choices: Vec<Vec<String>> = vec![Vec::new()];
-        for (position, kind) in template.ports.iter().enumerate() {
-            if *kind == PortKind::Coordinates {
-                let axes = axes(model);
-                choices = choices
-                    .into_iter()
-                    .filter(|_| !axes.is_empty())
-                    .map(|chosen| [chosen, axes.clone()].concat())
-                    .collect();
-                continue;
-            }
-            let again = position > 0 && template.ports[position - 1] == *kind;
+    each.filter(is_new).collect()
+}
+
+/// Every place that fits the ports of a template.
+pub(crate) fn places_of(model: &Model, ports: &[PortKind]) -> Vec<Vec<String>> {
+    let mut choices: Vec<Vec<String>> = vec![Vec::new()];
+    for (position, kind) in ports.iter().enumerate() {
+        if *kind == PortKind::Coordinates {
+            let axes = axes(model);
             choices = choices
-                .iter()
-                .flat_map(|chosen| {
-                    let all = names(*kind);
-                    // Two ports of one kind: each pair once.
-                    let last = chosen.last().filter(|_| again);
-                    let first = last.and_then(|last| all.iter().position(|name| name == last));
-                    let begin = first.map_or(0, |first| first + 1);
-                    all.into_iter()
-                        .skip(begin)
-                        .filter(|name| !chosen.contains(name))
-                        .filter(move |name| last.is_none_or(|last| alike(model, last, name)))
-                        .map(|name| {
-                            let mut longer = chosen.clone();
-                            longer.push(name);
-                            longer
-                        })
-                })
+                .into_iter()
+                .filter(|_| !axes.is_empty())
+                .map(|chosen| [chosen, axes.clone()].concat())
                 .collect();
+            continue;
         }
-        for on in choices {
-            let present = model.effects.iter().any(|effect| {
-                effect.template == template.name
-                    && effect.on.iter().map(|(_, name)| name).eq(on.iter())
-            });
-            // A template for inputs has no place in a model without any.
-            if !present && (!on.is_empty() || template.ports.is_empty()) {
-                places.push((template.name.clone(), on));
-            }
-        }
+        let again = position > 0 && ports[position - 1] == *kind;
+        choices = choices
+            .iter()
+            .flat_map(|chosen| longer(model, *kind, chosen, again))
+            .collect();
     }
-    places
+    // A template for inputs has no place in a model without any.
+    choices.retain(|on| !on.is_empty() || ports.is_empty());
+    choices
+}
+
+/// The places with one more of a kind; `again`, if the last one is of this kind, too.
+fn longer(model: &Model, kind: PortKind, chosen: &[String], again: bool) -> Vec<Vec<String>> {
+    let all = names(model, kind);
+    // Two ports of one kind: each pair once.
+    let last = chosen.last().filter(|_| again);
+    let first = last.and_then(|last| all.iter().position(|name| name == last));
+    let begin = first.map_or(0, |first| first + 1);
+    let others = all.into_iter().skip(begin);
+    others
+        .filter(|name| !chosen.contains(name))
+        .filter(|name| last.is_none_or(|last| alike(model, last, name)))
+        .map(|name| [chosen, &[name]].concat())
+        .collect()
+}
+
+fn names(model: &Model, kind: PortKind) -> Vec<String> {
+    match kind {
+        PortKind::Coordinate => model.coordinates.iter().map(|c| c.name.clone()).collect(),
+        PortKind::Input => model.inputs.iter().map(|u| u.name.clone()).collect(),
+        PortKind::Body => model.moving_bodies().map(|b| b.name.clone()).collect(),
+        PortKind::Constraint => (0..model.constraints.len())
+            .filter(|&index| model.sliding(index).is_some())
+            .map(|index| model.constraints[index].name.clone())
+            .collect(),
+        // Chosen all together.
+        PortKind::Coordinates => Vec::new(),
+    }
 }

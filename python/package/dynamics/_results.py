@@ -75,7 +75,7 @@ class Term:
     """One thing that a fit has taken in.
 
     Attributes:
-        term: `friction`, `armature`, `constant_force`, `joint_coupling` or `payload`.
+        term: what its effects say that they are part of, such as `friction` or `payload`.
         on: the coordinates, or the body, that it acts on.
         coefficients: its numbers by name, with what the model states of them already.
         gain: the share by which it lowers the mean squared error of blocks that it was not

@@ -8,18 +8,19 @@
 //! ```
 //!
 //! with any of gain `g`, bias `b`, delay `τ` and lag `T`; which of them are needed is decided
-//! by what they take from `u − c`, less the price of each.
+//! by what they take from `u − c`, less the price of each. Which effects of the library these four
+//! are is told by what the effects make of a test signal.
+
+mod parts;
 
 use super::dictionary::Dictionary;
 use super::finding::{Finding, ParameterEstimate};
-use super::subject::Subject;
 use crate::log::{Record, median_step, rms, share_of_news};
 use crate::machine::{Hold, Signal};
 use nalgebra::{DMatrix, DVector};
+use parts::parts;
 use std::collections::BTreeMap;
 
-/// The effects of a drive, in the order of [`Drive`]'s parameters.
-const EFFECTS: [&str; 4] = ["input_delay", "input_lag", "input_gain", "input_bias"];
 /// Longest delay or lag looked for, s.
 const LATEST: f64 = 0.5;
 /// Delays and lags tried, in steps of half a sample, then finer.
@@ -193,16 +194,15 @@ impl Drive<'_> {
         used: [bool; 4],
         fitted: &Fitted,
     ) -> Vec<Finding> {
+        if used == [false; 4] {
+            return Vec::new();
+        }
+        let known = parts(dictionary, input);
         let parts: Vec<usize> = (0..4).filter(|&part| used[part]).collect();
         let covariance = self.covariance(&parts, fitted);
         let each = parts.iter().enumerate().filter_map(|(position, &part)| {
-            let subject = Subject::Effect {
-                template: EFFECTS[part].to_string(),
-                on: vec![input.to_string()],
-            };
-            let mut all = dictionary.candidates.iter();
             // What the model says of a drive already is not said again.
-            let index = all.position(|candidate| candidate.subject == subject)?;
+            let index = known[part]?;
             let parameter = dictionary.candidates[index].parameters.first()?;
             let unit = &dictionary.machine.compiled.model.parameters[*parameter].unit;
             let mut fewer = used;
@@ -214,7 +214,7 @@ impl Drive<'_> {
             };
             let name = dictionary.short_names(index).first()?.to_string();
             Some(Finding {
-                effect: EFFECTS[part].to_string(),
+                effect: dictionary.candidates[index].subject.name().to_string(),
                 on: vec![input.to_string()],
                 places: vec![vec![input.to_string()]],
                 parameters: BTreeMap::from([(name, estimate)]),
