@@ -68,3 +68,22 @@ impl<T: Real> Balance<T> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn torque_drives_the_wheel_under_the_fall_within_the_limit() {
+        let balance = Balance {
+            gains: Gains::PUBLISHED,
+            bias: [0.01, 0.0],
+        };
+        let still = [(0.0, 0.0); 2];
+        let [roll, pitch] = balance.currents([0.03, -0.1], [0.0; 2], still, [0.0; 2]);
+        assert!((roll - 4.5 * 0.02 / TORQUE_PER_CURRENT).abs() < 1e-12);
+        assert!((pitch + 1.6 * 0.1 / TORQUE_PER_CURRENT).abs() < 1e-12);
+        let fallen = balance.currents([1.0, -3.0], [0.0; 2], still, [0.0; 2]);
+        assert_eq!(fallen, [MOST_CURRENT, -MOST_CURRENT]);
+    }
+}

@@ -65,3 +65,23 @@ fn angle<T: Scalar>(counts: i32) -> T {
     let turn = T::from_f64(core::f64::consts::TAU / f64::from(COUNTS_PER_TURN));
     T::from_f64(f64::from(counts)) * turn
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A wheel that turns steadily past the end of the counter.
+    #[test]
+    fn counts_wrap() {
+        let mut wheel = Wheel::<f32>::new();
+        let mut counts = i32::MAX - 1000;
+        for _ in 0..100 {
+            wheel.read(counts, 0.01);
+            counts = counts.wrapping_add(200);
+        }
+        let turned = 99.0 * 200.0 / COUNTS_PER_TURN as f32 * core::f32::consts::TAU;
+        assert!((wheel.angle() - turned).abs() < 1e-4);
+        assert!((wheel.rate - turned / 0.99).abs() < 1e-3);
+        assert!(wheel.acceleration.abs() < 1e-3);
+    }
+}

@@ -26,7 +26,9 @@ fn tried(swing: Excitation, sensing: &Sensing) -> Option<Found> {
     }
     let rows = &outcome.rows;
     let yaw = |tick: usize| rows[tick].state.q[YAW];
-    let tilts = rows.iter().map(|row| row.state.q[ROLL].abs().max(row.state.q[PITCH].abs()));
+    let tilts = rows
+        .iter()
+        .map(|row| row.state.q[ROLL].abs().max(row.state.q[PITCH].abs()));
     Some((
         swing,
         (yaw(600) - yaw(200)).abs() / std::f64::consts::TAU,
@@ -44,13 +46,21 @@ fn main() -> anyhow::Result<()> {
             seconds: 4.0,
             frequency: random.random_range(0.5..4.0),
             phase: random.random_range(0.0..std::f64::consts::TAU),
-            torque: [random.random_range(0.05..0.8), random.random_range(0.05..0.6)],
+            torque: [
+                random.random_range(0.05..0.8),
+                random.random_range(0.05..0.6),
+            ],
             turning_point: random.random_range(0.45..0.7),
         })
         .collect();
-    let tried = swings.par_iter().filter_map(|swing| tried(*swing, &sensing));
+    let tried = swings
+        .par_iter()
+        .filter_map(|swing| tried(*swing, &sensing));
     let mut found: Vec<Found> = tried.collect();
-    println!("{} of {TRIALS} swings leave the robot standing", found.len());
+    println!(
+        "{} of {TRIALS} swings leave the robot standing",
+        found.len()
+    );
     // Turns that are wanted, less what is left of the turn, which the rest of the time has to wait out.
     let worth = |(_, turns, left, _): &Found| turns.min(3.2) - 0.2 * left.abs();
     found.sort_by(|a, b| worth(b).total_cmp(&worth(a)));

@@ -13,6 +13,9 @@ const STEPS: usize = 10;
 /// Roll or pitch at which the robot has fallen, rad: there its body is on the floor.
 const FALLEN: f64 = std::f64::consts::FRAC_PI_3;
 
+/// How long the robot balances to find its bias, s.
+const CALM: f64 = 10.0;
+
 /// A push from outside.
 #[derive(Debug, Clone, Copy)]
 pub struct Push {
@@ -35,6 +38,8 @@ pub struct Trial {
     pub gains: Gains<f64>,
     /// The estimator.
     pub estimator: Settings<f32>,
+    /// `q̄₁, q̄₂` of (6.22), rad.
+    pub bias: [f64; 2],
     /// Ticks from a reading to the arrival of its command.
     pub delay: usize,
     /// Pushes from outside.
@@ -77,10 +82,28 @@ impl Trial {
             start: robot::leaning(0.0, 0.0),
             gains,
             estimator: Settings::published(),
+            bias: [0.0; 2],
             delay: 1,
             pushes: Vec::new(),
             excitation: None,
         }
+    }
+
+    /// The same on a robot that has found its bias, as the robot does before it starts: the estimate's
+    /// mean over ten seconds of balancing, in which the robot does not tilt on the whole.
+    ///
+    /// # Errors
+    /// As [`Trial::run`].
+    pub fn calibrated(self, sensing: &mut Sensing) -> Result<Self, SolveError> {
+        let calm = calm(self.gains, sensing)?;
+        let mean = |k: usize| {
+            let sum: f64 = calm.iter().map(|row| f64::from(row.tilt.fused[k])).sum();
+            sum / calm.len().max(1) as f64
+        };
+        Ok(Self {
+            bias: [mean(0), mean(1)],
+            ..self
+        })
     }
 
     /// Runs it.
@@ -135,7 +158,7 @@ impl Trial {
         let start = [ROLL, PITCH].map(|k| self.start.q[k] as f32);
         let balance = Balance {
             gains: self.gains.cast(),
-            bias: [0.0; 2],
+            bias: self.bias.map(|angle| angle as f32),
         };
         Firmware::new(Estimator::new(self.estimator, start), balance)
     }
@@ -153,6 +176,14 @@ impl Trial {
     }
 }
 
+/// Ten seconds of balancing.
+///
+/// # Errors
+/// As [`Trial::run`].
+pub fn calm(gains: Gains<f64>, sensing: &mut Sensing) -> Result<Vec<Row>, SolveError> {
+    Ok(Trial::new(CALM, gains).run(sensing)?.rows)
+}
+
 /// Rates of the reaction wheel and of the rolling wheel against the body, rad/s.
 pub fn wheel_rates(state: &State) -> [f64; 2] {
     [state.v[REACTION], state.v[WHEEL] - state.v[PITCH]]
@@ -162,4 +193,72 @@ pub fn wheel_rates(state: &State) -> [f64; 2] {
 pub fn rms(values: impl Iterator<Item = f64>) -> f64 {
     let (count, total) = values.fold((0_usize, 0.0), |(n, sum), x| (n + 1, sum + x * x));
     (total / count.max(1) as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::design::planes;
+    use crate::design::poles::poles;
+
+    /// The linear design tells how late commands may come, and the simulation agrees: with stable poles
+    /// it comes to rest, with unstable ones it sways for ever or falls.
+    #[test]
+    fn it_comes_to_rest_where_the_poles_are_stable() {
+        let gains = Gains::PUBLISHED;
+        let [roll, pitch] = planes(Some(INTERVAL)).unwrap();
+        let sensing = Sensing::new(1).unwrap().without_noise();
+        let lean = 0.02;
+        let (mut stable, mut unstable) = (0, 0);
+        for delay in 0..8 {
+            let mut trial = Trial::new(10.0, gains);
+            trial.delay = delay;
+            trial.start = robot::leaning(lean, lean);
+            let outcome = trial.run(&mut sensing.clone()).unwrap();
+            let last = outcome.rows.iter().rev().take(200);
+            let tilts = last.map(|row| row.state.q[ROLL].hypot(row.state.q[PITCH]));
+            let rests = !outcome.fell && rms(tilts) < lean / 4.0;
+            let largest = [(&roll, &gains.roll), (&pitch, &gains.pitch)]
+                .map(|(plane, gain)| poles(plane, gain, delay)[0].norm())
+                .into_iter()
+                .fold(0.0, f64::max);
+            assert_eq!(rests, largest < 1.0, "{delay} ticks late, pole {largest}");
+            match rests {
+                true => stable += 1,
+                false => unstable += 1,
+            }
+        }
+        assert!(stable > 1 && unstable > 1, "{stable} {unstable}");
+    }
+
+    /// The estimate in `f32` and in `f64`, on the same readings.
+    #[test]
+    fn single_precision_is_enough() {
+        let mut trial = Trial::new(10.0, Gains::PUBLISHED);
+        trial.pushes = vec![Push {
+            at: 1.0,
+            seconds: 0.1,
+            force: [1.5, 1.5],
+        }];
+        let rows = trial.run(&mut Sensing::new(1).unwrap()).unwrap().rows;
+        let mut estimator = Estimator::<f64>::new(Settings::published(), [0.0; 2]);
+        let mut wheel = wheelbot_firmware::wheel::Wheel::new();
+        let mut largest = 0.0;
+        for row in &rows {
+            let double = |all: [[f32; 3]; 4]| all.map(|vector| vector.map(f64::from));
+            let readings = Readings {
+                gyroscopes: double(row.readings.gyroscopes),
+                accelerometers: double(row.readings.accelerometers),
+                rolling: row.readings.rolling,
+                reaction: row.readings.reaction,
+            };
+            wheel.read(readings.rolling, INTERVAL);
+            let exact = estimator.update(&readings, &wheel).fused;
+            for k in 0..2 {
+                let apart = (f64::from(row.tilt.fused[k]) - exact[k]).abs();
+                largest = f64::max(largest, apart);
+            }
+        }
+        assert!(largest < 1e-5, "{largest} rad apart");
+    }
 }

@@ -129,7 +129,7 @@ mod tests {
             "{pitch:?}"
         );
         for plane in [roll, pitch] {
-            assert_eq!(plane.a[(0, 1)], 1.0);
+            assert!((plane.a[(0, 1)] - 1.0).abs() < 1e-12);
             assert!(plane.a[(1, 2)].abs().max(plane.a[(1, 3)].abs()) < 1e-9);
         }
     }

@@ -45,16 +45,42 @@ pub fn gain(a: &Matrix4<f64>, b: &Vector4<f64>, p: &Matrix4<f64>, r: f64) -> [f6
     core::array::from_fn(|k| row[k])
 }
 
-/// By how much the equation is missed, as a share of `P`'s largest entry.
-pub fn residual(
-    a: &Matrix4<f64>,
-    b: &Vector4<f64>,
-    (q, r): (&Matrix4<f64>, f64),
-    p: &Matrix4<f64>,
-) -> f64 {
-    let k = Vector4::from(gain(a, b, p, r));
-    let closed = a - b * k.transpose();
-    // Joseph's form, in which nothing large cancels.
-    let again = closed.transpose() * p * closed + q + k * k.transpose() * r;
-    (again - p).amax() / p.amax()
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::design::planes;
+    use crate::design::weights::WEIGHTS;
+    use wheelbot_firmware::INTERVAL;
+
+    /// By how much the equation is missed, as a share of `P`'s largest entry.
+    fn residual(
+        a: &Matrix4<f64>,
+        b: &Vector4<f64>,
+        (q, r): (&Matrix4<f64>, f64),
+        p: &Matrix4<f64>,
+    ) -> f64 {
+        let k = Vector4::from(gain(a, b, p, r));
+        let closed = a - b * k.transpose();
+        // Joseph's form, in which nothing large cancels.
+        let again = closed.transpose() * p * closed + q + k * k.transpose() * r;
+        (again - p).amax() / p.amax()
+    }
+
+    #[test]
+    fn the_equation_holds() {
+        for (plane, weights) in planes(Some(INTERVAL)).unwrap().iter().zip(&WEIGHTS) {
+            let q = Matrix4::from_diagonal(&Vector4::from(weights.state));
+            let p = solve(&plane.a, &plane.b, &q, weights.torque).unwrap();
+            let missed = residual(&plane.a, &plane.b, (&q, weights.torque), &p);
+            assert!(missed < 1e-9, "{missed}");
+        }
+    }
+
+    /// Of an unstable plant that no torque reaches.
+    #[test]
+    fn what_cannot_be_stabilised_has_no_solution() {
+        let a = Matrix4::from_diagonal(&Vector4::new(1.1, 0.5, 0.5, 0.5));
+        let b = Vector4::new(0.0, 1.0, 0.0, 0.0);
+        assert_eq!(solve(&a, &b, &Matrix4::identity(), 1.0), None);
+    }
 }

@@ -51,16 +51,6 @@ mod tests {
     use super::*;
     use crate::design::poles::poles;
 
-    #[test]
-    fn the_riccati_equation_holds() {
-        for (plane, weights) in planes(Some(INTERVAL)).unwrap().iter().zip(&WEIGHTS) {
-            let q = Matrix4::from_diagonal(&Vector4::from(weights.state));
-            let p = riccati::solve(&plane.a, &plane.b, &q, weights.torque).unwrap();
-            let missed = riccati::residual(&plane.a, &plane.b, (&q, weights.torque), &p);
-            assert!(missed < 1e-9, "{missed}");
-        }
-    }
-
     /// Against gains and poles that were computed without this project's code.
     #[test]
     fn gains_and_poles_are_the_known_ones() {

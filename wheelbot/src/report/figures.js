@@ -49,7 +49,7 @@ function addChart(chart, interval, seek) {
   const end = interval * (chart.curves[0][1].length - 1);
   const x = (t) => LEFT + ((WIDTH - LEFT - RIGHT) * t) / end;
   const y = (v) => HEIGHT - BOTTOM - ((HEIGHT - TOP - BOTTOM) * (v - low)) / (high - low);
-  for (const tick of ticks(low, high, 4)) {
+  for (const tick of ticks(low, high, 5)) {
     element("line", { x1: LEFT, x2: WIDTH - RIGHT, y1: y(tick), y2: y(tick), stroke: "#e6e9ed" }, svg);
     element("text", { x: LEFT - 6, y: y(tick) + 4, "text-anchor": "end" }, svg).textContent = written(tick);
   }

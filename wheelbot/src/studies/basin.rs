@@ -7,9 +7,9 @@ use crate::trial::Trial;
 use rayon::prelude::*;
 use wheelbot_firmware::Gains;
 
-/// Starting tilts along each axis: every second degree to 24° either way.
+/// Starting tilts along each axis: every third degree to 36° either way.
 const COUNT: i32 = 12;
-const STEP: f64 = 2.0;
+const STEP: f64 = 3.0;
 /// Who stands so long has come back, s.
 const SECONDS: f64 = 2.0;
 

@@ -2,12 +2,12 @@
 //! the alternative that the text names.
 
 use super::pirouette;
-use super::replay::{Met, felt_error, fused_error, low_passed, replayed};
+use super::replay::{Bench, Met, low_passed, replayed};
 use super::study::{Chart, Finding, Motion, Study, StudyError, Table, charts};
 use super::terms;
 use crate::robot::{self, WHEEL, Wheelbot, X};
 use crate::sensing::Sensing;
-use crate::trial::{Push, Row, Trial};
+use crate::trial::{Push, Row, Trial, calm};
 use wheelbot_firmware::pivot::{Term, Terms};
 use wheelbot_firmware::{Accelerometers, Gains, INTERVAL, Settings};
 
@@ -24,14 +24,23 @@ const SHARE: f64 = 1.0 / 3.0;
 /// [`StudyError`].
 pub fn study(gains: Gains<f64>, seed: u64) -> Result<Study, StudyError> {
     let mut sensing = Sensing::new(seed)?;
+    let bench = Bench::new(&calm(gains, &mut sensing)?);
     let held = held(&mut sensing);
     let pushed = pushed(gains, &mut sensing)?;
     let turning = pirouette::run(gains, &mut sensing)?.rows;
     let met = [held, Met::in_run(&pushed), Met::in_run(&turning)];
     let [left, right, _] = &met;
     let mut findings = vec![
-        compared("Held upright and moved by hand (Fig. 6.11, left)", left),
-        compared("Pushed back while balancing (Fig. 6.11, right)", right),
+        compared(
+            "Held upright and moved by hand (Fig. 6.11, left)",
+            &bench,
+            left,
+        ),
+        compared(
+            "Pushed back while balancing (Fig. 6.11, right)",
+            &bench,
+            right,
+        ),
     ];
     findings.push(significance(&turning));
     let mut curves = pitch_by_accelerometers(&pushed, right);
@@ -43,15 +52,15 @@ pub fn study(gains: Gains<f64>, seed: u64) -> Result<Study, StudyError> {
         title: "The tilt estimator".into(),
         about: vec![
             "Errors are those of Fig. 6.11: of the tilt from the accelerometers behind a low-pass of \
-             0.32 Hz, against the true tilt."
+             0.32 Hz, against the true tilt, less the bias from ten seconds of balancing."
                 .into(),
             "The view and the curves show the push.".into(),
         ],
         findings,
         tables: vec![
-            ways(&met),
-            terms::table("Terms of [6.17] on the pirouette", &turning),
-            terms::table("Terms of [6.17] on the push", &pushed),
+            ways(&bench, &met),
+            terms::table("Terms of [6.17] on the pirouette", &bench, &turning),
+            terms::table("Terms of [6.17] on the push", &bench, &pushed),
         ],
         charts: curves,
         maps: Vec::new(),
@@ -103,10 +112,10 @@ fn settings(terms: Terms, accelerometers: Accelerometers) -> Settings<f32> {
     }
 }
 
-fn compared(what: &str, motion: &[Met]) -> Finding {
+fn compared(what: &str, bench: &Bench, motion: &[Met]) -> Finding {
     let [without, with] = [Terms::NONE, Terms::PUBLISHED].map(|terms| {
         let settings = settings(terms, Accelerometers::LeastSquares);
-        felt_error(motion, &replayed(settings, motion))[1]
+        bench.errors(settings, motion).felt[1]
     });
     Finding::new(
         &format!("{what}: pitch error with and without the pivot's acceleration"),
@@ -140,7 +149,7 @@ fn significance(rows: &[Row]) -> Finding {
 }
 
 /// Every way to estimate on every motion.
-fn ways(motions: &[Vec<Met>; 3]) -> Table {
+fn ways(bench: &Bench, motions: &[Vec<Met>; 3]) -> Table {
     use Accelerometers::{LeastSquares, Sphere};
     let ways = [
         ("no pivot's acceleration", Terms::NONE, LeastSquares),
@@ -157,10 +166,10 @@ fn ways(motions: &[Vec<Met>; 3]) -> Table {
     let line = |(name, terms, accelerometers): (&str, Terms, Accelerometers)| {
         let mut line = vec![name.to_string()];
         for motion in motions {
-            let tilts = replayed(settings(terms, accelerometers), motion);
-            let (felt, fused) = (felt_error(motion, &tilts), fused_error(motion, &tilts));
-            line.push(format!("{:.2}, {:.2}", felt[0], felt[1]));
-            line.push(format!("{:.2}, {:.2}", fused[0], fused[1]));
+            let errors = bench.errors(settings(terms, accelerometers), motion);
+            for [roll, pitch] in [errors.felt, errors.fused] {
+                line.push(format!("{roll:.2}, {pitch:.2}"));
+            }
         }
         line
     };
@@ -222,10 +231,19 @@ mod tests {
     fn the_pivot_acceleration_takes_two_thirds_of_the_error() {
         for seed in [1, 2, 3] {
             let mut sensing = Sensing::new(seed).unwrap();
+            let bench = Bench::new(&calm(Gains::PUBLISHED, &mut sensing).unwrap());
             let left = held(&mut sensing);
-            assert_eq!(compared("left", &left).holds, Some(true), "seed {seed}");
+            assert_eq!(
+                compared("left", &bench, &left).holds,
+                Some(true),
+                "seed {seed}"
+            );
             let right = Met::in_run(&pushed(Gains::PUBLISHED, &mut sensing).unwrap());
-            assert_eq!(compared("right", &right).holds, Some(true), "seed {seed}");
+            assert_eq!(
+                compared("right", &bench, &right).holds,
+                Some(true),
+                "seed {seed}"
+            );
         }
     }
 }

@@ -14,7 +14,7 @@ const SECONDS: f64 = 0.1;
 /// From one to the next, s.
 const PAUSE: f64 = 5.0;
 /// Impulse of those that are shown, N·s.
-const IMPULSE: f64 = 0.15;
+const IMPULSE: f64 = 0.3;
 /// What is tried at most, N·s, and how finely.
 const MOST_IMPULSE: f64 = 2.0;
 const HALVINGS: usize = 8;
@@ -71,7 +71,7 @@ fn shown(gains: Gains<f64>, sensing: &mut Sensing) -> Result<Outcome, StudyError
         .zip(DIRECTIONS)
         .map(|(k, direction)| push(PAUSE * f64::from(k), direction, IMPULSE))
         .collect();
-    Ok(trial.run(sensing)?)
+    Ok(trial.calibrated(sensing)?.run(sensing)?)
 }
 
 fn push(at: f64, direction: f64, impulse: f64) -> Push {

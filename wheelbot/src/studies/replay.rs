@@ -50,22 +50,45 @@ pub fn low_passed(values: impl Iterator<Item = f64>) -> Vec<f64> {
     values.scan(None, pass).collect()
 }
 
-/// Error of the accelerometers' tilt behind the low-pass, rms, degrees: roll and pitch.
-pub fn felt_error(motion: &[Met], tilts: &[Tilt<f32>]) -> [f64; 2] {
-    error(motion, tilts, |tilt, k| f64::from(tilt.felt[k]))
+/// Where estimators are compared: each is first told its bias on a robot that balances, as (6.22)
+/// demands it.
+#[derive(Debug, Clone)]
+pub struct Bench {
+    calm: Vec<Met>,
 }
 
-/// Error of the fused tilt behind the low-pass, rms, degrees: roll and pitch.
-pub fn fused_error(motion: &[Met], tilts: &[Tilt<f32>]) -> [f64; 2] {
-    error(motion, tilts, |tilt, k| f64::from(tilt.fused[k]))
+/// Errors behind the low-pass, rms, degrees: of roll and of pitch.
+#[derive(Debug, Clone, Copy)]
+pub struct Errors {
+    /// Of the accelerometers' tilt.
+    pub felt: [f64; 2],
+    /// Of the fused tilt.
+    pub fused: [f64; 2],
 }
 
-fn error(motion: &[Met], tilts: &[Tilt<f32>], pick: impl Fn(&Tilt<f32>, usize) -> f64) -> [f64; 2] {
-    [0, 1].map(|k| {
-        let missed = motion
-            .iter()
-            .zip(tilts)
-            .map(|(met, tilt)| pick(tilt, k) - met.tilt[k]);
-        rms(low_passed(missed).into_iter()).to_degrees()
-    })
+impl Bench {
+    /// With the readings of a robot that balances.
+    pub fn new(calm: &[Row]) -> Self {
+        Self {
+            calm: Met::in_run(calm),
+        }
+    }
+
+    /// How far an estimator is from the truth on a motion.
+    pub fn errors(&self, settings: Settings<f32>, motion: &[Met]) -> Errors {
+        let (calm, tilts) = (replayed(settings, &self.calm), replayed(settings, motion));
+        let error = |pick: fn(&Tilt<f32>) -> [f32; 2]| {
+            [0, 1].map(|k| {
+                let of = |tilt: &Tilt<f32>| f64::from(pick(tilt)[k]);
+                let bias = calm.iter().map(of).sum::<f64>() / calm.len().max(1) as f64;
+                let missed = motion.iter().zip(&tilts);
+                let missed = missed.map(|(met, tilt)| of(tilt) - bias - met.tilt[k]);
+                rms(low_passed(missed).into_iter()).to_degrees()
+            })
+        };
+        Errors {
+            felt: error(|tilt| tilt.felt),
+            fused: error(|tilt| tilt.fused),
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! Which terms of the pivot's acceleration matter, [6.17] to [6.19], on a motion.
 
-use super::replay::{Met, felt_error, replayed};
+use super::replay::{Bench, Met};
 use super::study::{Table, pivot};
 use crate::robot::{PITCH, ROLL, WHEEL, YAW};
 use crate::trial::{Row, rms};
@@ -12,14 +12,14 @@ use wheelbot_firmware::{INTERVAL, Settings};
 const RADIUS: f64 = 0.053;
 
 /// One line per term: its size from the true motion, and what the estimate loses without it.
-pub fn table(title: &str, rows: &[Row]) -> Table {
+pub fn table(title: &str, bench: &Bench, rows: &[Row]) -> Table {
     let met = Met::in_run(rows);
     let error = |terms| {
         let settings = Settings {
             terms,
             ..Settings::published()
         };
-        felt_error(&met, &replayed(settings, &met))
+        bench.errors(settings, &met).felt
     };
     let both = |[roll, pitch]: [f64; 2]| [format!("{roll:.2}"), format!("{pitch:.2}")];
     let line = |one: Term| {
