@@ -106,7 +106,7 @@ impl<T: Real> Sphere<T> {
             gravity = [g[0], g[1], g[2]];
             let square = dot(gravity, gravity);
             let along = dot(gravity, [slope[0], slope[1], slope[2]]);
-            if !(along > T::zero()) {
+            if along <= T::zero() || !along.is_finite() {
                 return gravity;
             }
             multiplier += square / along * (square.sqrt() / self.length - T::one());

@@ -61,6 +61,9 @@ impl Program {
 
 impl Arguments {
     fn run(&self) -> anyhow::Result<()> {
+        if let Some(folder) = &self.report {
+            whole_file::make_folder(folder)?;
+        }
         let gains = match self.gains {
             Controllers::Published => Gains::PUBLISHED,
             Controllers::Designed => design::designed()?,
@@ -69,7 +72,6 @@ impl Arguments {
         let mut out = output::stdout();
         out.write_all(report::text(&study).as_bytes())?;
         if let Some(folder) = &self.report {
-            whole_file::make_folder(folder)?;
             let path = folder.join(format!("{}.html", self.word()));
             WholeFile::write(&path, &report::page(&study, &self.command())?)?;
             writeln!(out, "\nwrote {}", path.display())?;

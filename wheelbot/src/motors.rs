@@ -46,4 +46,19 @@ mod tests {
         let empty = Motors { voltage: 12.25 };
         assert_eq!(empty.torque(1000.0, 0.0), STALL_TORQUE / 2.0);
     }
+
+    proptest::proptest! {
+        /// Whatever is asked for, torque has the current's sign and none of its bounds is passed.
+        #[test]
+        fn torque_keeps_its_bounds(
+            current in -50.0..50.0,
+            speed in -400.0..400.0,
+            voltage in 0.0..30.0,
+        ) {
+            let torque: f64 = Motors { voltage }.torque(current, speed);
+            let asked: f64 = TORQUE_PER_CURRENT * current;
+            proptest::prop_assert!(torque * asked >= 0.0);
+            proptest::prop_assert!(torque.abs() <= asked.abs().min(STALL_TORQUE));
+        }
+    }
 }

@@ -102,7 +102,7 @@ fn reduced(
     let leak = (moved - &a * &chosen)
         .amax()
         .max(forced.column(1 - input).amax());
-    if !(leak <= NEGLIGIBLE * linear.a.amax()) {
+    if leak.is_nan() || leak > NEGLIGIBLE * linear.a.amax() {
         return Err(coupled(leak));
     }
     Ok(Plane {

@@ -35,7 +35,7 @@ pub fn page(study: &Study, command: &str) -> Result<String, minijinja::Error> {
         "drawn": inside_script(&rounded(drawn)),
     });
     let template = environment.get_template("page.html")?;
-    Ok(template.render(Serde(contents))?)
+    template.render(Serde(contents))
 }
 
 /// Numbers with as many decimals as are seen.

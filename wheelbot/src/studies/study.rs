@@ -67,6 +67,9 @@ pub struct Table {
     pub rows: Vec<Vec<String>>,
 }
 
+/// A curve's name, and how it is read off a tick.
+pub type Curve<'a> = (&'a str, &'a dyn Fn(&Row) -> f64);
+
 /// Curves over time.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Chart {
@@ -78,13 +81,9 @@ pub struct Chart {
 
 impl Chart {
     /// A chart of what can be read off each tick.
-    pub fn of(rows: &[Row], title: &str, curves: &[(&str, &dyn Fn(&Row) -> f64)]) -> Self {
-        let curve = |(name, value): &(&str, &dyn Fn(&Row) -> f64)| {
-            (
-                (*name).to_string(),
-                rows.iter().map(|row| value(row)).collect(),
-            )
-        };
+    pub fn of(rows: &[Row], title: &str, curves: &[Curve<'_>]) -> Self {
+        let curve =
+            |(name, value): &Curve<'_>| ((*name).to_string(), rows.iter().map(value).collect());
         Self {
             title: title.into(),
             curves: curves.iter().map(curve).collect(),
