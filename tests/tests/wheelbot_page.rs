@@ -1,5 +1,6 @@
 //! The page of a Wheelbot study in a real browser: the robot is drawn, and so is every curve.
 
+#[allow(dead_code, reason = "the pages of `trace` have more to be looked at")]
 mod browser;
 
 use browser::Browser;
