@@ -71,7 +71,9 @@ pub fn main() -> ExitCode {
     }
 }
 
-fn conclude(result: anyhow::Result<()>) -> ExitCode {
+/// The exit code of work that is over; says on standard error what went wrong. Who reads our output no
+/// more has what it wanted.
+pub fn conclude(result: anyhow::Result<()>) -> ExitCode {
     let Err(error) = result else {
         return match signals::asked_to_end() {
             true => ExitCode::from(INTERRUPTED),

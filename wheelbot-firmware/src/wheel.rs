@@ -1,0 +1,87 @@
+//! A wheel's angle, rate and acceleration from its encoder.
+
+use dynamics::Scalar;
+
+/// Counts per turn of the encoders.
+pub const COUNTS_PER_TURN: i32 = 20_000;
+
+/// Share of the newest rate in the low-passed one, as the robot has it.
+const NEW: f64 = 0.3;
+
+/// What is known of a wheel, against the body.
+#[derive(Clone, Copy, Debug)]
+pub struct Wheel<T> {
+    /// Low-passed rate, rad/s.
+    pub rate: T,
+    /// Difference of the rates of two ticks, without the low-pass, rad/s².
+    pub acceleration: T,
+    /// Counts where the controller was switched on.
+    start: i32,
+    /// Counts at the tick before.
+    before: Option<i32>,
+    /// Rate at the tick before, without the low-pass.
+    unfiltered: T,
+}
+
+impl<T: Scalar> Wheel<T> {
+    /// Nothing read yet.
+    pub fn new() -> Self {
+        Self {
+            rate: T::zero(),
+            acceleration: T::zero(),
+            start: 0,
+            before: None,
+            unfiltered: T::zero(),
+        }
+    }
+
+    /// Reads the encoder, `interval` seconds after the last time. Counts may wrap.
+    pub fn read(&mut self, counts: i32, interval: T) {
+        let Some(before) = self.before.replace(counts) else {
+            self.start = counts;
+            return;
+        };
+        let rate = angle::<T>(counts.wrapping_sub(before)) / interval;
+        let new = T::from_f64(NEW);
+        self.rate = new * rate + (T::one() - new) * self.rate;
+        self.acceleration = (rate - self.unfiltered) / interval;
+        self.unfiltered = rate;
+    }
+
+    /// Turn since the controller was switched on, rad.
+    pub fn angle(&self) -> T {
+        let counts = self.before.unwrap_or(self.start);
+        angle(counts.wrapping_sub(self.start))
+    }
+}
+
+impl<T: Scalar> Default for Wheel<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+fn angle<T: Scalar>(counts: i32) -> T {
+    let turn = T::from_f64(core::f64::consts::TAU / f64::from(COUNTS_PER_TURN));
+    T::from_f64(f64::from(counts)) * turn
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A wheel that turns steadily past the end of the counter.
+    #[test]
+    fn counts_wrap() {
+        let mut wheel = Wheel::<f32>::new();
+        let mut counts = i32::MAX - 1000;
+        for _ in 0..100 {
+            wheel.read(counts, 0.01);
+            counts = counts.wrapping_add(200);
+        }
+        let turned = 99.0 * 200.0 / COUNTS_PER_TURN as f32 * core::f32::consts::TAU;
+        assert!((wheel.angle() - turned).abs() < 1e-4);
+        assert!((wheel.rate - turned / 0.99).abs() < 1e-3);
+        assert!(wheel.acceleration.abs() < 1e-3);
+    }
+}

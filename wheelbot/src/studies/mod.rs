@@ -1,0 +1,12 @@
+//! The programs: each repeats a figure of the thesis and says how near it comes.
+
+pub mod balance;
+pub mod basin;
+pub mod estimator;
+pub mod pirouette;
+pub mod push;
+mod replay;
+pub mod study;
+mod terms;
+
+pub use study::{Chart, Finding, Map, Study, StudyError, Table};
