@@ -28,6 +28,7 @@ mod sensor;
 mod set;
 mod state;
 mod switch;
+mod unilateral;
 mod unit;
 
 pub use bodies::{NamedBody, PointForce};
@@ -41,6 +42,7 @@ pub(crate) use library::TEMPLATE_LIMIT;
 pub use library::{Library, LibraryError};
 pub use robot::{Described, FRICTION_SPEED, RobotBase, StatedLosses};
 pub use state::State;
+pub use unilateral::{AXES, Contact, Plane, Shape};
 
 use crate::dimension::Dimension;
 use crate::graph::{ExprId, Graph, SymbolId};
@@ -235,6 +237,8 @@ pub struct Model {
     pub robot: Option<RobotBase>,
     /// The constraints, in the order of the text.
     pub constraints: Vec<Constraint>,
+    /// The unilateral contacts, in the order of the text.
+    pub contacts: Vec<Contact>,
     /// The outputs, in the order of the text.
     pub outputs: Vec<Output>,
     /// The sensors, in the order of the text.

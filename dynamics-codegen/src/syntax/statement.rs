@@ -2,13 +2,14 @@
 
 use super::ast::{Expr, File, Heading, Name, Port, PortKind, Prior, Statement, StatementKind};
 use super::body::{self, triple};
+use super::contact;
 use super::expression::{bounds, expression, unit};
 use super::sensor;
 use super::stream::{Parsed, Stream};
 use crate::diagnostic::{Diagnostic, nearest};
 
 /// The words that begin a statement.
-const KEYWORDS: [&str; 20] = [
+const KEYWORDS: [&str; 21] = [
     "coordinate",
     "input",
     "state",
@@ -21,6 +22,7 @@ const KEYWORDS: [&str; 20] = [
     "dissipation",
     "force",
     "constraint",
+    "contact",
     "output",
     "sensor",
     "effect",
@@ -193,6 +195,11 @@ fn statement(stream: &mut Stream<'_>) -> Parsed<Statement> {
         }
         "sensor" => {
             let (kind, ends_in_brace) = sensor::sensor(stream)?;
+            braced = ends_in_brace;
+            kind
+        }
+        "contact" => {
+            let (kind, ends_in_brace) = contact::contact(stream)?;
             braced = ends_in_brace;
             kind
         }
