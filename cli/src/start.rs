@@ -6,7 +6,7 @@ use crate::state::{SHAPE, State};
 use crate::{model, output, parameters};
 use dynamics_codegen::Model;
 use dynamics_codegen::file::Limit;
-use identify::machine::{Machine, SolveError, States};
+use identify::machine::{Machine, Simulated, SolveError, States, Stepping, SteppingOptions};
 use std::path::Path;
 
 /// A violation of the constraints that is worth a word, relative to one.
@@ -64,6 +64,7 @@ pub fn settle(machine: &Machine, state: &mut State, u: &[f64]) -> Result<Option<
             format!("no state near the initial one fulfils the constraints (off by {left:.1e})");
         return Err(Mistake::new(message).help("begin closer to a state that fulfils them"));
     }
+    let inside = push_out(machine, state, u)?;
     let distance = |a: &[f64], b: &[f64]| {
         let gaps = a.iter().zip(b).map(|(a, b)| (a - b).abs());
         gaps.fold(0.0_f64, f64::max)
@@ -71,11 +72,36 @@ pub fn settle(machine: &Machine, state: &mut State, u: &[f64]) -> Result<Option<
     let (dq, dv) = (distance(&state.q, &before.q), distance(&state.v, &before.v));
     Ok((dq.max(dv) > WORTH_A_WORD).then(|| {
         format!(
-            "initial state moved onto the constraints: positions by up to {}, velocities by up to {}",
+            "initial state moved {}: positions by up to {}, velocities by up to {}",
+            if inside {
+                "out of the planes it touches"
+            } else {
+                "onto the constraints"
+            },
             short(dq),
             short(dv)
         )
     }))
+}
+
+/// Moves what is inside of a plane out of it; whether anything was.
+fn push_out(machine: &Machine, state: &mut State, u: &[f64]) -> Result<bool, Mistake> {
+    if machine.contact_count() == 0 {
+        return Ok(false);
+    }
+    let column = |values: &[f64]| values.iter().map(|&x| vec![x]).collect();
+    let mut simulated = Simulated {
+        q: column(&state.q),
+        v: column(&state.v),
+        z: state.z.as_deref().map_or_else(Vec::new, column),
+    };
+    let moved = Stepping::new(machine, &state.parameters, SteppingOptions::default())
+        .push_out(&mut simulated, state.t, &column(u))
+        .map_err(|error| stopped(error, state.t))?;
+    if moved > 0.0 {
+        state.q = simulated.q.iter().map(|column| column[0]).collect();
+    }
+    Ok(moved > WORTH_A_WORD)
 }
 
 fn short(value: f64) -> String {

@@ -103,6 +103,7 @@ impl Wish<'_, '_> {
                 seed: SEED,
                 rate,
                 max_step,
+                impulses: false,
             };
             run.rows(&state, count, |t, row| {
                 anyhow::ensure!(!is_interrupted.load(Ordering::SeqCst), "interrupted");

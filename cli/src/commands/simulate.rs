@@ -62,6 +62,11 @@ pub struct Arguments {
     #[arg(long, value_name = "SECONDS", default_value = "0.00025", value_parser = positive, allow_negative_numbers = true)]
     max_step: f64,
 
+    /// Show the contacts' impulses, too: columns `impulse_<contact>_<axis>`, N s since the row
+    /// before
+    #[arg(long)]
+    impulses: bool,
+
     /// Where the log goes
     #[arg(long, value_name = "LOG.csv")]
     out: PathBuf,
@@ -114,7 +119,11 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(controller) = &controller {
         signal = signal.commanded(controller.inputs.clone(), controller.interval);
     }
-    let mut log = Recorder::create(&arguments.out, model)?;
+    if arguments.impulses && model.contacts.is_empty() {
+        let mistake = Mistake::new("`--impulses` shows contacts, and the model has none");
+        return Err(mistake.help("declare what may touch: `contact`").into());
+    }
+    let mut log = Recorder::create(&arguments.out, model, arguments.impulses)?;
     let run = Run {
         machine: &machine,
         parameters: &state.parameters,
@@ -124,6 +133,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         seed: arguments.seed,
         rate: arguments.rate,
         max_step: arguments.max_step,
+        impulses: arguments.impulses,
     };
     let progress = progress(rows);
     run.rows(&state, rows, |t, values| {

@@ -3,6 +3,7 @@
 mod control_file;
 mod controller;
 mod gauges;
+mod mover;
 mod readings;
 mod recorder;
 mod run;

@@ -5,7 +5,7 @@ use crate::mistake::Mistake;
 use crate::noise;
 use crate::start::stopped;
 use dynamics_codegen::{Model, System, Tape};
-use identify::machine::{Instruments, Machine, Memory, Sensors, Simulated, States};
+use identify::machine::{Instruments, Machine, Memory, Motion, Sensors, Simulated, States};
 
 /// The quantities that can be read off a moving machine.
 pub(super) struct Readings<'a> {
@@ -60,10 +60,11 @@ impl<'a> Readings<'a> {
             },
             history: None,
         };
-        let motions = self
+        let pressed = self
             .machine
-            .motion(&states, self.parameters)
+            .pressed(&states, self.parameters)
             .map_err(|error| stopped(error, t))?;
+        let motions: Vec<Motion> = pressed.into_iter().map(|pressed| pressed.motion).collect();
         let a: Vec<Vec<f64>> = motions[0].acceleration.iter().map(|&a| vec![a]).collect();
         let states = self.machine.at_rest(&states, self.parameters);
         let read = self.sensors.read(&states, &a, self.parameters);

@@ -4,6 +4,7 @@ use crate::mistake::Mistake;
 use crate::noise;
 use crate::whole_file::WholeFile;
 use dynamics_codegen::Model;
+use dynamics_codegen::model::AXES;
 use std::path::Path;
 
 /// Writes rows; the file is there whole or not at all.
@@ -12,21 +13,29 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins a log of a model with its heading.
+    /// Begins a log of a model with its heading; `impulses` says whether contacts have columns.
     ///
     /// # Errors
     /// If the file cannot be written, or a name cannot stand in a heading.
-    pub fn create(path: &Path, model: &Model) -> anyhow::Result<Self> {
+    pub fn create(path: &Path, model: &Model, impulses: bool) -> anyhow::Result<Self> {
         let mut recorder = Self {
             file: WholeFile::create(path)?,
         };
-        recorder.header(model)?;
+        recorder.header(model, impulses)?;
         Ok(recorder)
     }
 
-    fn header(&mut self, model: &Model) -> anyhow::Result<()> {
+    fn header(&mut self, model: &Model, impulses: bool) -> anyhow::Result<()> {
         let sensors = model.sensors.iter().map(|sensor| sensor.name.clone());
-        let names: Vec<String> = noise::columns(model).into_iter().chain(sensors).collect();
+        let impulses = impulses.then(|| impulse_columns(model)).unwrap_or_default();
+        let names = noise::columns(model).into_iter().chain(sensors);
+        let names: Vec<String> = names.chain(impulses).collect();
+        if let Some(twice) = (1..names.len()).find(|&i| names[..i].contains(&names[i])) {
+            let message = format!("the log would have two columns `{}`", names[twice]);
+            return Err(Mistake::new(message)
+                .help("rename the sensor or the contact")
+                .into());
+        }
         if let Some(name) = names.iter().find(|name| name.trim() != name.as_str()) {
             let message =
                 format!("a log cannot have a column `{name}`: spaces at its end are lost");
@@ -66,4 +75,14 @@ impl Recorder {
     pub fn finish(self) -> anyhow::Result<()> {
         Ok(self.file.finish()?)
     }
+}
+
+/// Columns of the contacts' impulses: along each plane's axes, then its normal.
+fn impulse_columns(model: &Model) -> Vec<String> {
+    let contacts = model.contacts.iter();
+    let columns = contacts.flat_map(|contact| {
+        let axes = contact.plane.axes();
+        axes.map(|axis| format!("impulse_{}_{}", contact.name, AXES[axis]))
+    });
+    columns.collect()
 }

@@ -1,14 +1,13 @@
 //! One simulation, from its start to the last row of its log.
 
 use super::gauges::Gauges;
+use super::mover::Mover;
 use super::readings::Readings;
 use super::signal::{INSTANT, Side};
 use super::{Controller, Signal};
-use crate::mistake::Mistake;
 use crate::noise::Channel;
-use crate::start::stopped;
 use crate::state::State;
-use identify::machine::{Machine, Rollout, RolloutOptions, Simulated};
+use identify::machine::{Machine, Simulated};
 
 /// What moves, how it is driven, and how it is seen.
 pub struct Run<'a> {
@@ -28,11 +27,14 @@ pub struct Run<'a> {
     pub rate: f64,
     /// The largest integration step, s.
     pub max_step: f64,
+    /// Whether rows show the contacts' impulses.
+    pub impulses: bool,
 }
 
 impl Run<'_> {
     /// Simulates from `state` on and hands over `rows` rows: the time, then positions and velocities
-    /// as their sensors read them, accelerations, inputs, and what the `sensor` statements show.
+    /// as their sensors read them, accelerations, inputs, what the `sensor` statements show and, if
+    /// asked for, the impulses of the contacts since the row before.
     ///
     /// # Errors
     /// If the motion ends on the way, or a row is refused.
@@ -42,11 +44,7 @@ impl Run<'_> {
         rows: usize,
         mut seen: impl FnMut(f64, &[f64]) -> anyhow::Result<()>,
     ) -> anyhow::Result<()> {
-        let options = RolloutOptions {
-            max_step: self.max_step,
-            ..RolloutOptions::default()
-        };
-        let rollout = Rollout::new(self.machine, self.parameters, options);
+        let mut mover = Mover::new(self.machine, self.parameters, self.max_step);
         let readings = Readings::new(self.machine, self.parameters);
         let column = |values: &[f64]| values.iter().map(|&value| vec![value]).collect();
         let mut simulated = Simulated {
@@ -72,7 +70,7 @@ impl Run<'_> {
             let next = next_row.min(next_tick).min(gauges.next());
             let (is_row, is_tick) = (next_row <= next + instant, next_tick <= next + instant);
             let next = if is_row { next_row } else { next };
-            self.advance(&rollout, &mut simulated, t, next)?;
+            mover.advance(&mut simulated, &self.signal, t, next)?;
             t = next;
             // What a controller and the log see at one time has the same noise.
             let noise: Vec<f64> = match is_row || is_tick {
@@ -92,7 +90,12 @@ impl Run<'_> {
             }
             if is_row {
                 values.truncate(noise.len());
-                let shown: Vec<f64> = noisy(values, &noise).chain(gauges.shown()).collect();
+                let shown = noisy(values, &noise).chain(gauges.shown());
+                let impulses = mover.take_impulses().into_iter();
+                let shown: Vec<f64> = match self.impulses {
+                    true => shown.chain(impulses).collect(),
+                    false => shown.collect(),
+                };
                 seen(t, &shown)?;
                 row += 1;
             }
@@ -110,27 +113,6 @@ impl Run<'_> {
         if let Some(command) = controller.sample(t, readings, &stated) {
             self.signal.command(t, command);
         }
-    }
-
-    /// From `t` to `end`, with a stop at every corner of the inputs on the way.
-    fn advance(
-        &self,
-        rollout: &Rollout<'_>,
-        simulated: &mut Simulated,
-        mut t: f64,
-        end: f64,
-    ) -> Result<(), Mistake> {
-        let column = |values: Vec<f64>| values.into_iter().map(|value| vec![value]).collect();
-        while t < end {
-            let next = self.signal.next_corner(t).min(end);
-            let from: Vec<Vec<f64>> = column(self.signal.all(t, Side::After));
-            let to: Vec<Vec<f64>> = column(self.signal.all(next, Side::Before));
-            rollout
-                .advance(simulated, &[t], next - t, &from, &to)
-                .map_err(|error| stopped(error, t))?;
-            t = next;
-        }
-        Ok(())
     }
 }
 

@@ -21,6 +21,8 @@ pub struct Summary {
     inputs: Vec<Variables>,
     parameters: Vec<ParameterSummary>,
     constraints: Vec<ConstraintSummary>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    contacts: Vec<ContactSummary>,
     effects: Vec<EffectSummary>,
     outputs: Vec<Variables>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -37,6 +39,15 @@ struct Sizes {
     constraints: usize,
     effects: usize,
     outputs: usize,
+}
+
+/// What may touch a plane.
+#[derive(Debug, Clone, Serialize)]
+struct ContactSummary {
+    name: String,
+    /// As a model says it, without the radius.
+    between: String,
+    description: String,
 }
 
 /// A sensor, or a component of one.
@@ -147,6 +158,7 @@ impl Summary {
                 .collect(),
             parameters: parameters(model, &loaded.parameters),
             constraints: constraints(model),
+            contacts: contacts(model),
             effects: effects(model),
             outputs: (model.outputs.iter())
                 .map(|y| Variables::new(&y.name, unit(y.dimension), &y.doc))
@@ -203,6 +215,15 @@ fn constraints(model: &Model) -> Vec<ConstraintSummary> {
         description: c.doc.clone(),
     };
     model.constraints.iter().map(summary).collect()
+}
+
+fn contacts(model: &Model) -> Vec<ContactSummary> {
+    let summary = |contact: &dynamics_codegen::model::Contact| ContactSummary {
+        name: contact.name.clone(),
+        between: model.between(contact, None),
+        description: contact.doc.clone(),
+    };
+    model.contacts.iter().map(summary).collect()
 }
 
 fn effects(model: &Model) -> Vec<EffectSummary> {

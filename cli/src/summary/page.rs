@@ -35,6 +35,11 @@ impl Summary {
                 true,
             ),
             (
+                count(self.contacts.len(), "contact"),
+                self.contact_rows(),
+                false,
+            ),
+            (
                 count(self.effects.len(), "effect"),
                 self.effect_rows(),
                 false,
@@ -101,6 +106,14 @@ impl Summary {
                 ""
             };
             table.row([c.name.as_str(), c.kind, time, first_line(&c.description)]);
+        }
+        table
+    }
+
+    fn contact_rows(&self) -> Table {
+        let mut table = Table::new("<<<");
+        for c in &self.contacts {
+            table.row([c.name.as_str(), &c.between, first_line(&c.description)]);
         }
         table
     }

@@ -145,6 +145,15 @@ impl Expansion {
             Term::StateRate | Term::InitialState if self.model.states.is_empty() => {
                 Some("internal state")
             }
+            Term::ContactGap
+            | Term::ContactVelocity
+            | Term::ContactJacobian
+            | Term::ContactBias
+            | Term::ContactCoefficients
+                if self.model.contacts.is_empty() =>
+            {
+                Some("contact")
+            }
             Term::Outputs | Term::OutputRates if self.model.outputs.is_empty() => Some("output"),
             Term::Sensors | Term::PredictedSensors if self.model.sensors.is_empty() => {
                 Some("sensor")
@@ -187,6 +196,11 @@ impl Expansion {
             Term::ConstraintBias => system.constraint_bias.clone(),
             Term::ConstraintResidual => system.constraint_residual.clone(),
             Term::ConstraintRate => system.constraint_rate.clone(),
+            Term::ContactGap => system.contact_gap.clone(),
+            Term::ContactVelocity => system.contact_velocity.clone(),
+            Term::ContactJacobian => system.contact_jacobian.concat(),
+            Term::ContactBias => system.contact_bias.clone(),
+            Term::ContactCoefficients => system.contact_coefficients.concat(),
             Term::StateRate => system.state_rates.clone(),
             Term::InitialState => system.initial_states.clone(),
             Term::Outputs => system.outputs.clone(),

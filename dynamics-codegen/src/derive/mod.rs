@@ -11,6 +11,7 @@ mod reading;
 mod regressor;
 mod sensitivity;
 mod term;
+mod unilateral;
 
 pub use expansion::{Expansion, ItemError};
 pub use regressor::{InertialRegressor, STANDARD};
@@ -48,6 +49,16 @@ pub struct System {
     pub constraint_rate: Vec<ExprId>,
     /// Per constraint: differentiated twice or once.
     pub constraint_kinds: Vec<ConstraintKind>,
+    /// Per contact, its distance from the plane.
+    pub contact_gap: Vec<ExprId>,
+    /// Velocities `w` of the contacts, `3c`: of each along the plane's axes, then its normal.
+    pub contact_velocity: Vec<ExprId>,
+    /// `J = ∂w/∂v`, `3c×n`.
+    pub contact_jacobian: Vec<Vec<ExprId>>,
+    /// `b` of `ẇ = J a − b`, `3c`.
+    pub contact_bias: Vec<ExprId>,
+    /// Coefficients of friction and of restitution, `c×2`.
+    pub contact_coefficients: Vec<Vec<ExprId>>,
     /// `dz/dt` of the states.
     pub state_rates: Vec<ExprId>,
     /// `z` at the beginning.
@@ -111,6 +122,7 @@ pub fn derive(model: &mut Model) -> System {
             }
         })
         .collect();
+    let contacts = unilateral::contacts(model, &readings);
     let outputs = output::outputs(model, &readings);
     let sensors: Vec<ExprId> = model.sensors.iter().map(|sensor| sensor.value).collect();
     let sensors = readings.resolve(model, &sensors);
@@ -131,6 +143,11 @@ pub fn derive(model: &mut Model) -> System {
         constraint_residual: rows.iter().map(|row| row.residual).collect(),
         constraint_rate: rows.iter().map(|row| row.rate).collect(),
         constraint_kinds: model.constraints.iter().map(|c| c.kind).collect(),
+        contact_gap: contacts.gap,
+        contact_velocity: contacts.velocity,
+        contact_jacobian: contacts.jacobian,
+        contact_bias: contacts.bias,
+        contact_coefficients: contacts.coefficients,
         state_rates,
         initial_states,
         acceleration: readings_of.acceleration,

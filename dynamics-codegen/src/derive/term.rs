@@ -25,6 +25,16 @@ pub enum Term {
     ConstraintResidual,
     /// `ċ`, `m`.
     ConstraintRate,
+    /// Gaps of the contacts, `c`.
+    ContactGap,
+    /// Velocities `w` of the contacts along their planes' axes and normals, `3c`.
+    ContactVelocity,
+    /// `J = ∂w/∂v`, `3c×n`.
+    ContactJacobian,
+    /// `b` of `ẇ = J a − b`, `3c`.
+    ContactBias,
+    /// Coefficients of friction and restitution, `c×2`.
+    ContactCoefficients,
     /// Rates `dz/dt` of the internal states.
     StateRate,
     /// Values of the internal states at the beginning.
@@ -58,7 +68,7 @@ pub enum Term {
 
 impl Term {
     /// All of them.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 28] = [
         Self::MassMatrix,
         Self::BiasForce,
         Self::AppliedForce,
@@ -68,6 +78,11 @@ impl Term {
         Self::ConstraintBias,
         Self::ConstraintResidual,
         Self::ConstraintRate,
+        Self::ContactGap,
+        Self::ContactVelocity,
+        Self::ContactJacobian,
+        Self::ContactBias,
+        Self::ContactCoefficients,
         Self::StateRate,
         Self::InitialState,
         Self::Outputs,
@@ -96,6 +111,11 @@ impl Term {
             Self::ConstraintBias => "constraint_bias",
             Self::ConstraintResidual => "constraint_residual",
             Self::ConstraintRate => "constraint_rate",
+            Self::ContactGap => "contact_gap",
+            Self::ContactVelocity => "contact_velocity",
+            Self::ContactJacobian => "contact_jacobian",
+            Self::ContactBias => "contact_bias",
+            Self::ContactCoefficients => "contact_coefficients",
             Self::StateRate => "state_rate",
             Self::InitialState => "initial_state",
             Self::Outputs => "outputs",

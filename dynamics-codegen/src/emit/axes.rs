@@ -4,7 +4,7 @@ use super::plan::Entry;
 use crate::derive::{Expansion, Group, Term};
 use crate::dimension::{Dimension, shown_unit};
 use crate::graph::SymbolId;
-use crate::model::{Constraint, ConstraintKind, Coordinate, Model};
+use crate::model::{AXES, Constraint, ConstraintKind, Coordinate, Model};
 
 /// Everything that a row or column can belong to.
 pub(super) struct Axes {
@@ -16,6 +16,10 @@ pub(super) struct Axes {
     constraint: Vec<Entry>,
     constraint_rate: Vec<Entry>,
     constraint_acceleration: Vec<Entry>,
+    contact: Vec<Entry>,
+    contact_velocity: Vec<Entry>,
+    contact_acceleration: Vec<Entry>,
+    coefficient: Vec<Entry>,
     output: Vec<Entry>,
     output_rate: Vec<Entry>,
     sensor: Vec<Entry>,
@@ -71,6 +75,23 @@ impl Axes {
             name: c.name.clone(),
             unit: text(multiplier_unit(c)),
         });
+        let contact_rates = |order: i32| -> Vec<Entry> {
+            let entries = model.contacts.iter().flat_map(|contact| {
+                contact.plane.axes().map(|axis| Entry {
+                    name: format!("{}_{}", contact.name, AXES[axis]),
+                    unit: text(Some(over_time(Dimension::LENGTH, order))),
+                })
+            });
+            entries.collect()
+        };
+        let contacts = model.contacts.iter().map(|contact| Entry {
+            name: contact.name.clone(),
+            unit: text(Some(Dimension::LENGTH)),
+        });
+        let coefficients = ["friction", "restitution"].map(|name| Entry {
+            name: name.to_string(),
+            unit: "1".to_string(),
+        });
         let sensors = model.sensors.iter().map(|sensor| Entry {
             name: sensor.name.clone(),
             unit: text(sensor.dimension),
@@ -88,6 +109,10 @@ impl Axes {
             constraint: holonomic_rates(0),
             constraint_rate: holonomic_rates(1),
             constraint_acceleration: holonomic_rates(2),
+            contact: contacts.collect(),
+            contact_velocity: contact_rates(1),
+            contact_acceleration: contact_rates(2),
+            coefficient: coefficients.to_vec(),
             output: outputs(0),
             output_rate: outputs(1),
             sensor: sensors.collect(),
@@ -115,6 +140,11 @@ impl Axes {
             Term::ConstraintBias | Term::AccelerationResidual => &[&self.constraint_acceleration],
             Term::ConstraintResidual => &[&self.constraint],
             Term::ConstraintRate => &[&self.constraint_rate],
+            Term::ContactGap => &[&self.contact],
+            Term::ContactVelocity => &[&self.contact_velocity],
+            Term::ContactJacobian => &[&self.contact_acceleration, &self.acceleration],
+            Term::ContactBias => &[&self.contact_acceleration],
+            Term::ContactCoefficients => &[&self.contact, &self.coefficient],
             Term::StateRate => &[&self.state_rate],
             Term::InitialState => &[&self.state],
             Term::Outputs => &[&self.output],

@@ -238,7 +238,7 @@ impl fmt::Display for Functions {
 }
 
 /// Terms that every emitted file holds.
-pub(super) const TERMS: [Term; 15] = [
+pub(super) const TERMS: [Term; 20] = [
     Term::MassMatrix,
     Term::BiasForce,
     Term::AppliedForce,
@@ -248,6 +248,11 @@ pub(super) const TERMS: [Term; 15] = [
     Term::ConstraintBias,
     Term::ConstraintResidual,
     Term::ConstraintRate,
+    Term::ContactGap,
+    Term::ContactVelocity,
+    Term::ContactJacobian,
+    Term::ContactBias,
+    Term::ContactCoefficients,
     Term::StateRate,
     Term::InitialState,
     Term::Outputs,

@@ -385,6 +385,20 @@ fn describe(term: Term) -> (&'static str, &'static str) {
             "Rate `ċ` of a holonomic constraint; `c` itself of a nonholonomic one",
             "c_dot",
         ),
+        Term::ContactGap => ("Distances of the contacts from their planes", "gap"),
+        Term::ContactVelocity => (
+            "Contact velocities `w`: along the plane's axes, then its normal",
+            "slip",
+        ),
+        Term::ContactJacobian => ("Contact Jacobian `J = ∂w/∂v`", "j"),
+        Term::ContactBias => (
+            "`b` of the contact accelerations `ẇ = J a − b`",
+            "contact_b",
+        ),
+        Term::ContactCoefficients => (
+            "Coefficients of friction and restitution of the contacts",
+            "coefficient",
+        ),
         Term::StateRate => ("Rates `dz/dt` of the internal states", "z_rate"),
         Term::InitialState => ("Values of the internal states at the beginning", "z_start"),
         Term::Outputs => ("Values of the model's outputs", "out"),

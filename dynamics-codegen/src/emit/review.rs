@@ -114,6 +114,7 @@ impl<'a> Sheet<'a> {
         super::review_bodies::bodies(out, self.model)?;
         self.dynamics(out)?;
         self.constraints(out)?;
+        self.contacts(out)?;
         self.outputs(out)?;
         self.sensors(out)?;
         self.effects(out)?;
@@ -245,6 +246,31 @@ impl<'a> Sheet<'a> {
                 }
             }
             writeln!(out, "    b = {}", self.short(system.constraint_bias[row]))?;
+        }
+        Ok(())
+    }
+
+    /// Models without a contact say nothing of contacts.
+    fn contacts(&self, out: &mut String) -> std::fmt::Result {
+        if self.model.contacts.is_empty() {
+            return Ok(());
+        }
+        heading(out, "contacts", self.model.contacts.len())?;
+        for contact in &self.model.contacts {
+            let radius = contact.shape.radius().map(|r| self.expression(r));
+            writeln!(
+                out,
+                "  {}: {}",
+                one_line(&contact.name),
+                one_line(&self.model.between(contact, radius.as_deref()))
+            )?;
+            for line in plain_lines(&contact.doc) {
+                writeln!(out, "    {line}")?;
+            }
+            writeln!(out, "    gap = {}", self.short(contact.gap))?;
+            writeln!(out, "    friction = {}", self.expression(contact.friction))?;
+            let restitution = self.expression(contact.restitution);
+            writeln!(out, "    restitution = {restitution}")?;
         }
         Ok(())
     }

@@ -149,7 +149,12 @@ impl Builder<'_> {
     }
 
     /// An expression of parameters and numbers.
-    fn constant_of_motion(&mut self, value: &Expr, unit: &str, role: &str) -> Option<ExprId> {
+    pub(super) fn constant_of_motion(
+        &mut self,
+        value: &Expr,
+        unit: &str,
+        role: &str,
+    ) -> Option<ExprId> {
         let quantity = self.lower(value)?;
         let dimension = unit.split('*').fold(Dimension::ONE, |product, factor| {
             let (base, power) = factor.split_once('^').unwrap_or((factor, "1"));

@@ -121,6 +121,7 @@ impl<'a> Builder<'a> {
             kinematics: Vec::new(),
             robot: None,
             constraints: Vec::new(),
+            contacts: Vec::new(),
             outputs: Vec::new(),
             sensors: Vec::new(),
             accelerations: Vec::new(),
@@ -211,12 +212,19 @@ impl<'a> Builder<'a> {
             return;
         }
         self.fold();
-        // Forces name constraints.
+        // Constraints name contacts, forces name constraints.
+        let is_contact = |s: &&&Statement| matches!(s.kind, StatementKind::Contact(_));
+        for statement in statements.iter().filter(is_contact) {
+            self.lower_statement(statement);
+        }
         let is_constraint = |s: &&&Statement| matches!(s.kind, StatementKind::Constraint { .. });
         for statement in statements.iter().filter(is_constraint) {
             self.lower_statement(statement);
         }
-        for statement in statements.iter().filter(|s| !is_constraint(s)) {
+        for statement in statements
+            .iter()
+            .filter(|s| !is_constraint(s) && !is_contact(s))
+        {
             self.lower_statement(statement);
         }
         self.resolve_frames();
@@ -257,6 +265,7 @@ impl<'a> Builder<'a> {
                 let message = "a `term` stands in an effect template, not in a model";
                 self.report(Diagnostic::error(statement.span, message))?;
             }
+            StatementKind::Contact(contact) => self.lower_unilateral(contact, &statement.doc)?,
             StatementKind::Output { name, value } => {
                 self.lower_output(name, value, &statement.doc)?;
             }

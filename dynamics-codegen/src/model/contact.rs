@@ -18,6 +18,8 @@ pub enum Sliding {
     Coordinates(Vec<usize>),
     /// The origin of a frame: index among the tree's bodies.
     Frame(usize),
+    /// Where a shape touches a plane: index of the contact.
+    Contact(usize),
 }
 
 /// What the inputs exert on a coordinate, while the model is being built.
@@ -46,7 +48,7 @@ impl Model {
         self.constraints.iter().map(|c| c.multiplier).collect()
     }
 
-    /// What slides along a constraint: the frame whose position it reads; where it reads
+    /// What slides along a constraint: the contact whose gap it closes; the frame whose position it reads; where it reads
     /// none and holds coordinates in metres only, the point that has the model's
     /// coordinates in metres (two or three of them). `None` for every other constraint:
     /// it is no contact.
@@ -54,6 +56,9 @@ impl Model {
         let Constraint { kind, residual, .. } = self.constraints[constraint];
         if kind != ConstraintKind::Holonomic {
             return None;
+        }
+        if let Some(contact) = self.contacts.iter().position(|c| c.gap == residual) {
+            return Some(Sliding::Contact(contact));
         }
         let contains = |symbol| self.graph.depends_on(&[residual], symbol);
         let coordinates = self.coordinates.iter().enumerate();
@@ -183,7 +188,15 @@ impl Builder<'_> {
     fn normal_force(&mut self, index: usize, span: Span) -> Option<Quantity> {
         let sliding = self.contact(index, span)?;
         let residual = self.model.constraints[index].residual;
+        let lambda = self.multiplier(index).expr;
+        let size = self.model.graph.unary(crate::graph::Unary::Abs, lambda);
+        let measure = Measure::Known(Dimension::ENERGY / Dimension::LENGTH);
         let positions: Vec<SymbolId> = match sliding {
+            // A gap is a distance.
+            Sliding::Contact(_) => {
+                let expr = size;
+                return Some(Quantity { expr, measure });
+            }
             Sliding::Coordinates(axes) => {
                 let axes = axes.iter();
                 axes.map(|&i| self.model.coordinates[i].position).collect()
@@ -200,12 +213,8 @@ impl Builder<'_> {
             .collect();
         let square = graph.inner_product(&slopes, &slopes);
         let length = graph.unary(crate::graph::Unary::Sqrt, square);
-        let lambda = self.multiplier(index).expr;
-        let size = self.model.graph.unary(crate::graph::Unary::Abs, lambda);
-        Some(Quantity {
-            expr: self.model.graph.mul(size, length),
-            measure: Measure::Known(Dimension::ENERGY / Dimension::LENGTH),
-        })
+        let expr = self.model.graph.mul(size, length);
+        Some(Quantity { expr, measure })
     }
 
     fn velocity(&mut self, sliding: &Sliding) -> Vec<ExprId> {
@@ -218,6 +227,7 @@ impl Builder<'_> {
             Sliding::Frame(frame) => (0..3)
                 .map(|axis| self.model.reading(*frame, Reading::Velocity(axis)))
                 .collect(),
+            Sliding::Contact(contact) => self.model.contacts[*contact].velocity[..2].to_vec(),
         }
     }
 
@@ -258,6 +268,7 @@ impl Builder<'_> {
                 value: [parts[0], parts[1], parts[2]],
                 torque: false,
             }),
+            Sliding::Contact(contact) => self.model.rub(contact, [parts[0], parts[1]]),
         }
         Some(())
     }

@@ -260,6 +260,7 @@ fn refuse_foreign_statements(builder: &mut Builder<'_>, statements: &[&Statement
             StatementKind::Coordinate { .. } => "a coordinate",
             StatementKind::Input { .. } => "an input",
             StatementKind::Constraint { .. } => "a constraint",
+            StatementKind::Contact(_) => "a contact",
             StatementKind::Output { .. } => "an output",
             StatementKind::Sensor(_) => "a sensor",
             StatementKind::Effect { .. } => "another effect",

@@ -373,6 +373,9 @@ impl Builder<'_> {
             "multiplier" | "normal_force" | "speed" | "load" => {
                 self.lower_contact(&name.text, &arguments[0], span)
             }
+            "gap" | "slip_x" | "slip_y" | "slip_z" => {
+                self.lower_of_contact(&name.text, &arguments[0], span)
+            }
             "encoder_x" | "encoder_y" | "encoder_z" => self.lower_encoder(name, arguments, span),
             "input" | "coordinate" => self.lower_lookup(&name.text, &arguments[0]),
             "atan2" | "min" | "max" => self.lower_two(&name.text, &arguments[0], &arguments[1]),

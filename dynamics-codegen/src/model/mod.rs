@@ -29,6 +29,7 @@ mod set;
 mod state;
 mod switch;
 mod template;
+mod unilateral;
 mod unit;
 
 pub use bodies::{NamedBody, PointForce};
@@ -42,6 +43,7 @@ pub use library::{Library, LibraryError};
 pub use robot::{Described, FRICTION_SPEED, RobotBase, StatedLosses};
 pub use state::State;
 pub use template::{FitTerm, PointMass, Template, TemplateParameter};
+pub use unilateral::{AXES, Contact, Plane, Shape};
 
 use crate::dimension::Dimension;
 use crate::graph::{ExprId, Graph, SymbolId};
@@ -240,6 +242,8 @@ pub struct Model {
     pub robot: Option<RobotBase>,
     /// The constraints, in the order of the text.
     pub constraints: Vec<Constraint>,
+    /// The unilateral contacts, in the order of the text.
+    pub contacts: Vec<Contact>,
     /// The outputs, in the order of the text.
     pub outputs: Vec<Output>,
     /// The sensors, in the order of the text.

@@ -71,7 +71,7 @@ pub(super) struct Scope {
 pub(super) const RESERVED: [&str; 2] = ["t", "pi"];
 
 /// The functions of the language with their number of arguments.
-pub(super) const FUNCTIONS: [(&str, usize); 31] = [
+pub(super) const FUNCTIONS: [(&str, usize); 35] = [
     ("sin", 1),
     ("cos", 1),
     ("tan", 1),
@@ -100,6 +100,10 @@ pub(super) const FUNCTIONS: [(&str, usize); 31] = [
     ("speed", 1),
     ("load", 1),
     ("norm", 1),
+    ("gap", 1),
+    ("slip_x", 1),
+    ("slip_y", 1),
+    ("slip_z", 1),
     ("encoder_x", 2),
     ("encoder_y", 2),
     ("encoder_z", 2),
@@ -116,7 +120,7 @@ pub(super) const NO_FUNCTIONS: [(&str, &str); 3] = [
 ];
 
 /// Functions that read numbers or bodies by name.
-const LOOKUPS: [&str; 7] = [
+const LOOKUPS: [&str; 11] = [
     "input",
     "coordinate",
     "mass",
@@ -124,6 +128,10 @@ const LOOKUPS: [&str; 7] = [
     "normal_force",
     "speed",
     "load",
+    "gap",
+    "slip_x",
+    "slip_y",
+    "slip_z",
 ];
 
 /// Functions of frames and bodies with three components.

@@ -185,6 +185,8 @@ pub enum StatementKind {
     },
     /// `sensor board = accelerometer(imu) { noise: 0.02; }`
     Sensor(Box<SensorStatement>),
+    /// `contact foot: sphere(ankle, r) on plane_z(world) { friction: mu; }`
+    Contact(Box<ContactStatement>),
     /// `urdf "robot.urdf" { base: floating; }`
     Urdf {
         /// The path as written.
@@ -238,6 +240,21 @@ pub struct SensorStatement {
     pub resolution: Option<Expr>,
     /// Readings per second.
     pub rate: Option<Expr>,
+}
+
+/// What may touch a plane, and how.
+#[derive(Debug, Clone)]
+pub struct ContactStatement {
+    /// Its name.
+    pub name: Name,
+    /// `point(f)`, `sphere(f, r)` or `disc_y(f, r)`.
+    pub shape: Expr,
+    /// `plane_z(f)`.
+    pub plane: Expr,
+    /// Coefficient of friction; none if not stated.
+    pub friction: Option<Expr>,
+    /// Coefficient of restitution; none if not stated.
+    pub restitution: Option<Expr>,
 }
 
 /// An entry in the braces of `urdf "…" { … }`.

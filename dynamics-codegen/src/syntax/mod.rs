@@ -2,6 +2,7 @@
 
 mod ast;
 mod body;
+mod contact;
 mod expression;
 mod lexical;
 mod sensor;

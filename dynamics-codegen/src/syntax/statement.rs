@@ -2,6 +2,7 @@
 
 use super::ast::{Expr, File, Heading, Name, Port, PortKind, Prior, Statement, StatementKind};
 use super::body::{self, triple};
+use super::contact;
 use super::expression::{bounds, expression, unit};
 use super::sensor;
 use super::stream::{Parsed, Stream};
@@ -21,6 +22,7 @@ const KEYWORDS: [&str; 21] = [
     "dissipation",
     "force",
     "constraint",
+    "contact",
     "output",
     "sensor",
     "effect",
@@ -194,6 +196,11 @@ fn statement(stream: &mut Stream<'_>) -> Parsed<Statement> {
         }
         "sensor" => {
             let (kind, ends_in_brace) = sensor::sensor(stream)?;
+            braced = ends_in_brace;
+            kind
+        }
+        "contact" => {
+            let (kind, ends_in_brace) = contact::contact(stream)?;
             braced = ends_in_brace;
             kind
         }

@@ -14,6 +14,7 @@ mod shifted;
 mod solve;
 mod states;
 mod trail;
+mod unilateral;
 
 pub use hold::{Hold, Signal};
 pub use instruments::Instruments;
@@ -24,6 +25,7 @@ pub(crate) use shifted::shifted;
 pub use solve::{Factorisation, SolveError};
 pub use states::{History, States};
 pub use trail::{Memory, Trail};
+pub use unilateral::{ContactTerms, Pressed, Stepping, SteppingOptions};
 
 use dynamics_codegen::derive::{Sensitivity, Variable};
 use dynamics_codegen::model::ConstraintKind;
@@ -38,6 +40,7 @@ pub struct Machine {
     pub compiled: Compiled,
     terms: Tape,
     memory: Option<memory::Tapes>,
+    contacts: Option<Tape>,
     coordinates: usize,
     constraints: usize,
     inputs: usize,
@@ -86,6 +89,7 @@ impl Machine {
     /// Puts a compiled model's equations on a tape.
     pub fn new(mut compiled: Compiled) -> Self {
         let memory = memory::Tapes::new(&mut compiled);
+        let contacts = unilateral::tape(&compiled);
         let System {
             mass_matrix,
             bias_force,
@@ -119,6 +123,7 @@ impl Machine {
             compiled,
             terms,
             memory,
+            contacts,
             coordinates,
             constraints,
             inputs,

@@ -42,7 +42,7 @@ pub struct Simulated {
 }
 
 /// How internal states change.
-struct Rates {
+pub(super) struct Rates {
     /// `dz/dt`.
     rates: Vec<Vec<f64>>,
     /// `∂(dz/dt)/∂z` of each state by itself.
@@ -135,7 +135,7 @@ impl<'a> Rollout<'a> {
         Ok(())
     }
 
-    fn states(&self, state: &Simulated, t: Vec<f64>, mut u: Vec<Vec<f64>>) -> States {
+    pub(super) fn states(&self, state: &Simulated, t: Vec<f64>, mut u: Vec<Vec<f64>>) -> States {
         let delayed = if u.len() > self.machine.input_count() {
             u.split_off(self.machine.input_count())
         } else {
@@ -172,7 +172,7 @@ impl<'a> Rollout<'a> {
         Ok(accelerations)
     }
 
-    fn rates(&self, states: &States) -> Rates {
+    pub(super) fn rates(&self, states: &States) -> Rates {
         let states = &self.machine.at_rest(states, self.parameters);
         let mut rates = self.machine.state_rates(states, self.parameters);
         let jacobians = rates.split_off(self.machine.state_count());
@@ -180,7 +180,7 @@ impl<'a> Rollout<'a> {
     }
 
     /// `b̃ = b − 2ζω ċ − ω² c` (holonomic), `b̃ = b − ω c` (nonholonomic).
-    fn stabilise(&self, terms: &mut super::Terms) {
+    pub(super) fn stabilise(&self, terms: &mut super::Terms) {
         let omega = self.options.stabilisation;
         for (row, kind) in self.machine.constraint_kinds().iter().enumerate() {
             let c = terms.constraint_residual[row];
@@ -211,7 +211,11 @@ fn stepped(base: &Simulated, at: &Simulated, acceleration: &[Vec<f64>], h: f64) 
 
 /// Internal states `h` seconds after `start`, with their equations as they are linearised
 /// at the two ends: about which values, and with which rates.
-fn remembered(start: &[Vec<f64>], ends: [(&Vec<Vec<f64>>, &Rates); 2], h: f64) -> Vec<Vec<f64>> {
+pub(super) fn remembered(
+    start: &[Vec<f64>],
+    ends: [(&Vec<Vec<f64>>, &Rates); 2],
+    h: f64,
+) -> Vec<Vec<f64>> {
     let advance = |state: usize, window: usize| {
         let slope = |end: usize| ends[end].1.jacobians[state][window];
         let jacobian = (slope(0) + slope(1)) / 2.0;

@@ -61,5 +61,5 @@ pub use score::{Errors, RolloutErrors, Score};
 pub(crate) use score::{deviation, errors, filtered, inner_samples};
 pub use selection::Remaining;
 pub use separate::SeparatingMotion;
-pub(crate) use subject::Subject;
 pub use series::{CoordinateSeries, Details, Explained, InputSeries, Prediction, Series, Weighed};
+pub(crate) use subject::Subject;

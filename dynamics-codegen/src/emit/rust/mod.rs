@@ -164,6 +164,10 @@ impl<'a> Unit<'a> {
         }
         let constraints = model.constraints.iter().map(|c| c.name.as_str()).collect();
         size(w, "CONSTRAINT", "constraint rows", constraints);
+        if !model.contacts.is_empty() {
+            let contacts = model.contacts.iter().map(|c| c.name.as_str()).collect();
+            size(w, "CONTACT", "contacts", contacts);
+        }
         size(
             w,
             "OUTPUT",

@@ -1,0 +1,18 @@
+//! Machines that planes push and never pull: contacts with friction and restitution.
+//!
+//! Every contact has a gap `g(q, t)` and a velocity `w = J v + ∂x/∂t` with two components along its
+//! plane and one along the normal. Impulses `p` act on the velocities by `M⁻¹ Jᵀ p`; they press
+//! (`pₙ ≥ 0`), only where the gap is closed, and friction holds or slows within Coulomb's cone
+//! `|pₜ| ≤ μ pₙ`. [`Stepping`] moves a machine so.
+
+mod cone;
+mod pressed;
+mod solve;
+mod step;
+mod terms;
+mod view;
+
+pub use pressed::Pressed;
+pub use step::{Stepping, SteppingOptions};
+pub use terms::ContactTerms;
+pub(super) use terms::tape;
