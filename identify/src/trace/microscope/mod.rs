@@ -64,7 +64,7 @@ pub struct UnnamedForce {
     pub depends_on: Vec<Dependence>,
     /// Sets of variables that were tried, best first.
     pub tried: Vec<Tried>,
-    /// Share of its variance that the variables explain at samples that were not fitted.
+    /// Share of its variance that the variables explain in runs of the log that were not fitted.
     pub explained: f64,
     /// `−⟨f v⟩/√(⟨f²⟩⟨v²⟩)`: one if it is drag, minus one if it drives.
     pub dissipation: f64,
@@ -318,7 +318,7 @@ fn describe(
 }
 
 /// The time after which the autocorrelation of a force has fallen to `1/e`.
-fn correlation_time(t: &[f64], force: &[f64]) -> f64 {
+pub(super) fn correlation_time(t: &[f64], force: &[f64]) -> f64 {
     let product = |lag: usize| -> f64 {
         let pairs = force.iter().zip(&force[lag..]);
         pairs.map(|(a, b)| a * b).sum::<f64>() / (force.len() - lag) as f64
