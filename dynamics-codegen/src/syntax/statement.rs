@@ -9,7 +9,7 @@ use super::stream::{Parsed, Stream};
 use crate::diagnostic::{Diagnostic, nearest};
 
 /// The words that begin a statement.
-const KEYWORDS: [&str; 21] = [
+const KEYWORDS: [&str; 22] = [
     "coordinate",
     "input",
     "state",

@@ -197,6 +197,22 @@ impl<'a> Whitener<'a> {
         self.log_sd
     }
 
+    /// Negative log likelihood of the readings as they stand, `Σ ln sd + ½ Σ e²` of the innovations
+    /// `e`, for each of [`BLOCKS`] runs of the log, nats up to a constant of the log.
+    pub fn costs(&self) -> Vec<f64> {
+        let rows = self.whiten(&Mix::Columns(&[0]));
+        let blocks = self.blocks();
+        let slope = self.readings.log_slope / blocks.len() as f64;
+        let cost = |(update, e): (&Update, &f64)| update.sd.ln() + 0.5 * e * e;
+        let of = |range: std::ops::Range<usize>| {
+            let pairs = self.updates[range.clone()]
+                .iter()
+                .zip(&rows.as_slice()[range]);
+            slope + pairs.map(cost).sum::<f64>()
+        };
+        blocks.into_iter().map(of).collect()
+    }
+
     /// `h` of a reading, `z = h·δ`.
     pub(super) fn write_slope(&self, sample: usize, sensor: Sensor, row: &mut DVector<f64>) {
         let dynamics = self.dynamics;

@@ -7,6 +7,7 @@ mod explain;
 mod figures;
 mod fitted;
 mod html;
+mod learnt;
 mod portable;
 mod unnamed;
 
@@ -22,6 +23,7 @@ use crate::trace::{Basis, Errors, Finding, HoldIs, Outcome, Score, SeparatingMot
 use dynamics_codegen::Model;
 use dynamics_codegen::dimension::shown_unit;
 use figures::force_unit;
+use learnt::learnt;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
@@ -231,41 +233,6 @@ fn hold(outcome: &Outcome) -> Option<String> {
 /// What inputs do between samples.
 const GO_STRAIGHT: &str = "go straight from one sample to the next";
 const STAY: &str = "stay at the earlier sample's value";
-
-/// What was learnt from, and what that leaves.
-fn learnt(outcome: &Outcome) -> String {
-    let (split, seed) = (&outcome.split, outcome.seed);
-    if is_stopped(outcome) {
-        return format!("Nothing was learnt. Seed {seed}.");
-    }
-    let learnt = format!(
-        "Learnt from {} samples of {}",
-        split.train_samples, split.train_log
-    );
-    let before = short(outcome.misfit_before);
-    let share = |share: f64| match share.is_finite() {
-        true => format!("{} %", short(100.0 * share)),
-        false => "-".to_string(),
-    };
-    let left = share(outcome.remaining.share_after);
-    let (misfit, left) = match &outcome.nearest {
-        Some(nearest) => (
-            format!("{before} (nearest: {})", short(nearest.misfit)),
-            format!("{left} (nearest: {})", share(nearest.share)),
-        ),
-        None => (format!("{before} -> {}", short(outcome.misfit_after)), left),
-    };
-    match outcome.basis {
-        Basis::Motion => format!(
-            "{learnt}; mean squared prediction error in units of sensor noise {misfit}; \
-             unexplained: {left} of the accelerations. Seed {seed}."
-        ),
-        Basis::Forces => format!(
-            "{learnt}; mean squared force error in units of what all effects together leave \
-             {misfit}; unexplained: {left} of what the inputs exert. Seed {seed}."
-        ),
-    }
-}
 
 /// What a reader should know where effects were found in the balance of forces.
 const BY_FORCES: &str = "Nothing makes the motion likely up to sensor noise: what is missing was found \

@@ -44,12 +44,13 @@ fn sentence(force: &UnnamedForce, model: &Model) -> String {
     };
     let depends = if force.explained > 0.0 {
         format!(
-            "depends on {}, which explain {} % of it at samples not fitted",
+            "depends on {}, which explain {} % of it in runs of the log not fitted",
             on.join(", "),
             short(100.0 * force.explained)
         )
     } else {
-        "depends on nothing that was measured, as far as samples not fitted tell".to_string()
+        "depends on nothing that was measured, as far as runs of the log not fitted tell"
+            .to_string()
     };
     format!(
         "A force on {}, {} {} (root mean square), lasts {} s and {depends}; {kind}{past}.",

@@ -5,7 +5,8 @@ use super::dictionary::Dictionary;
 use super::error::TraceError;
 use super::finding::{Finding, Verdict, findings, much_remains, verdict, with_places};
 use super::forces;
-use super::judge::{is_worse, judge, trained};
+use super::foretold::Foretold;
+use super::judge::{HeldOut, is_worse, judge, trained};
 use super::learn::Learnt;
 use super::outcome::{AT_FLOOR, Basis, HoldIs, Nearest, Outcome, Split, is_far, sensor_noise};
 use super::patch::patch;
@@ -14,7 +15,6 @@ use super::score::Score;
 use super::search::is_time;
 use super::selection::Selection;
 use super::series::{Details, Series, weighed};
-use super::settings::WORTH_IT;
 use crate::log::Record;
 use crate::number::short;
 use std::collections::BTreeMap;
@@ -33,6 +33,8 @@ pub(super) struct Judgement {
     /// Of a model that is exactly right.
     pub noise_floor: Score,
     series: Series,
+    /// What was learnt gains on that log, if it is anything.
+    foretold: Option<Foretold>,
     /// Whether what was learnt predicts worse than the model as given.
     is_worse: bool,
     /// Where nothing was found, errors on what was learnt from.
@@ -54,7 +56,11 @@ pub(super) fn judged(
         basis,
     } = &learnt;
     let hold = selection.observed.hold;
-    let (scores, series) = match basis {
+    let HeldOut {
+        scores,
+        series,
+        foretold,
+    } = match basis {
         Basis::Forces => forces::judge(dictionary, selection, test, request, hold),
         Basis::Motion => judge(dictionary, selection, test, request, hold),
     }?;
@@ -73,6 +79,7 @@ pub(super) fn judged(
         learnt_errors,
         noise_floor,
         series,
+        foretold,
         is_worse,
         trained,
     })
@@ -88,21 +95,12 @@ impl Judgement {
         !selection.terms.is_empty() && much_remains(*basis, selection) && !at_floor
     }
 
-    /// Whether findings explain too little to be what is missing, on data that nothing was fitted to:
-    /// of what sensor noise does not explain, in squares, and by every measure. Small friction hardly
-    /// shows in accelerations, and most of what a machine does in a while comes from it.
-    pub fn explains_little(&self) -> bool {
-        let explains = |measure: fn(&Score) -> f64| {
-            let scores = [&self.before, &self.learnt_errors, &self.noise_floor];
-            let [before, after, floor] = scores.map(|score| measure(score).powi(2));
-            after - floor <= (1.0 - WORTH_IT) * (before - floor)
-        };
-        let by_motion =
-            || explains(|s| s.acceleration.total) || explains(|s| s.rollout.errors.total);
-        match self.learnt.basis {
-            Basis::Motion => !by_motion(),
-            Basis::Forces => !explains(|s| s.force.total),
-        }
+    /// Whether what was learnt does not make data likelier that nothing was fitted to, beside forces
+    /// without a name.
+    pub fn foretells_nothing(&self) -> bool {
+        self.foretold
+            .as_ref()
+            .is_some_and(|foretold| !foretold.is_better())
     }
 
     /// The verdict, where two measured columns tell of these `drives`. What predicts worse than
@@ -167,11 +165,12 @@ impl Judgement {
         let mut by_motion = findings(&dictionary, &selection);
         by_motion.retain(|finding| !told(finding));
         let (mut after, mut misfit_after) = (self.learnt_errors, selection.reduced_misfit);
-        let (mut found, mut remaining, mut nearest) = (drives, selection.remaining, None);
+        let (mut found, mut remaining, mut nearest) = (drives, selection.remaining.clone(), None);
         if verdict == Verdict::Unknown {
             let errors = std::mem::replace(&mut after, self.before.clone());
             let misfit = std::mem::replace(&mut misfit_after, selection.nominal_misfit);
             let share = std::mem::replace(&mut remaining.share_after, remaining.share_before);
+            remaining.forces.clone_from(&selection.given_forces);
             nearest = (!by_motion.is_empty()).then_some(Nearest {
                 findings: by_motion,
                 errors,
@@ -217,6 +216,7 @@ impl Judgement {
                 considered: weighed(&dictionary, &selection),
                 series: self.series,
             },
+            foretold: self.foretold,
             remaining,
         }
     }

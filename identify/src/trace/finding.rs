@@ -4,7 +4,8 @@ use super::dictionary::Dictionary;
 use super::one_clock::on_one_clock;
 use super::outcome::Basis;
 use super::refine::Estimate;
-use super::selection::{Remaining, Selection, Term};
+use super::remaining::Remaining;
+use super::selection::{Selection, Term};
 use super::separate::SeparatingMotion;
 use super::settings::MARGIN;
 use super::subject::Subject;
@@ -221,8 +222,8 @@ fn is_undetermined(dictionary: &Dictionary, selection: &Selection, term: &Term) 
     )
 }
 
-/// Whether no strength of a candidate is further from nothing than its standard error; `known` are
-/// parameters with their covariance.
+/// Whether no strength of a candidate is so far from nothing that the log were [`MARGIN`] nats less
+/// likely without it, by its standard error; `known` are parameters with their covariance.
 pub(super) fn says_no_strength(
     dictionary: &Dictionary,
     candidate: usize,
@@ -235,7 +236,7 @@ pub(super) fn says_no_strength(
         let change = values[index] - dictionary.defaults[index];
         Some((change.powi(2), covariance[(place, place)]))
     });
-    known.all(|(square, variance)| square <= variance)
+    known.all(|(square, variance)| square <= 2.0 * MARGIN * variance)
 }
 
 /// The accepted terms as findings, strongest first.
@@ -332,6 +333,7 @@ mod tests {
             share_before: 0.027,
             share_after,
             evidence,
+            forces: Vec::new(),
         };
         assert!(remembers_otherwise(&remaining(0.002, 22.0)));
         assert!(!something_remains(&remaining(0.002, 22.0)));

@@ -6,6 +6,7 @@ use super::error::TraceError;
 use super::estimate::Observed;
 use super::finding::something_remains;
 use super::focus::Focus;
+use super::foretold::{Foretold, costs};
 use super::linearised::smooth;
 use super::outcome::Basis;
 use super::run::Request;
@@ -86,14 +87,24 @@ impl<'a> Models<'a> {
     }
 }
 
-/// Before, after, and the floor, on data that nothing was fitted to.
+/// What a log says that nothing was fitted to.
+pub(super) struct HeldOut {
+    /// Errors of the model as given, of the patched one, and the floor.
+    pub scores: [Score; 3],
+    /// The curves behind them.
+    pub series: Series,
+    /// What findings gain, where there are any.
+    pub foretold: Option<Foretold>,
+}
+
+/// Before, after, and the floor, on data that nothing was fitted to, and what findings gain there.
 pub(super) fn judge(
     dictionary: &Dictionary,
     selection: &Selection,
     test: &Record,
     request: &Request<'_>,
     hold: Hold,
-) -> Result<([Score; 3], Series), TraceError> {
+) -> Result<HeldOut, TraceError> {
     let failed = |error: ScoreError| match error {
         ScoreError::Smooth(error) => TraceError::Smooth(error),
         ScoreError::Solve(error) => TraceError::at(error, &test.t),
@@ -109,19 +120,27 @@ pub(super) fn judge(
     // The states of the test log as the patched model sees them, from where faultless sensors
     // would have.
     let mut observed = Observed::new(test.clone(), hold)?;
-    observed
-        .input_noise
-        .clone_from(&selection.observed.input_noise);
+    let own = &selection.observed;
+    observed.input_noise.clone_from(&own.input_noise);
+    observed.correlation.clone_from(&own.correlation);
+    let as_logged = observed.clone();
     if patched.focus.machine.has_sensor_errors() {
         observed.curve = Observed::new(faultless, hold)?.curve;
     }
-    let observed = smooth(
-        dictionary,
-        &selection.accepted(),
-        observed,
-        &selection.values,
-    )
-    .map_err(|error| TraceError::at(error, &test.t))?;
+    let located = |error| TraceError::at(error, &test.t);
+    let (accepted, values) = (selection.accepted(), &selection.values);
+    let explanation = smooth(dictionary, &accepted, observed, values).map_err(located)?;
+    let foretold = match accepted.is_empty() {
+        true => None,
+        false => {
+            let given =
+                smooth(dictionary, &[], as_logged, &dictionary.defaults).map_err(located)?;
+            let given = costs(dictionary, &[], &given).map_err(located)?;
+            let patched = costs(dictionary, &accepted, &explanation).map_err(located)?;
+            Some(Foretold::new(&given, &patched))
+        }
+    };
+    let observed = explanation.observed;
     // Those that are not worth a name are what shakes any machine.
     let forces_remain = something_remains(&selection.remaining);
     let floor = floor
@@ -138,8 +157,12 @@ pub(super) fn judge(
         }
     }
     let series = Series::new(models.in_series(), &observed, [&before, &after], explained)
-        .map_err(|error| TraceError::at(error, &test.t))?;
-    Ok(([before.score, after.score, floor], series))
+        .map_err(located)?;
+    Ok(HeldOut {
+        scores: [before.score, after.score, floor],
+        series,
+        foretold,
+    })
 }
 
 /// The errors of the model with some terms, and with the dictionary's parameters at some values, on

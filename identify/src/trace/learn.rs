@@ -10,6 +10,7 @@ use super::judge::trained;
 use super::outcome::Basis;
 use super::progress::{Progress, Stage};
 use super::selection::Selection;
+use super::settings::GLANCE;
 use super::slow_errors::select_with_slow_errors;
 use crate::machine::SolveError;
 
@@ -44,6 +45,8 @@ pub(super) struct Learner<'a> {
     pub horizon: f64,
     /// Whether the log is to say what inputs do between samples.
     pub free_hold: bool,
+    /// Seed of everything random.
+    pub seed: u64,
     /// Who is told how far the work is.
     pub progress: &'a dyn Progress,
 }
@@ -56,7 +59,7 @@ impl Learner<'_> {
     pub fn learn(&self, dictionary: Dictionary) -> Result<Learnt, TraceError> {
         let located = |source| TraceError::at(source, &self.observed.record.t);
         let immobile = is_immobile(&dictionary, self.observed);
-        let by_forces = forces::learn(&dictionary, self.observed)?;
+        let by_forces = forces::learn(&dictionary, self.observed, self.seed)?;
         let (basis, selection) = match by_forces {
             Some(forces) if immobile => (Basis::Forces, forces),
             // One sensor that misreads makes forces everywhere: what explains the motion with
@@ -90,27 +93,28 @@ impl Learner<'_> {
     }
 
     /// Whether what was found in forces leaves less of them than what was found in motion, and
-    /// foretells the motion better than the model as given. A drive that holds a machine to its way
-    /// exerts against every force that no model holds: then inputs are what errs, and not the motion
-    /// that follows from them.
+    /// foretells the motion better, too. A drive that holds a machine to its way exerts against every
+    /// force that no model holds: then inputs are what errs, and not the motion that follows from them.
+    /// Where nothing drives a coordinate there is nothing of that kind, and a part without mass would
+    /// leave its forces in perfect balance.
     fn is_nearer(&self, dictionary: &Dictionary, forces: &Selection, motion: &Selection) -> bool {
         let logged = &self.observed.record.u;
         let left = |selection: &Selection| forces::left(dictionary, selection, logged).ok();
-        let leaves_less = left(forces)
-            .zip(left(motion))
-            .is_some_and(|(forces, motion)| forces < motion);
-        let errors = |terms: &[usize], values: &[f64]| {
-            let of = (terms, values, &forces.observed);
+        let leaves_less = || {
+            let pair = left(forces).zip(left(motion));
+            pair.is_some_and(|(forces, motion)| forces < motion)
+        };
+        let errors = |selection: &Selection| {
+            let terms = selection.accepted();
+            let of = (&terms[..], &selection.values[..], &forces.observed);
             let score = trained(dictionary, of, self.horizon).ok()?;
             Some([score.acceleration.total, score.rollout.errors.total])
         };
         let foretells = || {
-            let given = errors(&[], &dictionary.defaults);
-            let patched = errors(&forces.accepted(), &forces.values);
-            let pair = patched.zip(given);
-            pair.is_some_and(|(patched, given)| patched[0] < given[0] && patched[1] < given[1])
+            let pair = errors(forces).zip(errors(motion));
+            pair.is_some_and(|(forces, motion)| forces[0] < motion[0] && forces[1] < motion[1])
         };
-        leaves_less && foretells()
+        is_driven(dictionary, &forces.observed) && leaves_less() && foretells()
     }
 
     fn by_motion(&self, dictionary: &Dictionary) -> Result<Selection, SolveError> {
@@ -145,6 +149,17 @@ impl Learner<'_> {
             basis: Basis::Motion,
         })
     }
+}
+
+/// Whether inputs exert forces on each coordinate.
+fn is_driven(dictionary: &Dictionary, observed: &Observed) -> bool {
+    let states = observed.curve.spread(GLANCE);
+    let terms = dictionary.machine.terms(&states, &dictionary.defaults);
+    let is_driven = |i: usize| {
+        let mut each = terms.iter();
+        each.any(|terms| terms.input_matrix.row(i).iter().any(|b| *b != 0.0))
+    };
+    (0..dictionary.machine.coordinate_count()).all(is_driven)
 }
 
 /// Whether the model as given cannot be solved for accelerations along the log.

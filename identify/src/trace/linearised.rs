@@ -42,7 +42,8 @@ pub(super) fn linearised(
     )
 }
 
-/// Moves the curve of a log to where sensors and a model agree.
+/// A log under a model: its curve moved to where sensors and model agree, beside forces without a name
+/// as large as it says.
 ///
 /// # Errors
 /// If the equation of motion cannot be solved along the curve.
@@ -51,12 +52,12 @@ pub(super) fn smooth(
     accepted: &[usize],
     observed: Observed,
     values: &[f64],
-) -> Result<Observed, SolveError> {
+) -> Result<Explanation, SolveError> {
     let mut explanation = Explanation {
         noise: first_noise(&dictionary.focus(accepted), &observed, values)?,
         values: values.to_vec(),
         observed,
     };
     refine_curve(dictionary, accepted, &mut explanation)?;
-    Ok(explanation.observed)
+    Ok(explanation)
 }

@@ -3,11 +3,12 @@
 use super::advice::Advice;
 use super::estimate::Observed;
 use super::finding::{Finding, Verdict};
+use super::foretold::Foretold;
 use super::microscope::Unnamed;
 use super::misread::Misread;
 use super::progress::Ended;
+use super::remaining::Remaining;
 use super::score::Score;
-use super::selection::Remaining;
 use super::series::Details;
 use crate::regression::Hold;
 use serde::Serialize;
@@ -115,7 +116,11 @@ pub struct Outcome {
     pub after: Score,
     /// The same if the patched model were exactly right.
     pub noise_floor: Score,
-    /// What the findings leave unexplained.
+    /// What is gained by what was found, or comes nearest, on data that neither fitting nor selection
+    /// saw; drives that two measured columns show are not counted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub foretold: Option<Foretold>,
+    /// What the findings leave unexplained; if there are none, what the model as given does.
     pub remaining: Remaining,
     /// What has no name, if the verdict says so.
     #[serde(skip_serializing_if = "Option::is_none")]

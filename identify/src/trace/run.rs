@@ -128,6 +128,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         felt: &felt,
         ranges: &ranges,
         horizon: request.horizon,
+        seed: request.seed,
         free_hold: request.hold.is_none(),
         progress,
     };
@@ -172,7 +173,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     };
     let is_other = left
         .as_ref()
-        .is_some_and(|left| left.is_a_law() || judged.explains_little());
+        .is_some_and(|left| left.is_a_law() || judged.foretells_nothing());
     let verdict = judged.verdict(&drives, is_other);
     let unnamed = match verdict {
         Verdict::Unknown => {
@@ -184,12 +185,14 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     let inputs = selection.observed.said_of_inputs();
     warnings.extend(inputs.map(|warning| warning.to_string()));
     warnings.extend(judged.contradiction());
+    let outcome = judged.outcome(request, split, (verdict, drives), warnings);
     let outcome = Outcome {
         misread,
+        remaining: outcome.remaining.seen(unnamed.as_ref()),
         unnamed,
         unfinished,
         between_samples,
-        ..judged.outcome(request, split, (verdict, drives), warnings)
+        ..outcome
     };
     Ok(advised(outcome, request))
 }

@@ -3,6 +3,7 @@
 use super::estimate::Observed;
 use super::finding::Rival;
 use super::refine::Estimate;
+use super::remaining::{Remaining, RemainingForce};
 use super::screen::Considered;
 
 /// A term that was accepted.
@@ -15,29 +16,6 @@ pub struct Term {
     pub evidence: f64,
     /// What explains about as well what it explains.
     pub rivals: Vec<Rival>,
-}
-
-/// What the accepted terms leave.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
-pub struct Remaining {
-    /// Root mean square of the accelerations that unexplained forces make, as a share of
-    /// the machine's own, under the model as given; in the balance of forces these, as a share of
-    /// what the inputs exert, not a number (`null` in JSON) where they drive nothing.
-    pub share_before: f64,
-    /// The same with all terms.
-    pub share_after: f64,
-    /// Nats by which the log is more likely with unexplained forces beside the terms
-    /// than with sensor noise alone.
-    pub evidence: f64,
-}
-
-impl Remaining {
-    /// Of a log in which nothing was searched for.
-    pub(super) const NOT_SEARCHED: Self = Self {
-        share_before: f64::NAN,
-        share_after: f64::NAN,
-        evidence: f64::NAN,
-    };
 }
 
 /// The outcome.
@@ -59,6 +37,8 @@ pub struct Selection {
     pub nominal_misfit: f64,
     /// How much that is.
     pub remaining: Remaining,
+    /// The forces of unknown form beside the model as given.
+    pub given_forces: Vec<RemainingForce>,
     /// The first round's candidates, best first.
     pub considered: Vec<Considered>,
     /// The log with the curve through it.

@@ -68,6 +68,10 @@ pub const LATE: [f64; 5] = [0.05, 0.1, 0.2, 0.4, 0.8];
 /// Share of what the best fit gains that such a time must bring to be fitted itself.
 pub const WORTH_A_FIT: f64 = 0.5;
 
-/// Findings must explain this share of what the model as given leaves, in squares: what explains less
-/// is not what is missing.
+/// Share of the squares of missing forces that effects must explain in the balance of forces, which cannot
+/// tell forces that last from laws.
 pub const WORTH_IT: f64 = 0.5;
+
+/// Standard errors, as the gain differs from run to run of a log, by which findings must make data
+/// likelier that nothing was fitted to.
+pub const SURE: f64 = 2.0;

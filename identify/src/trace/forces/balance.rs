@@ -45,6 +45,12 @@ impl Balance {
         })
     }
 
+    /// When the samples are that are kept, s.
+    pub fn t(&self) -> Vec<f64> {
+        let t = self.states.t.iter().step_by(self.band.stride());
+        t.copied().collect()
+    }
+
     /// `M a − Q`: what acts and is not in the model. `M` need not be regular.
     ///
     /// # Errors

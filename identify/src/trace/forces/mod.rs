@@ -24,14 +24,16 @@ use super::error::TraceError;
 use super::estimate::Observed;
 use super::finding::{Rival, says_no_strength};
 use super::refine::Estimate;
+use super::remaining::{Remaining, of_balance};
 use super::screen::{ShapedCandidate, options};
-use super::selection::{Remaining, Selection, Term};
+use super::selection::{Selection, Term};
 use super::settings::WORTH_IT;
 use crate::log::rms;
 use crate::machine::{SensitivityTape, SolveError};
 use balance::{Balance, Forces};
 use choose::{Choice, State, reaches};
 use equations::Equations;
+use floor::left_by_noise;
 use rayon::prelude::*;
 use settle::Settled;
 
@@ -41,13 +43,14 @@ const EVERYTHING: f64 = 1e-6;
 const ROUNDS: usize = 2;
 
 /// What a machine lacks, if its forces were measured and effects explain much of what they miss;
-/// `None` otherwise.
+/// `None` otherwise. The noise by which sensors would leave forces anyway is drawn with `seed`.
 ///
 /// # Errors
 /// If the log cannot be smoothed, or a state's equation has no solution along it.
 pub(super) fn learn(
     dictionary: &Dictionary,
     observed: &Observed,
+    seed: u64,
 ) -> Result<Option<Selection>, TraceError> {
     let machine = &dictionary.machine;
     if machine.input_count() == 0 || machine.constraint_count() > 0 {
@@ -96,6 +99,10 @@ pub(super) fn learn(
     let own = focus.values(&settled.values);
     let left = balance.missing(&focus.machine, &own).map_err(located)?;
     let exerted = balance.exerted(&focus.machine, &own).map_err(located)?;
+    let looked = (&balance, observed);
+    let by_noise = left_by_noise(looked, (&focus.machine, &own), None, seed)?;
+    let unexplained =
+        |left: &Forces| of_balance(dictionary, &balance.t(), left, [&by_noise, &exerted]);
     let rows = equations.effective();
     Ok(Some(Selection {
         terms,
@@ -114,7 +121,9 @@ pub(super) fn learn(
             share_before: share(&missing, &exerted),
             share_after: share(&left, &exerted),
             evidence: 0.0,
+            forces: unexplained(&left),
         },
+        given_forces: unexplained(&missing),
         considered: choice.considered(),
         observed: observed.clone(),
     }))

@@ -2,12 +2,13 @@
 
 use super::correlation;
 use super::features::{Feature, Features, deviation};
+use crate::regression::BLOCKS;
 use gp::{
     Functionals, GpError, Inputs, Kernel, LatentPrior, Model, Posterior, Problem, Saved, Training,
     farthest_points,
 };
 
-/// Samples that a process is conditioned on, and as many that it is checked at.
+/// Samples that a process is conditioned on, and as many that it is checked at, about.
 const POINTS: usize = 160;
 /// Nats within which the smaller set of variables is taken.
 const TIE: f64 = 3.0;
@@ -29,7 +30,7 @@ pub(super) struct Law {
     pub length_scales: Vec<f64>,
     /// Sets that were tried, with their evidence, best first.
     pub tried: Vec<(Vec<usize>, f64)>,
-    /// Share of the variance explained at samples that were not fitted.
+    /// Share of the variance explained in runs of the log that were not fitted.
     pub explained: f64,
     /// The process as `gp` saves it; its inputs are the variables in their units, divided by
     /// the standard deviations that stand there.
@@ -50,10 +51,9 @@ impl Law {
         let scales: Vec<(f64, f64)> = features.columns.iter().map(|c| scale(c)).collect();
         let force_scale = deviation(force).max(f64::MIN_POSITIVE);
         let samples = spread(features, &scales, force.len())?;
-        let (fitted, checked): (Vec<usize>, Vec<usize>) = (
-            samples.iter().step_by(2).copied().collect(),
-            samples.iter().skip(1).step_by(2).copied().collect(),
-        );
+        // Run by run of the log: samples beside each other foretell what lasts, whatever it depends on.
+        let is_fitted = |&k: &usize| (k * BLOCKS / force.len()).is_multiple_of(2);
+        let (fitted, checked): (Vec<usize>, Vec<usize>) = samples.into_iter().partition(is_fitted);
         let attempt = |variables: Vec<usize>| {
             attempt(
                 &variables,

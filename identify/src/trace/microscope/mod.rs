@@ -64,7 +64,7 @@ pub struct UnnamedForce {
     pub depends_on: Vec<Dependence>,
     /// Sets of variables that were tried, best first.
     pub tried: Vec<Tried>,
-    /// Share of its variance that the variables explain at samples that were not fitted.
+    /// Share of its variance that the variables explain in runs of the log that were not fitted.
     pub explained: f64,
     /// `−⟨f v⟩/√(⟨f²⟩⟨v²⟩)`: one if it is drag, minus one if it drives.
     pub dissipation: f64,
@@ -317,8 +317,11 @@ fn describe(
     })
 }
 
-/// The time after which the autocorrelation of a force has fallen to `1/e`.
-fn correlation_time(t: &[f64], force: &[f64]) -> f64 {
+/// The time after which the autocorrelation of a force about its mean has fallen to `1/e`: a mean, which
+/// lasts for ever, says nothing of how long the rest does.
+pub(super) fn correlation_time(t: &[f64], force: &[f64]) -> f64 {
+    let mean = force.iter().sum::<f64>() / force.len().max(1) as f64;
+    let force: Vec<f64> = force.iter().map(|f| f - mean).collect();
     let product = |lag: usize| -> f64 {
         let pairs = force.iter().zip(&force[lag..]);
         pairs.map(|(a, b)| a * b).sum::<f64>() / (force.len() - lag) as f64
@@ -341,6 +344,17 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Four waves of ten seconds about a mean, the last not whole where they are shifted: `cos ωτ = 1/e` at `τ = arccos(1/e)/ω = 1.900 s`.
+    #[test]
+    fn a_mean_does_not_make_a_force_last() {
+        let t: Vec<f64> = (0..4000).map(|k| 0.01 * f64::from(k)).collect();
+        let omega = 2.0 * std::f64::consts::PI / 10.0;
+        let force: Vec<f64> = t.iter().map(|t| 3.0 + (omega * t).sin()).collect();
+        let expected = (-1.0_f64).exp().acos() / omega;
+        let found = correlation_time(&t, &force);
+        assert!((found - expected).abs() < 0.15, "{found} {expected}");
+    }
 
     #[test]
     fn at_the_floor_there_is_nothing_to_recover() {

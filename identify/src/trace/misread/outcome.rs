@@ -11,9 +11,9 @@ use crate::trace::finding::Verdict;
 use crate::trace::judge::motionless;
 use crate::trace::logs::Logs;
 use crate::trace::outcome::{Basis, HoldIs, Outcome, sensor_noise};
+use crate::trace::remaining::Remaining;
 use crate::trace::run::Request;
 use crate::trace::score::{Look, ScoreError, Scoring};
-use crate::trace::selection::Remaining;
 use crate::trace::series::{Details, Series};
 use std::collections::BTreeMap;
 
@@ -65,6 +65,7 @@ pub(in crate::trace) fn outcome(
         before: before.score,
         after: after.score,
         noise_floor,
+        foretold: None,
         remaining: Remaining::NOT_SEARCHED,
         unnamed: None,
         misfit_before: f64::NAN,

@@ -8,7 +8,8 @@ use super::hypothesis::Hypothesis;
 use crate::machine::SolveError;
 use crate::trace::dictionary::Dictionary;
 use crate::trace::finding::Rival;
-use crate::trace::selection::{Remaining, Selection, Term};
+use crate::trace::remaining::{Remaining, beside};
+use crate::trace::selection::{Selection, Term};
 use crate::trace::separate::{Relation, relation};
 use crate::trace::settings::TIE;
 use nalgebra::{DMatrix, DVector};
@@ -39,6 +40,10 @@ pub fn answer(search: &Search<'_>) -> Result<Selection, SolveError> {
     let (nominal_misfit, _) = given.at_floor(dictionary)?;
     let (reduced_misfit, cost_at_floor) = best.at_floor(dictionary)?;
     let share = |fitted: &Fitted| fitted.estimate.unexplained.max(0.0).sqrt();
+    let forces = |fitted: &Fitted| {
+        let terms = fitted.hypothesis.candidates();
+        beside(dictionary, terms, &fitted.explanation)
+    };
     let term = |&candidate: &usize| Term {
         candidate,
         evidence: evidence(&search.explored, best, candidate),
@@ -54,7 +59,9 @@ pub fn answer(search: &Search<'_>) -> Result<Selection, SolveError> {
             share_before: share(&given),
             share_after: share(best),
             evidence: cost_at_floor - best.estimate.cost,
+            forces: forces(best)?,
         },
+        given_forces: forces(&given)?,
         considered: search.fresh.to_vec(),
         held_otherwise,
         values: best.explanation.values.clone(),

@@ -123,5 +123,10 @@ mod tests {
         assert!(left.forces[0].lasts > 0.2, "{left:#?}");
         let share = outcome.remaining.share_after;
         assert!((share - 0.1).abs() < 0.03, "0.01 of about 0.1 N·m: {share}");
+        let [left] = &outcome.remaining.forces[..] else {
+            panic!("{:#?}", outcome.remaining);
+        };
+        assert!((left.size - 0.01).abs() < 0.01 / 3.0, "{left:?}");
+        assert!(left.lasts > 1.0 / 3.0 && left.lasts < 3.0, "{left:?}");
     }
 }
