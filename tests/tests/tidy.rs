@@ -298,8 +298,8 @@ const PARTS_OF_IDENTIFY: [&str; 8] = [
 
 /// Whether a text names a module of its own crate.
 fn uses(text: &str, module: &str) -> bool {
-    let after = text.split(&format!("crate::{module}")).skip(1);
-    let mut ends = after.map(|rest| rest.chars().next());
+    let name = format!("crate::{module}");
+    let mut ends = text.split(&name).skip(1).map(|rest| rest.chars().next());
     ends.any(|next| next.is_none_or(|c| !c.is_alphanumeric() && c != '_'))
 }
 

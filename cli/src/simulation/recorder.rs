@@ -27,7 +27,10 @@ impl Recorder {
 
     fn header(&mut self, model: &Model, impulses: bool) -> anyhow::Result<()> {
         let sensors = model.sensors.iter().map(|sensor| sensor.name.clone());
-        let impulses = impulses.then(|| impulse_columns(model)).unwrap_or_default();
+        let impulses = match impulses {
+            true => impulse_columns(model),
+            false => Vec::new(),
+        };
         let names = noise::columns(model).into_iter().chain(sensors);
         let names: Vec<String> = names.chain(impulses).collect();
         if let Some(twice) = (1..names.len()).find(|&i| names[..i].contains(&names[i])) {
