@@ -80,7 +80,7 @@ void bead_applied_force(
     const bead_real z_delivered = x->z[0];
     const bead_real x_sq = q_x * q_x;
     const bead_real w1 = REAL(2.5600000000000005) * x_sq;
-    const bead_real w2 = SQRT(REAL(1.0) + w1) * FABS(lambda_wire);
+    const bead_real w2 = FABS(lambda_wire) * SQRT(REAL(1.0) + w1);
     const bead_real w3 = REAL(1e-18) + (dq_x * dq_x + dq_y * dq_y);
     const bead_real w4 = SQRT(w3);
     const bead_real w5 = p->mu * w2 * TANH(w4 / p->v_s) / w4;
@@ -115,7 +115,7 @@ void bead_force(
     const bead_real z_delivered = x->z[0];
     const bead_real x_sq = q_x * q_x;
     const bead_real w1 = REAL(2.5600000000000005) * x_sq;
-    const bead_real w2 = SQRT(REAL(1.0) + w1) * FABS(lambda_wire);
+    const bead_real w2 = FABS(lambda_wire) * SQRT(REAL(1.0) + w1);
     const bead_real w3 = REAL(1e-18) + (dq_x * dq_x + dq_y * dq_y);
     const bead_real w4 = SQRT(w3);
     const bead_real w5 = p->mu * w2 * TANH(w4 / p->v_s) / w4;
@@ -212,7 +212,7 @@ void bead_equation_of_motion(
     const bead_real d_x_sq = dq_x * dq_x;
     const bead_real a_wire_x = REAL(-1.6) * q_x;
     const bead_real w1 = REAL(2.5600000000000005) * x_sq;
-    const bead_real w2 = SQRT(REAL(1.0) + w1) * FABS(lambda_wire);
+    const bead_real w2 = FABS(lambda_wire) * SQRT(REAL(1.0) + w1);
     const bead_real w3 = REAL(1e-18) + (dq_y * dq_y + d_x_sq);
     const bead_real w4 = SQRT(w3);
     const bead_real w5 = p->mu * w2 * TANH(w4 / p->v_s) / w4;

@@ -174,7 +174,7 @@ pub fn applied_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 3, 1>) -> [T;
     let z_delivered = x.z[0];
     let x_sq = q_x * q_x;
     let w1 = T::from_f64(2.5600000000000005) * x_sq;
-    let w2 = (T::one() + w1).sqrt() * lambda_wire.abs();
+    let w2 = lambda_wire.abs() * (T::one() + w1).sqrt();
     let w3 = T::from_f64(1e-18) + dq_x.mul_add(dq_x, dq_y * dq_y);
     let w4 = w3.sqrt();
     let w5 = p.mu * w2 * (w4 / p.v_s).tanh() / w4;
@@ -203,7 +203,7 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 3, 1>) -> [T; 2] {
     let z_delivered = x.z[0];
     let x_sq = q_x * q_x;
     let w1 = T::from_f64(2.5600000000000005) * x_sq;
-    let w2 = (T::one() + w1).sqrt() * lambda_wire.abs();
+    let w2 = lambda_wire.abs() * (T::one() + w1).sqrt();
     let w3 = T::from_f64(1e-18) + dq_x.mul_add(dq_x, dq_y * dq_y);
     let w4 = w3.sqrt();
     let w5 = p.mu * w2 * (w4 / p.v_s).tanh() / w4;
@@ -347,7 +347,7 @@ pub fn equation_of_motion<T: Scalar>(
     let d_x_sq = dq_x * dq_x;
     let a_wire_x = T::from_f64(-1.6) * q_x;
     let w1 = T::from_f64(2.5600000000000005) * x_sq;
-    let w2 = (T::one() + w1).sqrt() * lambda_wire.abs();
+    let w2 = lambda_wire.abs() * (T::one() + w1).sqrt();
     let w3 = T::from_f64(1e-18) + dq_y.mul_add(dq_y, d_x_sq);
     let w4 = w3.sqrt();
     let w5 = p.mu * w2 * (w4 / p.v_s).tanh() / w4;
