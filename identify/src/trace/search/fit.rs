@@ -2,7 +2,7 @@
 //! first may rest too early.
 
 use super::hypothesis::Hypothesis;
-use super::score::{evidence, nameless, prior};
+use super::score::{evidence, prior};
 use crate::machine::SolveError;
 use crate::trace::dictionary::{Candidate, Dictionary};
 use crate::trace::finding::says_no_strength;
@@ -96,11 +96,7 @@ pub fn fit_with(
     explanation.observed.hold = hypothesis.hold;
     let candidates = hypothesis.candidates();
     let refined = refine(dictionary, candidates, &mut explanation, effort)?;
-    let nameless = match refined.estimate.leaves_forces() {
-        true => nameless(dictionary, &explanation.noise),
-        false => 0.0,
-    };
-    let prior = prior(dictionary, hypothesis, &explanation) + nameless;
+    let prior = prior(dictionary, hypothesis, &explanation);
     Ok(Fitted {
         score: prior + evidence(dictionary, &explanation, &refined),
         prior,

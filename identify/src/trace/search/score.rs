@@ -2,11 +2,11 @@
 
 use super::hypothesis::Hypothesis;
 use crate::machine::States;
-use crate::regression::{Hold, ProcessNoise};
+use crate::regression::Hold;
 use crate::trace::dictionary::Dictionary;
 use crate::trace::focus::Focus;
 use crate::trace::refine::{Explanation, Refined};
-use crate::trace::settings::{BRAKES, DRIVES, GLANCE, HELD, MARGIN, NO_EXCESS, STATEMENT};
+use crate::trace::settings::{BRAKES, DRIVES, GLANCE, HELD, MARGIN, STATEMENT};
 use crate::trace::subject::Subject;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -26,7 +26,7 @@ pub fn prior(dictionary: &Dictionary, hypothesis: &Hypothesis, explanation: &Exp
 
 /// What terms cost before the log is read.
 pub fn structure(dictionary: &Dictionary, hypothesis: &Hypothesis) -> f64 {
-    let choice = choice(dictionary);
+    let choice = (dictionary.candidates.len() as f64).ln();
     let terms = hypothesis.candidates().iter().map(|&term| {
         let candidate = &dictionary.candidates[term];
         let stated = match candidate.subject {
@@ -40,21 +40,6 @@ pub fn structure(dictionary: &Dictionary, hypothesis: &Hypothesis) -> f64 {
         Hold::Previous => HELD,
     };
     terms.sum::<f64>() + held
-}
-
-/// What forces that nothing explains cost, where they are larger than the smallest: as much as a law
-/// in each coordinate that they act on, with two numbers, how large they are and how long they last. Some
-/// force can always be thought of that does what friction does in one swing.
-pub fn nameless(dictionary: &Dictionary, noise: &ProcessNoise) -> f64 {
-    let sizes = noise.force_sd.iter().zip(noise.smallest.iter());
-    let acting = sizes.filter(|(size, smallest)| size.powi(2) > NO_EXCESS * smallest.powi(2));
-    let law = MARGIN + choice(dictionary) + 2.0 * STATEMENT;
-    acting.count() as f64 * law
-}
-
-/// Nats that one of all candidates costs for there being so many.
-fn choice(dictionary: &Dictionary) -> f64 {
-    (dictionary.candidates.len() as f64).ln()
 }
 
 /// Occam's factor by Laplace's method, `½ ln |I + S H S|`, with the Hessian `H` of the cost and

@@ -8,7 +8,6 @@ use crate::trace::screen::Considered;
 use crate::trace::search::explored::Explored;
 use crate::trace::search::neighbourhood::Neighbourhood;
 use crate::trace::search::proposal::Proposal;
-use crate::trace::search::score::nameless;
 use crate::trace::settings::{FAR_BEHIND, LEADER_SHARE, MARGIN, MAX_TERMS, PROFILED, SHORTLISTED};
 use rayon::prelude::*;
 
@@ -20,7 +19,7 @@ impl Move for Add {
         if at.terms().len() >= MAX_TERMS {
             return Vec::new();
         }
-        let known = at.fitted.estimate.cost + nameless(at.dictionary, &at.fitted.explanation.noise);
+        let known = at.fitted.estimate.cost;
         let price = MARGIN + (at.dictionary.candidates.len() as f64).ln();
         let leaves_forces = at.fitted.leaves_forces();
         let mut listed = shortlist(at);
