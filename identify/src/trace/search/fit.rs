@@ -5,7 +5,6 @@ use super::hypothesis::Hypothesis;
 use super::score::{evidence, prior};
 use crate::machine::SolveError;
 use crate::trace::dictionary::{Candidate, Dictionary};
-use crate::trace::finding::says_no_strength;
 use crate::trace::linearised::linearised;
 use crate::trace::refine::{Effort, Estimate, Explanation, refine};
 use crate::trace::settings::{SAME_FIT, SHARP_STEPS, SHARPENINGS, SHARPER, TIE};
@@ -33,13 +32,10 @@ impl Fitted {
         self.estimate.leaves_forces()
     }
 
-    /// Whether each of its terms does something that the log determines, within what is possible. An
-    /// inertia beside which no force moves anything is likely wherever inputs explain little, and as
-    /// likely whatever it is: it is no law of the machine.
+    /// Whether each of its terms does something, within what is possible.
     pub fn is_possible(&self, dictionary: &Dictionary) -> bool {
         let model = &dictionary.machine.compiled.model;
         let values = &self.explanation.values;
-        let known = (&self.estimate.parameters[..], &self.estimate.covariance);
         self.hypothesis.candidates().iter().all(|&term| {
             let inside = |&p: &usize| {
                 let (value, parameter) = (values[p], &model.parameters[p]);
@@ -48,7 +44,6 @@ impl Fitted {
                     && value < parameter.upper
             };
             dictionary.candidates[term].strengths.iter().any(inside)
-                && !says_no_strength(dictionary, term, values, known)
         })
     }
 
@@ -155,26 +150,6 @@ mod tests {
     use crate::regression::Hold;
     use crate::trace::wheel::{WHEEL, begun, named, rectangular};
     use std::fmt::Write;
-
-    /// Where a torque has nothing to do with the motion, a wheel too heavy to be moved is likeliest. How
-    /// heavy the log does not say: that is no law.
-    #[test]
-    fn a_wheel_that_nothing_moves_is_no_explanation() {
-        let mut text = String::from("t,q_angle,u_motor\n");
-        let (mut noise, mut torque) = (rectangular(2), rectangular(3));
-        for k in 0..1000 {
-            let t = 0.004 * f64::from(k);
-            let q = 0.02 * (3.0 * t).sin() + 2e-5 * noise();
-            writeln!(text, "{t},{q},{}", torque()).unwrap();
-        }
-        let (dictionary, start) = begun(WHEEL, &text, ["angle", "motor"]);
-        let heavier = named(&dictionary, "armature(angle)");
-        let hypothesis = Hypothesis::nothing(Hold::Linear).exchange(&[], &[heavier]);
-        let fitted = fit(&dictionary, &hypothesis, start).unwrap();
-        let value = fitted.explanation.values[fitted.estimate.parameters[0]];
-        assert!(value > 20.0 * 0.02, "{value}");
-        assert!(!fitted.is_possible(&dictionary), "{:?}", fitted.estimate);
-    }
 
     /// A drive that gives less, and a wheel that weighs more, are one law: `g u = i a`. Neither
     /// may count as better known than the other.

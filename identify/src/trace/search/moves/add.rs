@@ -35,10 +35,10 @@ impl Move for Add {
 /// that fit's cost.
 fn shortlist<'a>(at: &'a Neighbourhood<'_>) -> Vec<(f64, &'a Considered)> {
     let (screen, candidates) = (&at.screen, &at.dictionary.candidates);
-    // Beside large forces that nothing explains no law is worth much, though it may explain them all:
-    // noise that suits it says so.
-    let leaves_forces = at.fitted.leaves_forces();
-    let may_lead = |one: &&Considered| leaves_forces && one.gain > 0.0 || may_earn(one);
+    // Beside the model as given and forces as large as all that it lacks, no law is worth much, though
+    // it may explain them all: noise that suits it says so.
+    let is_first = at.terms().is_empty() && at.fitted.leaves_forces();
+    let may_lead = |one: &&Considered| is_first && one.gain > 0.0 || may_earn(one);
     let earning = || at.considered.iter().filter(may_lead);
     let best = earning().map(|c| c.gain).fold(0.0, f64::max);
     let rows = at.fitted.estimate.rows as f64;
