@@ -138,6 +138,35 @@ pub(super) fn triple(stream: &mut Stream<'_>) -> Parsed<[Expr; 3]> {
     })
 }
 
+/// `{ key: value; key: value; … }` of a `kind` of statement, which may be left out, with the value of
+/// each key. `words` are the keys as a message says them. Also: whether it was there.
+pub(super) fn settings<const N: usize>(
+    stream: &mut Stream<'_>,
+    kind: &str,
+    words: &str,
+    keys: [&str; N],
+) -> Parsed<([Option<Expr>; N], bool)> {
+    let mut values = [const { None }; N];
+    let braced = in_braces(stream, false, |inner| {
+        let key = inner.name(words)?;
+        inner.expect(':', "this word")?;
+        let Some(place) = keys.iter().position(|known| *known == key.text) else {
+            let error = format!("a {kind} has no `{}`", key.text);
+            let error = Diagnostic::error(key.span, error);
+            return Err(Box::new(match nearest(&key.text, keys) {
+                Some(near) => error.help(format!("did you mean `{near}`?")),
+                None => error.help(format!("it has: {}", keys.join(", "))),
+            }));
+        };
+        if values[place].replace(expression(inner)?).is_some() {
+            let message = format!("`{}` is given twice", key.text);
+            return Err(Box::new(Diagnostic::error(key.span, message)));
+        }
+        Ok(())
+    })?;
+    Ok((values, braced))
+}
+
 /// `{ entry; entry; … }`; whether it was there.
 pub(super) fn in_braces(
     stream: &mut Stream<'_>,
