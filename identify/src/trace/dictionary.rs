@@ -94,6 +94,8 @@ pub struct Dictionary {
     pub defaults: Vec<f64>,
     /// Models with some of the candidates.
     pub(super) focuses: Focuses,
+    /// The parameters that count waves, with the coordinate along which they do.
+    wave_numbers: BTreeMap<usize, usize>,
 }
 
 /// Where a log goes.
@@ -172,7 +174,8 @@ impl Dictionary {
         }
         let compiled = compile(source.name, &extended, source.library)?;
         let mut machine = Machine::new(compiled);
-        limit_waves(&mut machine.compiled.model, ranges);
+        let wave_numbers = wave_numbers(&machine.compiled);
+        limit_waves(&mut machine.compiled.model, &wave_numbers, ranges);
         let defaults = source.values(&machine);
         let all: Vec<Variable> = (0..defaults.len()).map(Variable::Parameter).collect();
         let by_parameter = machine.sensitivity(&all);
@@ -211,6 +214,7 @@ impl Dictionary {
             candidates,
             by_shape: Vec::new(),
             defaults,
+            wave_numbers,
         };
         dictionary.find_shapes(ranges);
         Ok(dictionary)
@@ -319,11 +323,11 @@ impl Dictionary {
         roles
     }
 
-    /// Wave numbers that the missing force shows, if a shape parameter may be one: a number of
-    /// waves per unit of the coordinate that its effect acts on, to be searched for.
-    fn waves(&self, parameter: &Parameter, ranges: &Ranges) -> Vec<f64> {
-        let model = &self.machine.compiled.model;
-        let missing = coordinate_of_waves(model, parameter).and_then(|c| ranges.missing.get(c));
+    /// Wave numbers that the missing force shows, if a shape parameter is one.
+    fn waves(&self, index: usize, ranges: &Ranges) -> Vec<f64> {
+        let parameter = &self.machine.compiled.model.parameters[index];
+        let coordinate = self.wave_numbers.get(&index);
+        let missing = coordinate.and_then(|&c| ranges.missing.get(c));
         let waves = missing.map(|missing| missing.waves(parameter.upper, WAVES));
         let waves = waves.unwrap_or_default().into_iter();
         waves.filter(|&n| n > parameter.lower).collect()
@@ -357,12 +361,12 @@ impl Dictionary {
             let (slow, fast) = SPEEDS;
             return steps(&|share| (usual * slow * (fast / slow).powf(share)).clamp(lower, upper));
         }
-        if lower > 0.0 && upper.is_finite() && coordinate_of_waves(model, parameter).is_none() {
+        if lower > 0.0 && upper.is_finite() && !self.wave_numbers.contains_key(&index) {
             return steps(&|share| lower * (upper / lower).powf(share));
         }
         if lower.is_finite() && upper.is_finite() {
             let mut values = steps(&|share| lower + share * (upper - lower));
-            values.extend(self.waves(parameter, ranges));
+            values.extend(self.waves(index, ranges));
             return values;
         }
         // In the unit of the coordinate it acts on: somewhere along the log.
@@ -395,25 +399,36 @@ impl Dictionary {
     }
 }
 
-/// The coordinate along which a shape parameter may count waves, per its unit.
-fn coordinate_of_waves(model: &Model, parameter: &Parameter) -> Option<usize> {
-    parameter.tries?;
-    let (_, name) = model.effects[parameter.effect?].on.first()?;
-    let coordinate = model.coordinates.iter().position(|c| c.name == *name)?;
-    let unit = model.coordinates[coordinate].dimension?;
-    (parameter.dimension == Some(Dimension::ONE / unit)).then_some(coordinate)
+/// The parameters that may count waves per unit of the coordinate that their effect acts on, to be searched
+/// for: what they do depends on where the coordinate is, and their unit is one over its own. An angle
+/// has none, so that the unit alone does not tell a wave number from a share.
+fn wave_numbers(compiled: &Compiled) -> BTreeMap<usize, usize> {
+    let model = &compiled.model;
+    let nominal: Vec<f64> = model.parameters.iter().map(|p| p.nominal).collect();
+    let mut roles = Roles::new(compiled, &nominal);
+    let coordinate = |parameter: &Parameter| {
+        parameter.tries?;
+        let (_, name) = model.effects[parameter.effect?].on.first()?;
+        let coordinate = model.coordinates.iter().position(|c| c.name == *name)?;
+        let unit = model.coordinates[coordinate].dimension?;
+        (parameter.dimension == Some(Dimension::ONE / unit)).then_some(coordinate)
+    };
+    let parameters = model.parameters.iter().enumerate();
+    let of_unit = parameters.filter_map(|(index, p)| Some((index, coordinate(p)?)));
+    let waves = of_unit.filter(|&(index, coordinate)| {
+        roles.acts_by_place(index, model.coordinates[coordinate].position)
+    });
+    waves.collect()
 }
 
 /// A wave is one if it comes back along the log. What does not is whatever a part of a wave looks
 /// like: a spring, or a constant force.
-fn limit_waves(model: &mut Model, ranges: &Ranges) {
-    for index in 0..model.parameters.len() {
-        let parameter = &model.parameters[index];
-        let positions = coordinate_of_waves(model, parameter).map(|c| &ranges.positions[c]);
-        let ends = positions.and_then(|positions| Some((positions.first()?, positions.last()?)));
-        if let Some((least, most)) = ends {
-            let longest = (std::f64::consts::TAU / (most - least)).min(parameter.upper);
+fn limit_waves(model: &mut Model, wave_numbers: &BTreeMap<usize, usize>, ranges: &Ranges) {
+    for (&index, &coordinate) in wave_numbers {
+        let positions = &ranges.positions[coordinate];
+        if let Some((least, most)) = positions.first().zip(positions.last()) {
             let parameter = &mut model.parameters[index];
+            let longest = (std::f64::consts::TAU / (most - least)).min(parameter.upper);
             parameter.lower = parameter.lower.max(longest);
             parameter.nominal = parameter.nominal.max(longest);
         }
@@ -472,6 +487,18 @@ mod tests {
             assert_eq!(load.strengths, [load.parameters[mass]], "{body}: {names:?}");
             assert!(load.shapes.len() > 1);
         }
+    }
+
+    /// How much friction rises towards standstill has the unit of a wave number of an angle: none.
+    #[test]
+    fn a_share_counts_no_waves() {
+        let dictionary = dictionary();
+        let model = &dictionary.machine.compiled.model;
+        let named = |index: &usize| model.parameters[*index].name.as_str();
+        let waves: Vec<&str> = dictionary.wave_numbers.keys().map(named).collect();
+        assert_eq!(waves, ["cogging_a_n", "cogging_b_n"]);
+        let rise = model.parameters.iter().find(|p| p.name == "lugre_a_rise");
+        assert_eq!(rise.map(|p| p.lower), Some(0.0));
     }
 
     #[test]

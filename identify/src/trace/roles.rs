@@ -80,6 +80,14 @@ impl Roles {
         })
     }
 
+    /// Whether what a parameter does to forces depends on where a coordinate is, by its symbol.
+    pub fn acts_by_place(&mut self, index: usize, position: SymbolId) -> bool {
+        let slopes = self.slopes(index);
+        self.model
+            .graph
+            .depends_on(&slopes[..self.moving], position)
+    }
+
     fn slopes(&mut self, index: usize) -> Vec<ExprId> {
         let seeds = self.model.parameter_seeds(self.symbols[index]);
         self.model.graph.directional(&self.terms, &seeds)
