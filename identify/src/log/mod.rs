@@ -38,6 +38,7 @@ mod aside;
 mod assumed;
 mod beside;
 mod cdr;
+mod doubt;
 mod ends;
 mod error;
 mod follow;
@@ -67,6 +68,7 @@ mod warning;
 
 pub use aside::Aside;
 pub(crate) use aside::is_aside;
+pub use doubt::Doubt;
 pub use error::{LogError, Problem, ProblemKind};
 pub use limits::{Counted, MOST_CELLS};
 pub use map::{Map, MapError, template, too_deep};

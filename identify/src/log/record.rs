@@ -1,5 +1,6 @@
 //! The channels of a log that belong to a model.
 
+use super::doubt::{self, Doubt};
 use super::error::{LogError, ProblemKind, Problems};
 use super::seen::Missing;
 use super::{Aside, Log, MINIMUM_SAMPLES, Warning, health, median};
@@ -33,6 +34,8 @@ pub struct Record {
     pub commanded: Vec<Option<Vec<f64>>>,
     /// Samples that are no measurements.
     pub aside: Aside,
+    /// Samples of inputs that may be none.
+    pub doubts: Vec<Doubt>,
     /// What should be known about these channels.
     pub warnings: Vec<Warning>,
 }
@@ -75,6 +78,7 @@ impl Record {
             u: self.u.iter().map(thin).collect(),
             commanded: self.commanded.iter().map(thin_optional).collect(),
             aside: self.aside.thinned(stride),
+            doubts: doubt::thinned(&self.doubts, stride),
             warnings: self.warnings.clone(),
         }
     }
@@ -101,6 +105,7 @@ impl Record {
             u: self.u.iter().map(cut).collect(),
             commanded: self.commanded.iter().map(cut_optional).collect(),
             aside: self.aside.stretches(ranges),
+            doubts: doubt::stretches(&self.doubts, ranges),
             warnings: self.warnings.clone(),
         }
     }
@@ -184,6 +189,7 @@ pub(super) fn select(
         u,
         commanded: optional("ucmd_", inputs),
         aside: Aside::nothing(coordinates.len()),
+        doubts: Vec::new(),
         warnings: log.warnings.clone(),
     };
     health::examine(&mut record, log);

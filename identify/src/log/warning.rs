@@ -117,6 +117,13 @@ pub enum Warning {
         /// How many there are.
         samples: usize,
     },
+    /// A sensor whose errors are like those just before.
+    LastingErrors {
+        /// The column.
+        column: String,
+        /// Correlation of an error with that of the sample before.
+        memory: f64,
+    },
     /// An input with noise that the machine did not feel: it is taken without.
     InputNoise {
         /// The column.
@@ -331,6 +338,12 @@ impl fmt::Display for Warning {
                     _ => write!(f, "; {samples} such samples of `{column}` are set aside"),
                 }
             }
+            Self::LastingErrors { column, memory } => write!(
+                f,
+                "the errors of `{column}` follow one another, each {:.0} % like the one before: its samples are \
+                 given as much less weight",
+                100.0 * memory
+            ),
             Self::InputNoise {
                 column,
                 noise,

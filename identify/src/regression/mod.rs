@@ -26,6 +26,7 @@ mod whitener;
 pub(crate) use band::Band;
 pub use error_dynamics::{CORRELATION, Columns, ErrorDynamics, Hold};
 pub use gram::{BLOCKS, Fit, Gram, INVISIBLE};
+pub use innovations::ChannelErrors;
 pub use process_noise::ProcessNoise;
 pub(crate) use sensed::{derivative, divided};
 pub use whitener::{Readings, Whitener};

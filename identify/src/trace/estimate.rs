@@ -4,6 +4,7 @@
 use super::dictionary::Ranges;
 use super::focus::Focus;
 use super::input_noise::InputNoise;
+use super::sensor_memory::SensorMemory;
 use crate::log::{Record, Warning, stretches};
 use crate::machine::{History, States, shifted};
 use crate::regression::{CORRELATION, Hold, Readings, derivative, divided};
@@ -25,6 +26,8 @@ pub struct Observed {
     pub velocity_sd: Vec<f64>,
     /// Standard deviation of the acceleration sensors (unused where none).
     pub acceleration_sd: Vec<f64>,
+    /// How each sensor's errors follow one another.
+    pub sensor_memory: SensorMemory,
     /// Noise of each input, zero where it is taken as logged.
     pub input_noise: Vec<InputNoise>,
     /// How long forces that nothing explains last, per coordinate, s.
@@ -54,6 +57,7 @@ impl Observed {
         let velocity_sd = noise(|n| n.sd_dq);
         let acceleration_sd = noise(|n| n.sd_ddq);
         Ok(Self {
+            sensor_memory: SensorMemory::none(record.q.len()),
             input_noise: vec![InputNoise::default(); record.u.len()],
             record,
             curve,
@@ -112,10 +116,48 @@ impl Observed {
             position_sd: self.position_sd.clone(),
             velocity_sd: self.velocity_sd.clone(),
             acceleration_sd: self.acceleration_sd.clone(),
+            sensor_memory: self.sensor_memory.clone(),
             input_noise: self.input_noise.clone(),
             correlation: self.correlation.clone(),
             hold: self.hold,
         })
+    }
+
+    /// Standard deviations of the sensors of one derivative of the positions.
+    pub(super) fn sensor_sd_mut(&mut self, derivative: usize) -> &mut [f64] {
+        let sensors = [
+            &mut self.position_sd,
+            &mut self.velocity_sd,
+            &mut self.acceleration_sd,
+        ];
+        sensors.into_iter().nth(derivative).expect("at most two")
+    }
+
+    /// Standard deviations of white errors that hide as much of a slow motion as those of the sensors of
+    /// one derivative of the positions.
+    pub(super) fn white_equivalent(&self, derivative: usize) -> Vec<f64> {
+        let sd = [&self.position_sd, &self.velocity_sd, &self.acceleration_sd];
+        self.sensor_memory
+            .white_equivalent(derivative, sd[derivative])
+    }
+
+    /// Takes the sensors to err as another log of the same machine has shown them to, where their errors
+    /// last.
+    pub(super) fn err_as(&mut self, other: &Self) {
+        for derivative in 0..self.sensor_memory.0.len() {
+            for i in 0..self.record.q.len() {
+                let memory = other.sensor_memory.0[derivative][i];
+                if memory > 0.0 {
+                    let sd = [
+                        &other.position_sd,
+                        &other.velocity_sd,
+                        &other.acceleration_sd,
+                    ];
+                    self.sensor_memory.0[derivative][i] = memory;
+                    self.sensor_sd_mut(derivative)[i] = sd[derivative][i];
+                }
+            }
+        }
     }
 
     /// Believes every sensor less.
@@ -178,13 +220,13 @@ impl Observed {
                 .zip(&self.curve.q)
                 .map(|(y, x)| beside(y, x))
                 .collect(),
-            position_sd: self.position_sd.clone(),
+            position_sd: self.white_equivalent(0),
             velocity: rates
                 .map(|(y, x)| y.as_ref().map(|y| beside(y, x)))
                 .collect(),
-            velocity_sd: self.velocity_sd.clone(),
+            velocity_sd: self.white_equivalent(1),
             acceleration: self.record.ddq.clone(),
-            acceleration_sd: self.acceleration_sd.clone(),
+            acceleration_sd: self.white_equivalent(2),
             aside: self.record.aside.clone(),
             log_slope: 0.0,
         }

@@ -123,6 +123,7 @@ pub(super) fn judge(
     let own = &selection.observed;
     observed.input_noise.clone_from(&own.input_noise);
     observed.correlation.clone_from(&own.correlation);
+    observed.err_as(own);
     let as_logged = observed.clone();
     if patched.focus.machine.has_sensor_errors() {
         observed.curve = Observed::new(faultless, hold)?.curve;

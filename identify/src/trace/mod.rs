@@ -2,6 +2,7 @@
 
 mod advice;
 mod between_samples;
+mod blows;
 mod command;
 mod conclude;
 mod constraints;
@@ -35,6 +36,7 @@ mod score;
 mod screen;
 mod search;
 mod selection;
+mod sensor_memory;
 mod separate;
 mod series;
 mod settings;

@@ -2,6 +2,7 @@
 
 use super::advice::advice;
 use super::between_samples::set_apart;
+use super::blows;
 use super::command::drives;
 use super::conclude::judged;
 use super::constraints::{check_corrected, check_measured};
@@ -112,10 +113,12 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     };
     progress.enter(Stage::Smooth, &[]);
     let Logs { train, test, split } = logs;
-    let mut observed = Observed::new(train, request.hold.unwrap_or(Hold::Linear))?;
+    let observed = Observed::new(train, request.hold.unwrap_or(Hold::Linear))?;
     progress.enter(Stage::Derive, &[]);
     let ranges = ranges(&source, &plain, &observed);
     let dictionary = Dictionary::new(&source, &ranges).map_err(Box::new)?;
+    let test = blows::decided_in(&dictionary, test, observed.hold)?;
+    let mut observed = blows::decided(&dictionary, observed);
     observed.believe(&dictionary)?;
     check_measured(&dictionary, &observed)?;
     progress.enter(Stage::Fit, &[]);
@@ -182,8 +185,9 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         }
         _ => left,
     };
-    let inputs = selection.observed.said_of_inputs();
-    warnings.extend(inputs.map(|warning| warning.to_string()));
+    let observed = &selection.observed;
+    let said = observed.said_of_inputs().chain(observed.said_of_sensors());
+    warnings.extend(said.map(|warning| warning.to_string()));
     warnings.extend(judged.contradiction());
     let outcome = judged.outcome(request, split, (verdict, drives), warnings);
     let outcome = Outcome {

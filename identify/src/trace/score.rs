@@ -504,23 +504,28 @@ pub(super) fn with_noise(mut record: Record, observed: &Observed, seed: u64) -> 
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
-    let mut shake = |values: &mut Vec<f64>, sd: f64| {
-        for value in values {
+    // An error is what is left of the one before, and what makes it as large again.
+    let mut shake = |values: &mut Vec<f64>, sd: f64, memory: f64| {
+        let mut error = 0.0;
+        for (k, value) in values.iter_mut().enumerate() {
             let draw: f64 = StandardNormal.sample(&mut random);
-            *value += sd * draw;
+            let kept = if k == 0 { 0.0 } else { memory };
+            error = kept * error + (1.0 - kept * kept).sqrt() * sd * draw;
+            *value += error;
         }
     };
+    let memory = &observed.sensor_memory.0;
     for i in 0..record.q.len() {
-        shake(&mut record.q[i], observed.position_sd[i]);
+        shake(&mut record.q[i], observed.position_sd[i], memory[0][i]);
         if let Some(values) = &mut record.dq[i] {
-            shake(values, observed.velocity_sd[i]);
+            shake(values, observed.velocity_sd[i], memory[1][i]);
         }
         if let Some(values) = &mut record.ddq[i] {
-            shake(values, observed.acceleration_sd[i]);
+            shake(values, observed.acceleration_sd[i], memory[2][i]);
         }
     }
     for (input, sd) in observed.noisy_inputs() {
-        shake(&mut record.u[input], sd);
+        shake(&mut record.u[input], sd, 0.0);
     }
     observed.felt_in(&record)
 }
@@ -550,6 +555,7 @@ mod tests {
             u: Vec::new(),
             commanded: Vec::new(),
             aside: Aside::default(),
+            doubts: Vec::new(),
             warnings: Vec::new(),
         };
         let shares = |scale: [f64; 2]| combine(&record, &[0.5, 0.5], &scale).total;

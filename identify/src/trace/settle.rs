@@ -219,6 +219,25 @@ mod tests {
         assert!(outcome.findings.is_empty());
     }
 
+    /// An encoder whose errors last for 20 ms, four samples, looks like a faint force to a filter that
+    /// takes them for white.
+    #[test]
+    fn errors_that_last_are_no_missing_force() {
+        let mut text = String::from("t,q_angle,u_motor\n");
+        let (mut white, mut error) = (rectangular(8), 0.0);
+        let kept = (-0.25_f64).exp();
+        for k in 0..3000 {
+            let t = 0.005 * f64::from(k);
+            error = kept * error + (1.0 - kept * kept).sqrt() * white();
+            let q = (3.0 * t).sin() + 2e-3 * error;
+            writeln!(text, "{t},{q},{}", -0.18 * (3.0 * t).sin()).unwrap();
+        }
+        let outcome = traced(WHEEL, &text);
+        assert_eq!(outcome.verdict, Verdict::None, "{:#?}", outcome.remaining);
+        assert!(outcome.remaining.forces.is_empty());
+        insta::assert_snapshot!(outcome.warnings.join("\n"), @"the errors of `q_angle` follow one another, each 73 % like the one before: its samples are given as much less weight");
+    }
+
     /// `∂ ln L/∂ ln s = s² (score − information)`, by the likelihood itself.
     #[test]
     fn the_likelihood_rises_with_white_forces_as_their_evidence_says() {

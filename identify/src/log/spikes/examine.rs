@@ -7,7 +7,7 @@ use std::ops::Range;
 
 /// A wild sample is this many times as far from what its neighbours say as samples ordinarily
 /// are.
-const FAR: f64 = 10.0;
+const FAR: f64 = 8.0;
 /// It is also this many times as far as its neighbours are from what theirs say without it, less
 /// what is ordinary: beside a corner or a step of the signal that is less than four times.
 const ALONE: f64 = 6.0;
@@ -25,7 +25,7 @@ const NEAR: usize = 30;
 const QUIET: (f64, f64) = (0.75, 1.15);
 /// A wild sample is this many times as far as nearly all others are, and how many are nearly all:
 /// where a channel's errors are of all sizes none is wild.
-const APART: (f64, f64) = (4.0, 0.99);
+const APART: (f64, f64) = (3.0, 0.99);
 /// Fewest samples between two gaps that are looked at.
 const FEWEST: usize = 12;
 /// Wild samples hide others: how often the rest is looked at again.

@@ -13,6 +13,7 @@ mod stretch;
 #[cfg(test)]
 mod tests;
 
+use super::doubt::Doubt;
 use super::statistics::{mad_sd, quantile};
 use super::{Log, Record, Warning, segments};
 use answer::Answers;
@@ -43,19 +44,21 @@ pub(super) fn set_aside(record: &mut Record, log: &Log) -> Vec<Warning> {
     let segments = segments(&record.t);
     let t = &record.t;
     let mut warnings = Vec::new();
+    let said = |column: &str, first: usize, [value, beside]: [f64; 2], samples| Warning::Wild {
+        column: column.to_string(),
+        file: log.file_of(first).map(|path| path.display().to_string()),
+        line: log.lines[first],
+        value,
+        beside,
+        samples,
+    };
     let mut mend = |column: String, values: &mut [f64], kind: &Kind<'_>| {
         let wild = kind.wild(t, values, &segments);
         if let Some(first) = wild.iter().position(|&w| w) {
             let found = values[first];
             kind.replace(t, values, &wild, &segments);
-            warnings.push(Warning::Wild {
-                column,
-                file: log.file_of(first).map(|path| path.display().to_string()),
-                line: log.lines[first],
-                value: found,
-                beside: values[first],
-                samples: wild.iter().filter(|&&w| w).count(),
-            });
+            let samples = wild.iter().filter(|&&w| w).count();
+            warnings.push(said(&column, first, [found, values[first]], samples));
         }
         wild
     };
@@ -73,14 +76,24 @@ pub(super) fn set_aside(record: &mut Record, log: &Log) -> Vec<Warning> {
             record.aside.ddq[i] = mend(column, values, &Kind::Acceleration(&answers));
         }
     }
+    let mut doubts = Vec::new();
     for (i, name) in record.inputs.iter().enumerate() {
+        let column = log.input_column(name);
         let kind = Kind::Input(&answers);
-        mend(log.input_column(name), &mut record.u[i], &kind);
+        let wild = mend(column.clone(), &mut record.u[i], &kind);
+        let felt = doubtful(t, &record.u[i], &wild, &segments);
+        doubts.extend(felt.into_iter().map(|(sample, beside)| Doubt {
+            input: i,
+            sample,
+            beside,
+            warning: said(&column, sample, [record.u[i][sample], beside], 1),
+        }));
         if let Some(values) = &mut record.commanded[i] {
             let kind = Kind::Command(&answers, &record.u[i]);
             mend(log.column("ucmd_", name), values, &kind);
         }
     }
+    record.doubts = doubts;
     warnings
 }
 
@@ -92,23 +105,25 @@ enum Kind<'a> {
     Acceleration(&'a Answers<'a>),
     /// It may do as it likes, and the machine answers.
     Input(&'a Answers<'a>),
-    /// The same, and its drive may follow it: what that puts out.
+    /// It may do as it likes, and nobody asks the machine.
+    Alone,
+    /// As an input, and its drive may follow it: what that puts out.
     Command(&'a Answers<'a>, &'a [f64]),
 }
 
 impl Kind<'_> {
     fn wild(&self, t: &[f64], values: &[f64], segments: &[Range<usize>]) -> Vec<bool> {
+        let may_be = |group: &Range<usize>| {
+            let mut ends = segments.iter();
+            let at_end = ends.any(|s| s.start == group.start || s.end == group.end);
+            (at_end || steps(values)) && is_usual(values, group)
+        };
         let is_real = |group: &Range<usize>| match self {
             Self::Motion => false,
             Self::Acceleration(answers) => answers.to(group),
             Self::Command(_, driven) if *driven != values && follows(driven, group) => true,
-            Self::Input(answers) | Self::Command(answers, _) => {
-                let at_end = segments
-                    .iter()
-                    .any(|s| s.start == group.start || s.end == group.end);
-                let may_be = (at_end || steps(values)) && is_usual(values, group);
-                may_be || answers.to(group)
-            }
+            Self::Input(answers) | Self::Command(answers, _) => may_be(group) || answers.to(group),
+            Self::Alone => may_be(group),
         };
         let share = match self {
             Self::Motion => ROUNDING,
@@ -119,7 +134,7 @@ impl Kind<'_> {
 
     /// Puts what the other samples say in the place of wild ones.
     fn replace(&self, t: &[f64], values: &mut [f64], wild: &[bool], segments: &[Range<usize>]) {
-        let stays = matches!(self, Self::Input(_) | Self::Command(..)) && steps(values);
+        let stays = !matches!(self, Self::Motion | Self::Acceleration(_)) && steps(values);
         let read = values.to_vec();
         for range in segments {
             let stretch = Stretch {
@@ -138,6 +153,22 @@ impl Kind<'_> {
             }
         }
     }
+}
+
+/// The samples of an input that are none of its `wild` ones only because the machine may have felt them,
+/// with what their neighbours say.
+fn doubtful(
+    t: &[f64],
+    values: &[f64],
+    wild: &[bool],
+    segments: &[Range<usize>],
+) -> Vec<(usize, f64)> {
+    let alone = Kind::Alone.wild(t, values, segments);
+    let mut without = values.to_vec();
+    let flags: Vec<bool> = alone.iter().zip(wild).map(|(a, w)| *a || *w).collect();
+    Kind::Alone.replace(t, &mut without, &flags, segments);
+    let each = (0..values.len()).filter(|&k| alone[k] && !wild[k]);
+    each.map(|k| (k, without[k])).collect()
 }
 
 /// Whether a signal stays at most of its samples what it was at the one before.

@@ -10,6 +10,7 @@ use crate::trace::dictionary::Dictionary;
 use crate::trace::finding::Rival;
 use crate::trace::remaining::{Remaining, beside};
 use crate::trace::selection::{Selection, Term};
+use crate::trace::sensor_memory::WithoutForces;
 use crate::trace::separate::{Relation, relation};
 use crate::trace::settings::TIE;
 use nalgebra::{DMatrix, DVector};
@@ -37,8 +38,12 @@ pub fn answer(search: &Search<'_>) -> Result<Selection, SolveError> {
     if let Some(values) = &held_otherwise {
         estimate.covariance += doubt_about_hold(best, values);
     }
-    let (nominal_misfit, _) = given.at_floor(dictionary)?;
-    let (reduced_misfit, cost_at_floor) = best.at_floor(dictionary)?;
+    let nominal_misfit = WithoutForces::new(dictionary, &given)?.misfit;
+    let WithoutForces {
+        misfit: reduced_misfit,
+        cost: cost_without_forces,
+        ..
+    } = WithoutForces::new(dictionary, best)?;
     let share = |fitted: &Fitted| fitted.estimate.unexplained.max(0.0).sqrt();
     let forces = |fitted: &Fitted| {
         let terms = fitted.hypothesis.candidates();
@@ -51,15 +56,21 @@ pub fn answer(search: &Search<'_>) -> Result<Selection, SolveError> {
     };
     let mut terms: Vec<Term> = best.hypothesis.candidates().iter().map(term).collect();
     terms.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    let evidence = cost_without_forces - best.estimate.cost;
+    let (share_after, forces_after) = match evidence > 0.0 {
+        true => (share(best), forces(best)?),
+        // What sensor noise explains is no force.
+        false => (0.0, Vec::new()),
+    };
     Ok(Selection {
         terms,
         reduced_misfit,
         nominal_misfit,
         remaining: Remaining {
             share_before: share(&given),
-            share_after: share(best),
-            evidence: cost_at_floor - best.estimate.cost,
-            forces: forces(best)?,
+            share_after,
+            evidence,
+            forces: forces_after,
         },
         given_forces: forces(&given)?,
         considered: search.fresh.to_vec(),

@@ -18,7 +18,6 @@ use crate::trace::progress::{Progress, Stage};
 use crate::trace::refine::{Effort, Explanation};
 use crate::trace::screen::Considered;
 use crate::trace::settings::{BEAM, KEPT, NEAR_MISS, SAME_FIT, SPARED, TIE};
-use nalgebra::DVector;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -102,18 +101,15 @@ impl<'a> Search<'a> {
         as_given(self.dictionary, observed, of.hypothesis.hold)
     }
 
-    /// A search in the same log, begun with what this has found, where unexplained forces last
-    /// otherwise.
+    /// A search in the same log, seen otherwise, begun with what this has found.
     ///
     /// # Errors
     /// If the equation of motion cannot be solved along the curve.
-    pub fn beside(self, correlation: DVector<f64>) -> Result<Self, SolveError> {
+    pub fn again(self, seen: impl FnOnce(&mut Observed)) -> Result<Self, SolveError> {
         let found = Arc::clone(self.best());
-        let observed = Observed {
-            hold: found.hypothesis.hold,
-            correlation,
-            ..self.given[0].explanation.observed.clone()
-        };
+        let mut observed = self.given[0].explanation.observed.clone();
+        observed.hold = found.hypothesis.hold;
+        seen(&mut observed);
         let mut search = Self::begin(self.dictionary, &observed, self.free_hold, self.progress)?;
         let likely = self.explored.kept().iter().map(|kept| Proposal {
             hypothesis: kept.hypothesis.clone(),

@@ -5,10 +5,8 @@ use super::hypothesis::Hypothesis;
 use super::score::{evidence, prior};
 use crate::machine::SolveError;
 use crate::trace::dictionary::{Candidate, Dictionary};
-use crate::trace::linearised::linearised;
 use crate::trace::refine::{Effort, Estimate, Explanation, refine};
 use crate::trace::settings::{SAME_FIT, SHARP_STEPS, SHARPENINGS, SHARPER, TIE};
-use crate::trace::settle::{Adapt, settle};
 use rayon::prelude::*;
 
 /// A hypothesis after its fit.
@@ -45,24 +43,6 @@ impl Fitted {
             };
             dictionary.candidates[term].strengths.iter().any(inside)
         })
-    }
-
-    /// Mean squared innovation, and negative log likelihood, if sensor noise alone is to blame for
-    /// what remains.
-    ///
-    /// # Errors
-    /// If the equation of motion cannot be solved along the curve.
-    pub fn at_floor(&self, dictionary: &Dictionary) -> Result<(f64, f64), SolveError> {
-        let Explanation {
-            observed, values, ..
-        } = &self.explanation;
-        let focus = dictionary.focus(self.hypothesis.candidates());
-        let dynamics = linearised(&focus, observed, values)?;
-        let readings = observed.readings(&focus, values, &dynamics.accelerations());
-        let mut noise = self.explanation.noise.at_smallest();
-        let settled = settle(&dynamics, &readings, &[], &mut noise, Adapt::Not);
-        let rows = settled.gram.readings().max(1) as f64;
-        Ok((settled.gram.data_misfit() / rows, settled.cost()))
     }
 }
 

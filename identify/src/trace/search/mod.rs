@@ -23,6 +23,7 @@ use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use super::progress::{Progress, Stage};
 use super::selection::Selection;
+use super::sensor_memory::with_memory;
 use crate::machine::SolveError;
 use crate::trace::settings::SEARCHED;
 use beam::Search;
@@ -45,12 +46,24 @@ pub fn select(
     let part = observed.excerpt(SEARCHED);
     let searched = part.as_ref().unwrap_or(&observed);
     let mut search = Search::begin(dictionary, searched, free_hold, progress)?;
+    if let Some(seen) = with_memory(dictionary, search.best(), searched)? {
+        search = Search::begin(dictionary, &seen, free_hold, progress)?;
+        observed.err_as(&seen);
+    }
     search.run()?;
+    if search.best().leaves_forces() {
+        let found = search.best();
+        if let Some(seen) = with_memory(dictionary, found, &found.explanation.observed)? {
+            observed.err_as(&seen);
+            search = search.again(|observed| observed.err_as(&seen))?;
+            search.run()?;
+        }
+    }
     if search.best().leaves_forces()
         && let Some(correlation) = discrepancy::correlation(dictionary, search.best())?
     {
         observed.correlation.clone_from(&correlation);
-        search = search.beside(correlation)?;
+        search = search.again(|observed| observed.correlation = correlation)?;
         search.run()?;
     }
     if part.is_some() {

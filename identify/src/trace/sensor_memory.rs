@@ -1,0 +1,117 @@
+//! Sensors whose errors remember the one before.
+//!
+//! A filter that takes a sensor's errors for white believes a run of them, and finds a faint force that
+//! is not there. What such an error hides of a motion that is slow against it is what white errors of
+//! `sd √((1 + ψ)/(1 − ψ))` would hide, where `ψ` is the correlation of an error with the one before.
+
+use super::dictionary::Dictionary;
+use super::estimate::Observed;
+use super::linearised::linearised;
+use super::search::Fitted;
+use super::settings::MARGIN;
+use super::settle::{Adapt, settle};
+use crate::log::Warning;
+use crate::machine::SolveError;
+use crate::regression::{ChannelErrors, Whitener};
+
+/// Correlation of each sensor's error with the one before, by derivative and coordinate; zero where white.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorMemory(pub [Vec<f64>; 3]);
+
+/// Largest correlation that is told from an error that stays: a hundred samples long.
+const LONGEST: f64 = 0.99;
+
+impl SensorMemory {
+    /// None, of so many coordinates.
+    pub(super) fn none(coordinates: usize) -> Self {
+        Self([0; 3].map(|_| vec![0.0; coordinates]))
+    }
+
+    /// By how much more white errors hide as much of a slow motion, of the sensors of one derivative.
+    pub(super) fn white_equivalent(&self, derivative: usize, sd: &[f64]) -> Vec<f64> {
+        let pairs = sd.iter().zip(&self.0[derivative]);
+        let more = |memory: f64| ((1.0 + memory) / (1.0 - memory)).sqrt();
+        pairs.map(|(sd, &memory)| sd * more(memory)).collect()
+    }
+}
+
+impl Observed {
+    /// What should be known about sensors whose errors last.
+    pub(super) fn said_of_sensors(&self) -> impl Iterator<Item = Warning> {
+        let prefixes = ["q_", "dq_", "ddq_"].into_iter().zip(&self.sensor_memory.0);
+        prefixes.flat_map(|(prefix, memory)| {
+            let each = self.record.coordinates.iter().zip(memory);
+            let lasting = each.filter(|(_, memory)| **memory > 0.0);
+            lasting.map(move |(name, &memory)| Warning::LastingErrors {
+                column: format!("{prefix}{name}"),
+                memory,
+            })
+        })
+    }
+}
+
+/// How unlikely a log is if sensor noise alone is to blame for what an explanation leaves.
+pub(super) struct WithoutForces {
+    /// Mean squared innovation of sensors as they are thought to be.
+    pub misfit: f64,
+    /// Negative log likelihood, nats, where each sensor errs as it looks.
+    pub cost: f64,
+    /// How each sensor looks.
+    channels: Vec<ChannelErrors>,
+}
+
+impl WithoutForces {
+    /// Of a hypothesis and its values.
+    ///
+    /// # Errors
+    /// If the equation of motion cannot be solved along the curve.
+    pub fn new(dictionary: &Dictionary, fitted: &Fitted) -> Result<Self, SolveError> {
+        let (observed, values) = (&fitted.explanation.observed, &fitted.explanation.values);
+        let focus = dictionary.focus(fitted.hypothesis.candidates());
+        let dynamics = linearised(&focus, observed, values)?;
+        let readings = observed.readings(&focus, values, &dynamics.accelerations());
+        let mut noise = fitted.explanation.noise.at_smallest().at_smallest_jitter();
+        let settled = settle(&dynamics, &readings, &[], &mut noise, Adapt::Not);
+        let whitener: &Whitener<'_> = &settled.whitener;
+        let rows = settled.gram.readings().max(1) as f64;
+        let channels = whitener.channel_errors();
+        let gained: f64 = channels.iter().map(|own| own.gain.max(0.0)).sum();
+        Ok(Self {
+            misfit: settled.gram.data_misfit() / rows,
+            cost: settled.cost() - gained,
+            channels,
+        })
+    }
+}
+
+/// The log seen through sensors whose errors last, where these explain what a hypothesis leaves better than
+/// forces do, after the price of what is new about each sensor. Nothing where they do not, or where it is
+/// seen so already.
+///
+/// # Errors
+/// If the equation of motion cannot be solved along the curve.
+pub(super) fn with_memory(
+    dictionary: &Dictionary,
+    fitted: &Fitted,
+    observed: &Observed,
+) -> Result<Option<Observed>, SolveError> {
+    let without = WithoutForces::new(dictionary, fitted)?;
+    let is_white =
+        |own: &ChannelErrors| observed.sensor_memory.0[own.derivative][own.coordinate] == 0.0;
+    let lasting = |own: &&ChannelErrors| own.gain > MARGIN && own.memory > 0.0 && is_white(own);
+    let lasting: Vec<&ChannelErrors> = without.channels.iter().filter(lasting).collect();
+    let price = MARGIN * lasting.len() as f64;
+    if lasting.is_empty() || without.cost + price > fitted.estimate.cost {
+        return Ok(None);
+    }
+    let mut seen = observed.clone();
+    for own in lasting {
+        let (derivative, i) = (own.derivative, own.coordinate);
+        let thought = observed.white_equivalent(derivative)[i];
+        let memory = own.memory.min(LONGEST);
+        seen.sensor_memory.0[derivative][i] = memory;
+        let variance = own.news / (1.0 - memory * memory);
+        seen.sensor_sd_mut(derivative)[i] = thought * variance.sqrt();
+    }
+    Ok(Some(seen))
+}
