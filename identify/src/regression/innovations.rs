@@ -67,6 +67,8 @@ pub struct ChannelErrors {
     pub derivative: usize,
     /// Of which coordinate.
     pub coordinate: usize,
+    /// Sum of squares of its innovations.
+    pub squares: f64,
     /// Correlation `ψ` of an error with the one before.
     pub memory: f64,
     /// Variance `v` of what of an error the one before does not foretell, in units of what it was thought
@@ -88,6 +90,7 @@ impl ChannelErrors {
         Self {
             derivative,
             coordinate,
+            squares,
             memory,
             news,
             gain: match news > 0.0 {

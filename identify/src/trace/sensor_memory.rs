@@ -29,9 +29,15 @@ impl SensorMemory {
 
     /// By how much more white errors hide as much of a slow motion, of the sensors of one derivative.
     pub(super) fn white_equivalent(&self, derivative: usize, sd: &[f64]) -> Vec<f64> {
-        let pairs = sd.iter().zip(&self.0[derivative]);
-        let more = |memory: f64| ((1.0 + memory) / (1.0 - memory)).sqrt();
-        pairs.map(|(sd, &memory)| sd * more(memory)).collect()
+        let each = sd.iter().enumerate();
+        each.map(|(i, sd)| sd * self.more(derivative, i).sqrt())
+            .collect()
+    }
+
+    /// How many times as large the variance of such white errors is as that of the sensor's own.
+    fn more(&self, derivative: usize, coordinate: usize) -> f64 {
+        let memory = self.0[derivative][coordinate];
+        (1.0 + memory) / (1.0 - memory)
     }
 }
 
@@ -76,8 +82,14 @@ impl WithoutForces {
         let rows = settled.gram.readings().max(1) as f64;
         let channels = whitener.channel_errors();
         let gained: f64 = channels.iter().map(|own| own.gain.max(0.0)).sum();
+        // A sensor whose errors last is taken to be noisier than it is.
+        let taken_for_noise = channels.iter().map(|own| {
+            let more = observed.sensor_memory.more(own.derivative, own.coordinate);
+            own.squares * (more - 1.0)
+        });
+        let misfit = settled.gram.data_misfit() + taken_for_noise.sum::<f64>();
         Ok(Self {
-            misfit: settled.gram.data_misfit() / rows,
+            misfit: misfit / rows,
             cost: settled.cost() - gained,
             channels,
         })

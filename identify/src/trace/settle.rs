@@ -235,6 +235,7 @@ mod tests {
         let outcome = traced(WHEEL, &text);
         assert_eq!(outcome.verdict, Verdict::None, "{:#?}", outcome.remaining);
         assert!(outcome.remaining.forces.is_empty());
+        assert!((outcome.misfit_after - 1.0).abs() < 0.2, "{outcome:#?}");
         insta::assert_snapshot!(outcome.warnings.join("\n"), @"the errors of `q_angle` follow one another, each 73 % like the one before: its samples are given as much less weight");
     }
 

@@ -24,16 +24,20 @@ pub fn prior(dictionary: &Dictionary, hypothesis: &Hypothesis, explanation: &Exp
     structure(dictionary, hypothesis) + driving(dictionary, hypothesis, explanation)
 }
 
+/// What it costs to have chosen a term among all candidates, nats.
+pub fn price_of_choice(dictionary: &Dictionary) -> f64 {
+    MARGIN + (dictionary.candidates.len() as f64).ln()
+}
+
 /// What terms cost before the log is read.
 pub fn structure(dictionary: &Dictionary, hypothesis: &Hypothesis) -> f64 {
-    let choice = (dictionary.candidates.len() as f64).ln();
     let terms = hypothesis.candidates().iter().map(|&term| {
         let candidate = &dictionary.candidates[term];
         let stated = match candidate.subject {
             Subject::Parameter(_) => 0,
             Subject::Effect { .. } => candidate.parameters.len() + usize::from(candidate.channel),
         };
-        MARGIN + choice + STATEMENT * stated as f64
+        price_of_choice(dictionary) + STATEMENT * stated as f64
     });
     let held = match hypothesis.hold {
         Hold::Linear => 0.0,

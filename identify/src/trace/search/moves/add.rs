@@ -8,6 +8,7 @@ use crate::trace::screen::Considered;
 use crate::trace::search::explored::Explored;
 use crate::trace::search::neighbourhood::Neighbourhood;
 use crate::trace::search::proposal::Proposal;
+use crate::trace::search::score::price_of_choice;
 use crate::trace::settings::{FAR_BEHIND, LEADER_SHARE, MARGIN, MAX_TERMS, PROFILED, SHORTLISTED};
 use rayon::prelude::*;
 
@@ -20,7 +21,7 @@ impl Move for Add {
             return Vec::new();
         }
         let known = at.fitted.estimate.cost;
-        let price = MARGIN + (at.dictionary.candidates.len() as f64).ln();
+        let price = price_of_choice(at.dictionary);
         let leaves_forces = at.fitted.leaves_forces();
         let mut listed = shortlist(at);
         listed.retain(|(cost, one)| leaves_forces && may_earn(one) || cost + price < known);
