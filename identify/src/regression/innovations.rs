@@ -1,6 +1,7 @@
 //! What each reading brings that the readings before it did not predict.
 
 use super::whitener::{Mix, Sensor, Whitener};
+use crate::log::mad_sd;
 use std::collections::BTreeMap;
 
 /// A whitened innovation of a position sensor: under the right model a draw from the
@@ -78,8 +79,14 @@ pub struct ChannelErrors {
     pub gain: f64,
 }
 
+/// Ordinary sizes beyond which an innovation counts as no larger.
+const WILD: f64 = 5.0;
+
 impl ChannelErrors {
-    fn new(derivative: usize, coordinate: usize, e: &[f64]) -> Self {
+    fn new(derivative: usize, coordinate: usize, innovations: &[f64]) -> Self {
+        // A wild sample that nobody set aside says nothing of the others.
+        let most = WILD * mad_sd(innovations).unwrap_or(f64::INFINITY);
+        let e: Vec<f64> = innovations.iter().map(|e| e.clamp(-most, most)).collect();
         let (count, squares) = (e.len() as f64, e.iter().map(|e| e * e).sum::<f64>());
         let products: f64 = e.windows(2).map(|pair| pair[0] * pair[1]).sum();
         let memory = match squares > 0.0 {

@@ -10,16 +10,13 @@ use super::linearised::linearised;
 use super::search::Fitted;
 use super::settings::MARGIN;
 use super::settle::{Adapt, settle};
-use crate::log::Warning;
+use crate::log::{Warning, median_step};
 use crate::machine::SolveError;
-use crate::regression::{ChannelErrors, Whitener};
+use crate::regression::{CORRELATION, ChannelErrors, Whitener};
 
 /// Correlation of each sensor's error with the one before, by derivative and coordinate; zero where white.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SensorMemory(pub [Vec<f64>; 3]);
-
-/// Largest correlation that is told from an error that stays: a hundred samples long.
-const LONGEST: f64 = 0.99;
 
 impl SensorMemory {
     /// None, of so many coordinates.
@@ -62,7 +59,7 @@ pub(super) struct WithoutForces {
     pub misfit: f64,
     /// Negative log likelihood, nats, where each sensor errs as it looks.
     pub cost: f64,
-    /// How each sensor looks.
+    /// How each sensor looks whose errors last for less long than forces do.
     channels: Vec<ChannelErrors>,
 }
 
@@ -80,7 +77,10 @@ impl WithoutForces {
         let settled = settle(&dynamics, &readings, &[], &mut noise, Adapt::Not);
         let whitener: &Whitener<'_> = &settled.whitener;
         let rows = settled.gram.readings().max(1) as f64;
-        let channels = whitener.channel_errors();
+        let mut channels = whitener.channel_errors();
+        // What lasts as long as forces do is no noise, but a sensor that misreads.
+        let longest = (-median_step(&dynamics.t) / CORRELATION).exp();
+        channels.retain(|own| own.memory < longest);
         let gained: f64 = channels.iter().map(|own| own.gain.max(0.0)).sum();
         // A sensor whose errors last is taken to be noisier than it is.
         let taken_for_noise = channels.iter().map(|own| {
@@ -120,7 +120,7 @@ pub(super) fn with_memory(
     for own in lasting {
         let (derivative, i) = (own.derivative, own.coordinate);
         let thought = observed.white_equivalent(derivative)[i];
-        let memory = own.memory.min(LONGEST);
+        let memory = own.memory;
         seen.sensor_memory.0[derivative][i] = memory;
         let variance = own.news / (1.0 - memory * memory);
         seen.sensor_sd_mut(derivative)[i] = thought * variance.sqrt();
