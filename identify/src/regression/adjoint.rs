@@ -57,6 +57,24 @@ impl Whitener<'_> {
         smoothed
     }
 
+    /// Variances of the departure and force `(δq, δv, f)` given all readings: `3n` per sample,
+    /// the diagonal of `P − P Λ P`.
+    pub fn variances(&self) -> Vec<DVector<f64>> {
+        let nothing = DMatrix::zeros(self.updates.len(), 1);
+        let mut variances = vec![DVector::zeros(0); self.dynamics.t.len()];
+        self.backward(&nothing, true, |sample, adjoint, _| {
+            let covariance = &self.covariance[sample];
+            let known = adjoint.matrix.as_ref().map(|matrix| {
+                let known = covariance * matrix * covariance;
+                known.diagonal()
+            });
+            let left = known.map_or(covariance.diagonal(), |known| covariance.diagonal() - known);
+            // Negative only by rounding.
+            variances[sample] = left.map(|variance| variance.max(0.0));
+        });
+        variances
+    }
+
     /// The evidence about the unexplained forces' size, with the columns' coefficients
     /// `coefficients`.
     pub fn noise_evidence(&self, coefficients: &DVector<f64>) -> NoiseEvidence {
@@ -159,7 +177,7 @@ impl Whitener<'_> {
         match update.sensor {
             Sensor::Position(i) => Some(i),
             Sensor::Velocity(i) => Some(self.dynamics.coordinate_count() + i),
-            Sensor::Acceleration(_) | Sensor::Closure(_) => None,
+            Sensor::Acceleration(_) | Sensor::Instrument(_) | Sensor::Closure(_) => None,
         }
     }
 

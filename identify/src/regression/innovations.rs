@@ -24,7 +24,7 @@ impl Whitener<'_> {
                 coordinate,
                 value: *value,
             }),
-            Sensor::Velocity(_) | Sensor::Acceleration(_) | Sensor::Closure(_) => None,
+            _ => None,
         };
         let updates = self.updates.iter().zip(rows.iter());
         updates.filter_map(innovation).collect()

@@ -20,12 +20,14 @@ mod innovations;
 mod process_noise;
 mod sensed;
 mod shooting;
+mod shown;
 mod small;
 mod whitener;
 
 pub(crate) use band::Band;
-pub use error_dynamics::{CORRELATION, Columns, ErrorDynamics, Hold};
+pub use error_dynamics::{CORRELATION, Columns, ErrorDynamics, Hold, Mover};
 pub use gram::{BLOCKS, Fit, Gram, INVISIBLE};
 pub use process_noise::ProcessNoise;
 pub(crate) use sensed::{derivative, divided};
+pub use shown::Shown;
 pub use whitener::{Readings, Whitener};

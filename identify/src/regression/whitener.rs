@@ -4,7 +4,7 @@ use super::error_dynamics::{CORRELATION, ErrorDynamics};
 use super::gram::{BLOCKS, Gram};
 use super::process_noise::ProcessNoise;
 use super::small::congruence;
-use crate::log::{Aside, is_aside, longest_step};
+use crate::log::{Aside, Reading, is_aside, longest_step};
 use nalgebra::{DMatrix, DMatrixViewMut, DVector, DVectorView};
 use rayon::prelude::*;
 
@@ -25,6 +25,8 @@ pub struct Readings {
     pub acceleration_sd: Vec<f64>,
     /// Samples that no sensor read.
     pub aside: Aside,
+    /// What the model's sensors showed.
+    pub instruments: Vec<Reading>,
     /// `Σ ln |∂y/∂x|` over all readings `y` of sensors that do not show `x` itself: what makes
     /// densities of corrected readings comparable with those of others. Without it a sensor
     /// that is thought to magnify would always be right, as all errors shrink.
@@ -46,6 +48,11 @@ impl Readings {
                 update(Sensor::Acceleration(i), self.acceleration_sd[i]);
             }
         }
+        for (place, reading) in self.instruments.iter().enumerate() {
+            if reading.is_new(sample) {
+                update(Sensor::Instrument(place), reading.sd);
+            }
+        }
     }
 }
 
@@ -63,6 +70,8 @@ pub(super) enum Sensor {
     Position(usize),
     Velocity(usize),
     Acceleration(usize),
+    /// One of the model's own that the log has.
+    Instrument(usize),
     /// A holonomic constraint, which reads zero.
     Closure(usize),
 }
@@ -167,7 +176,7 @@ impl<'a> Whitener<'a> {
                 column.copy_from(&covariance.column(n + i));
                 column[n + i]
             }
-            Sensor::Acceleration(_) | Sensor::Closure(_) => {
+            Sensor::Acceleration(_) | Sensor::Instrument(_) | Sensor::Closure(_) => {
                 self.write_slope(sample, sensor, row);
                 column.gemv(1.0, covariance, row, 0.0);
                 row.dot(column)
@@ -222,6 +231,10 @@ impl<'a> Whitener<'a> {
             Sensor::Position(i) => row[i] = 1.0,
             Sensor::Velocity(i) => row[n + i] = 1.0,
             Sensor::Acceleration(i) => row.tr_copy_from(&dynamics.slope[sample].row(i)),
+            Sensor::Instrument(place) => {
+                let sensor = self.readings.instruments[place].sensor;
+                row.tr_copy_from(&dynamics.shown[sample].slope.row(sensor));
+            }
             Sensor::Closure(i) => {
                 let gradient = dynamics.closed.gradient[sample].row(i);
                 row.rows_mut(0, n).tr_copy_from(&gradient);
@@ -348,6 +361,8 @@ impl<'a> Whitener<'a> {
         let senses_acceleration = self.readings.acceleration.iter().any(Option::is_some);
         Direct {
             acceleration: senses_acceleration.then(|| mix.of(&self.dynamics.acceleration[sample])),
+            shown: (!self.readings.instruments.is_empty())
+                .then(|| mix.of(&self.dynamics.shown[sample].values)),
             sensed: self.dynamics.sensed.of(sample, mix),
             closed: self.dynamics.closed.of(sample, mix),
         }
@@ -385,6 +400,13 @@ impl<'a> Whitener<'a> {
                     let at_once = direct.acceleration.as_ref().map_or(0.0, |a| a[(i, column)]);
                     (shown.sum::<f64>() + at_once, Some(2 * n + i))
                 }
+                Sensor::Instrument(place) => {
+                    let sensor = self.readings.instruments[place].sensor;
+                    let slope = &self.dynamics.shown[sample].slope;
+                    let shown = (0..3 * n).map(|j| slope[(sensor, j)] * state[(j, column)]);
+                    let at_once = direct.shown.as_ref().map_or(0.0, |y| y[(sensor, column)]);
+                    (shown.sum::<f64>() + at_once, None)
+                }
                 Sensor::Closure(i) => {
                     let gradient = &self.dynamics.closed.gradient[sample];
                     let shown = (0..n).map(|j| gradient[(i, j)] * state[(j, column)]);
@@ -402,6 +424,11 @@ impl<'a> Whitener<'a> {
             Sensor::Position(i) => Some(self.readings.position[i][sample]),
             Sensor::Velocity(i) => self.readings.velocity[i].as_ref().map(|v| v[sample]),
             Sensor::Acceleration(i) => self.readings.acceleration[i].as_ref().map(|a| a[sample]),
+            Sensor::Instrument(place) => {
+                let reading = &self.readings.instruments[place];
+                let shown = self.dynamics.shown[sample].values[(reading.sensor, 0)];
+                Some(reading.near(shown, sample))
+            }
             Sensor::Closure(row) => Some(-self.dynamics.closed.residual[sample][row]),
         }
     }
@@ -411,6 +438,8 @@ impl<'a> Whitener<'a> {
 pub(super) struct Direct {
     /// Accelerations, `n×count`, where these are measured.
     acceleration: Option<DMatrix<f64>>,
+    /// What the model's sensors show, `s×count`, where the log has some of them.
+    shown: Option<DMatrix<f64>>,
     /// What is read of a motion that stays as it is, `3n×count`.
     sensed: Option<DMatrix<f64>>,
     /// How much farther off constraints are, `m×count`.

@@ -41,6 +41,7 @@ mod settings;
 mod settle;
 mod slow_errors;
 mod subject;
+mod unmeasured;
 mod waves;
 #[cfg(test)]
 mod wheel;

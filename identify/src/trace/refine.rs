@@ -7,7 +7,7 @@ use super::score::NEGLIGIBLE;
 use super::settings::NO_EXCESS;
 use super::settle::{Adapt, SMALLEST_SHARE, settle, unexplained};
 use crate::machine::{SolveError, States};
-use crate::regression::{Columns, ErrorDynamics, Gram, ProcessNoise, Readings, Whitener};
+use crate::regression::{ErrorDynamics, Gram, ProcessNoise, Readings, Whitener};
 use nalgebra::{DMatrix, DVector};
 
 /// An explanation of the log: parameters, the motion that goes with them, and the
@@ -132,20 +132,14 @@ fn refine_some(
     let (mut uphill, mut detour) = (0, false);
     for step in 1..=STEPS {
         let values = focus.values(&explanation.values);
-        let columns = [Columns {
-            machine: &focus.machine,
-            tape: &focus.by_parameter,
-            sensors: Some(&focus.sensors),
-            parameters: &values,
-        }];
+        let observed = &explanation.observed;
+        let columns = [focus.columns(observed, &values)];
         let dynamics = ErrorDynamics::new(
-            &focus.machine,
-            &focus.slopes,
+            focus.mover(observed, &values),
             if parameters.is_empty() { &[] } else { &columns },
-            &explanation.observed.curve,
-            explanation.observed.hold,
-            &values,
-            &explanation.observed.correlation,
+            &observed.curve,
+            observed.hold,
+            &observed.correlation,
         );
         // Where a step leads to a place that cannot be, a shorter one may do.
         let dynamics = match (dynamics, &best) {
@@ -383,6 +377,7 @@ mod tests {
             positions: vec![vec![0.0, 1.0]],
             speeds: vec![1.0],
             inputs: vec![vec![0.0, 1.0]],
+            measured: vec![true],
             missing: Vec::new(),
         };
         let dictionary = Dictionary::new(&source, &ranges).unwrap();

@@ -550,6 +550,7 @@ mod tests {
             u: Vec::new(),
             commanded: Vec::new(),
             aside: Aside::default(),
+            sensed: None,
             warnings: Vec::new(),
         };
         let shares = |scale: [f64; 2]| combine(&record, &[0.5, 0.5], &scale).total;
