@@ -2,7 +2,7 @@
 
 use super::error::{LogError, ProblemKind, Problems};
 use super::seen::Missing;
-use super::{Aside, Gauge, Log, MINIMUM_SAMPLES, Sensed, Warning, health, median};
+use super::{Aside, Gauge, Log, MINIMUM_SAMPLES, Sensed, Warning, health, is_aside, median};
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -54,6 +54,11 @@ impl Record {
     pub fn is_measured(&self, i: usize) -> bool {
         let sensed = self.sensed.as_ref();
         !sensed.is_some_and(|sensed| sensed.unmeasured[i])
+    }
+
+    /// Whether a position was measured at other samples and not at this one.
+    pub fn is_set_aside(&self, i: usize, sample: usize) -> bool {
+        self.is_measured(i) && is_aside(&self.aside.q[i], sample)
     }
 
     /// Median sampling step \[s\]; 0 with fewer than two samples.

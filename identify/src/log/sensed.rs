@@ -16,7 +16,7 @@ pub struct Gauge {
     /// Readings per second, from the first row on, each of which stands in the rows until the
     /// next one; `None`: one in each row.
     pub rate: Option<f64>,
-    /// Whether it shows an angle, which may be a whole turn off.
+    /// Whether it shows an angle: one that stays within half a turn may be whole turns off.
     pub turns: bool,
 }
 
@@ -115,14 +115,17 @@ impl Sensed {
                 sensor,
                 name: gauge.name.clone(),
                 age: gauge.rate.map_or_else(Vec::new, |rate| ages(log, rate)),
+                turns: gauge.turns && values.iter().all(|value| value.abs() <= HALF_A_TURN),
                 values,
                 sd: 0.0,
-                turns: gauge.turns,
             })
         };
         gauges.iter().enumerate().filter_map(reading).collect()
     }
 }
+
+/// The largest angle that is not counted beyond turns, with its rounding, rad.
+const HALF_A_TURN: f64 = 3.15;
 
 /// A reading is due this share of a step before its row at the latest.
 const INSTANT: f64 = 1e-3;

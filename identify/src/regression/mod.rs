@@ -24,10 +24,10 @@ mod shown;
 mod small;
 mod whitener;
 
+pub use adjoint::NoiseEvidence;
 pub(crate) use band::Band;
 pub use error_dynamics::{CORRELATION, Columns, ErrorDynamics, Hold, Mover};
 pub use gram::{BLOCKS, Fit, Gram, INVISIBLE};
 pub use process_noise::ProcessNoise;
 pub(crate) use sensed::{derivative, divided};
-pub use shown::Shown;
 pub use whitener::{Readings, Whitener};

@@ -242,6 +242,11 @@ impl<'a> Whitener<'a> {
         }
     }
 
+    /// Number of the model's sensors that the log has.
+    pub fn instrument_count(&self) -> usize {
+        self.readings.instruments.len()
+    }
+
     /// Number of scalar readings. What a constraint demands is none.
     pub fn reading_count(&self) -> usize {
         self.updates.len() - self.dynamics.closed.rows() * self.dynamics.t.len()

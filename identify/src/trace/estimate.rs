@@ -4,6 +4,7 @@
 use super::dictionary::Ranges;
 use super::focus::Focus;
 use super::input_noise::InputNoise;
+use super::unmeasured::Echo;
 use crate::log::{Record, Warning, stretches};
 use crate::machine::{History, States, shifted};
 use crate::regression::{CORRELATION, Hold, Readings, derivative, divided};
@@ -31,6 +32,9 @@ pub struct Observed {
     pub correlation: DVector<f64>,
     /// What inputs do between samples.
     pub hold: Hold,
+    /// What noise of the sensors makes of estimates; empty until somebody asks, and where
+    /// everything is measured.
+    pub echo: Echo,
 }
 
 impl Observed {
@@ -66,6 +70,7 @@ impl Observed {
             acceleration_sd,
             correlation: DVector::from_element(smoothed.len(), CORRELATION),
             hold,
+            echo: Echo::new(),
         })
     }
 
@@ -119,6 +124,7 @@ impl Observed {
             input_noise: self.input_noise.clone(),
             correlation: self.correlation.clone(),
             hold: self.hold,
+            echo: Echo::new(),
         })
     }
 

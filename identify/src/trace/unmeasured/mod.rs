@@ -6,21 +6,26 @@
 //! accelerations ([`start`]). Then through the model: the departure from that curve, beside forces
 //! without a name as large as the log says, so that a model that lacks something does not bend
 //! the motion more than the sensors demand ([`smooth`]). The search works on with the same
-//! sensors as rows of its likelihood ([`Shown`](crate::regression::Shown)); the estimates are the
+//! sensors as rows of its likelihood ([`ErrorDynamics::shown`](crate::regression::ErrorDynamics::shown)); the estimates are the
 //! curve that it begins with and what predictions are compared with.
 
 mod determined;
 mod dials;
+mod echo;
 mod noise;
 mod start;
+
+pub(super) use echo::{Echo, echo};
 
 use super::dictionary::{Dictionary, Source};
 use super::error::TraceError;
 use super::estimate::Observed;
-use super::linearised::smooth;
+use super::linearised::{linearised, smooth};
 use super::refine::Explanation;
 use crate::log::Record;
-use crate::machine::{Hold, Machine, States};
+use crate::machine::{Hold, Machine, SolveError, States};
+use crate::regression::Whitener;
+use nalgebra::DVector;
 
 /// Standard deviation of an unmeasured position \[rad, m\] and velocity \[per s\] before anything
 /// is known of them.
@@ -53,13 +58,42 @@ pub(super) fn estimated(
     let dictionary = Dictionary::of_parameters(source, &observed.ranges()).map_err(Box::new)?;
     let times = observed.record.t.clone();
     let located = |error| TraceError::at(error, &times);
+    let known = through_model(&dictionary, observed).map_err(located)?;
     let Explanation {
         observed, noise, ..
-    } = smooth(&dictionary, &[], observed, &dictionary.defaults).map_err(located)?;
+    } = known;
     let mut record = observed.record.clone();
     take(&mut record, &observed.curve);
     determined::check(&dictionary, &observed, &noise, &mut record)?;
     Ok(record)
+}
+
+/// Rounds in which noise and motion are brought to agree.
+const ROUNDS: usize = 4;
+
+/// The motion where the sensors and the model as given agree best, beside forces without a name,
+/// with the sensors as noisy as they are there.
+fn through_model(
+    dictionary: &Dictionary,
+    mut observed: Observed,
+) -> Result<Explanation, SolveError> {
+    let (focus, values) = (dictionary.focus(&[]), &dictionary.defaults);
+    for round in 1.. {
+        let known = smooth(dictionary, &[], observed, values)?;
+        let dynamics = linearised(&focus, &known.observed, values)?;
+        let accelerations = dynamics.accelerations();
+        let readings = known.observed.readings(&focus, values, &accelerations);
+        let whitener = Whitener::new(&dynamics, &readings, &known.noise);
+        let evidence = whitener.noise_evidence(&DVector::zeros(0));
+        let mut sharper = known.observed.clone();
+        let sensed = sharper.record.sensed.as_mut();
+        let changed = sensed.is_some_and(|sensed| noise::sharpen(sensed, &evidence));
+        if !changed || round == ROUNDS {
+            return Ok(known);
+        }
+        observed = sharper;
+    }
+    unreachable!("the loop ends by returning")
 }
 
 /// Puts the unmeasured coordinates of a curve into a record.

@@ -1,31 +1,53 @@
 //! How noisy sensors are, and what they would have shown at the samples.
 
 use crate::log::{Reading, Sensed, quantisation_step, rms};
+use crate::regression::NoiseEvidence;
 use crate::smooth::{Channels, SmoothError, Smoothed, Smoother};
 use rayon::prelude::*;
 
 /// Noise is no less than this share of what a sensor shows: nothing is known better.
 const LEAST: f64 = 1e-6;
+/// Noise that changes by less than this share is the same.
+const SAME: f64 = 0.05;
 
 /// Estimates the noise of each reading from the reading alone, as that of a measured position is,
 /// and brings readings that were taken between samples to the samples where they stand.
 pub(super) fn estimate(sensed: &mut Sensed, t: &[f64]) {
     sensed.readings.par_iter_mut().for_each(|reading| {
         let (times, values) = reading.taken(t);
-        let step = quantisation_step(&values).unwrap_or(0.0);
-        let least = (LEAST * rms(&values)).max(step / 12.0_f64.sqrt());
         // What is too short or too odd to be smoothed changes as it does by noise alone.
         let smoothed = smoothed(&times, &values);
         let sd = smoothed.as_ref().map_or(f64::INFINITY, |s| s.noise.sd_q);
-        reading.sd = match sd.is_finite() {
-            true => sd.max(least),
-            false => rms(&values),
-        };
-        reading.sd = reading.sd.max(f64::MIN_POSITIVE.sqrt());
+        let sd = if sd.is_finite() { sd } else { rms(&values) };
+        reading.sd = sd.max(least(&values));
         if let Ok(smoothed) = smoothed {
             bring_to_samples(reading, t, &smoothed);
         }
     });
+}
+
+/// Believes readings more that agree with each other through the model better than their noise
+/// says: of a motion that is fast beside the samples a part was taken for noise. `evidence` is that
+/// of the whitener with these readings. Whether anything changed by more than [`SAME`].
+pub(super) fn sharpen(sensed: &mut Sensed, evidence: &NoiseEvidence) -> bool {
+    let mut changed = false;
+    for (place, reading) in sensed.readings.iter_mut().enumerate() {
+        let information = evidence.instrument_information[place];
+        let ratio = evidence.instrument_score[place] / information;
+        if ratio.is_finite() && ratio < 1.0 && information > 0.0 {
+            let sd = (reading.sd * ratio.sqrt()).max(least(&reading.values));
+            changed |= sd < (1.0 - SAME) * reading.sd;
+            reading.sd = sd.min(reading.sd);
+        }
+    }
+    changed
+}
+
+/// The least noise of a sensor that shows these values.
+fn least(values: &[f64]) -> f64 {
+    let step = quantisation_step(values).unwrap_or(0.0);
+    let least = (LEAST * rms(values)).max(step / 12.0_f64.sqrt());
+    least.max(f64::MIN_POSITIVE.sqrt())
 }
 
 fn smoothed(t: &[f64], values: &[f64]) -> Result<Smoothed, SmoothError> {
