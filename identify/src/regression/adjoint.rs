@@ -1,8 +1,9 @@
 //! The filter backwards: the smoothed departure, and how the likelihood depends on
 //! the size of the unexplained forces.
 
+use super::readings::Sensor;
 use super::small::congruence_transposed;
-use super::whitener::{INTEGRALS, INTEGRALS_OF_JITTER, Mix, Sensor, Update, Whitener, fresh_share};
+use super::whitener::{INTEGRALS, INTEGRALS_OF_JITTER, Mix, Update, Whitener, fresh_share};
 use nalgebra::{DMatrix, DVector, DVectorView};
 
 /// What the readings say about the forces that nothing explains, per coordinate, with

@@ -4,9 +4,10 @@ use super::closed::{Closed, Missed};
 use super::sensed::Sensed;
 use super::shooting::{Shot, is_unresolved, shoot};
 use super::shown::{Derivatives, Places, Shown, shown};
+use super::trails::Trails;
 use crate::log::longest_step;
 use crate::machine::{
-    Instruments, Machine, Memory, Motion, SensitivityTape, Sensors, SolveError, States, Trail,
+    Instruments, Machine, Memory, Motion, SensitivityTape, Sensors, SolveError, States,
 };
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -263,84 +264,6 @@ impl ErrorDynamics {
     /// Number of coordinates.
     pub fn coordinate_count(&self) -> usize {
         self.slope[0].nrows()
-    }
-}
-
-/// What the machine remembers along the curve, and what the machine of each block of
-/// columns does. Empty where nothing is remembered.
-struct Trails {
-    own: Trail,
-    /// Of the other machine, for blocks that do not care for its states.
-    other: Trail,
-    blocks: Vec<BlockTrail>,
-}
-
-enum BlockTrail {
-    /// As the curve's.
-    Own,
-    /// As the other machine's.
-    Other,
-    /// With slopes.
-    Particular(Box<Trail>),
-}
-
-impl Trails {
-    fn new(
-        mover: Mover<'_>,
-        columns: &[Columns<'_>],
-        curve: &States,
-        hold: Hold,
-    ) -> Result<Self, SolveError> {
-        let machine = mover.machine;
-        let own = machine.trail(curve, hold, mover.parameters, None)?;
-        let is_other = |block: &Columns<'_>| !std::ptr::eq(block.machine, machine);
-        let other = columns.iter().find(|block| is_other(block));
-        let other = other.map(|block| block.machine.trail(curve, hold, block.parameters, None));
-        let blocks = columns
-            .par_iter()
-            .map(|block| {
-                if block.tape.reads_states() {
-                    let (parameters, tape) = (block.parameters, Some(block.tape));
-                    let trail = block.machine.trail(curve, hold, parameters, tape)?;
-                    return Ok(BlockTrail::Particular(Box::new(trail)));
-                }
-                Ok(if is_other(block) {
-                    BlockTrail::Other
-                } else {
-                    BlockTrail::Own
-                })
-            })
-            .collect::<Result<_, SolveError>>()?;
-        Ok(Self {
-            own,
-            other: other.transpose()?.unwrap_or_default(),
-            blocks,
-        })
-    }
-
-    /// Puts the curve's memory into `states`; returns that of each block.
-    fn at(&self, states: &mut States, node: usize, range: Range<usize>) -> Vec<Memory> {
-        states.memory = self.own.nodes[node].slice(range.clone());
-        let slice = |block: &BlockTrail| {
-            let trail = match block {
-                BlockTrail::Own => &self.own,
-                BlockTrail::Other => &self.other,
-                BlockTrail::Particular(trail) => trail,
-            };
-            trail.nodes[node].slice(range.clone())
-        };
-        self.blocks.iter().map(slice).collect()
-    }
-
-    /// The same some shares of the way into some intervals.
-    fn within(&self, states: &mut States, intervals: &[usize], share: &[f64]) -> Vec<Memory> {
-        states.memory = self.own.within(intervals, share);
-        let at = |block: &BlockTrail| match block {
-            BlockTrail::Own => states.memory.clone(),
-            BlockTrail::Other => self.other.within(intervals, share),
-            BlockTrail::Particular(trail) => trail.within(intervals, share),
-        };
-        self.blocks.iter().map(at).collect()
     }
 }
 

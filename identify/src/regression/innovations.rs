@@ -1,6 +1,7 @@
 //! What each reading brings that the readings before it did not predict.
 
-use super::whitener::{Mix, Sensor, Whitener};
+use super::readings::Sensor;
+use super::whitener::{Mix, Whitener};
 
 /// A whitened innovation of a position sensor: under the right model a draw from the
 /// standard normal distribution, independent of all others.

@@ -272,6 +272,7 @@ fn reach(dynamics: &ErrorDynamics, count: usize, curve: &States) -> Vec<f64> {
     let largest = dynamics.acceleration_scale.max();
     let spreads: Vec<f64> = curve.q.iter().map(|q| spread(q)).collect();
     let read = dynamics.sensed.sizes();
+    let instruments = shown_spreads(dynamics);
     let reach = |column: usize| {
         let accelerated = (0..dynamics.coordinate_count()).map(|i| {
             let own = dynamics.acceleration_scale[i];
@@ -292,9 +293,31 @@ fn reach(dynamics: &ErrorDynamics, count: usize, curve: &States) -> Vec<f64> {
                 .filter(|(_, spread)| **spread > 0.0);
             each.map(|(size, spread)| size / spread)
         });
-        1.0 / accelerated.chain(shown).fold(0.0, f64::max)
+        let moving = instruments.iter().filter(|(_, spread)| *spread > 0.0);
+        let by_instrument = moving.map(|&(sensor, spread)| {
+            let shown = dynamics.shown.iter();
+            let squares = shown.map(|shown| shown.values[(sensor, column + 1)].powi(2));
+            (squares.sum::<f64>() / samples).sqrt() / spread
+        });
+        let all = accelerated.chain(shown).chain(by_instrument);
+        1.0 / all.fold(0.0, f64::max)
     };
     (0..count).map(reach).collect()
+}
+
+/// Per sensor of the model that the log may have, its place and by how much it changes along the
+/// curve.
+fn shown_spreads(dynamics: &ErrorDynamics) -> Vec<(usize, f64)> {
+    let count = dynamics
+        .shown
+        .first()
+        .map_or(0, |shown| shown.values.nrows());
+    let along = |sensor: usize| {
+        let shown = dynamics.shown.iter();
+        let values: Vec<f64> = shown.map(|shown| shown.values[(sensor, 0)]).collect();
+        (sensor, spread(&values))
+    };
+    (0..count).map(along).collect()
 }
 
 /// Standard deviation.

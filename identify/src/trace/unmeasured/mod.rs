@@ -105,3 +105,6 @@ pub(super) fn take(record: &mut Record, curve: &States) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -7,6 +7,8 @@ use rayon::prelude::*;
 
 /// Noise is no less than this share of what a sensor shows: nothing is known better.
 const LEAST: f64 = 1e-6;
+/// Share of the noise's variance that the other readings must tell from the motion.
+const SEEN: f64 = 0.5;
 /// Noise that changes by less than this share is the same.
 const SAME: f64 = 0.05;
 
@@ -34,7 +36,11 @@ pub(super) fn sharpen(sensed: &mut Sensed, evidence: &NoiseEvidence) -> bool {
     for (place, reading) in sensed.readings.iter_mut().enumerate() {
         let information = evidence.instrument_information[place];
         let ratio = evidence.instrument_score[place] / information;
-        if ratio.is_finite() && ratio < 1.0 && information > 0.0 {
+        let count = (0..reading.values.len())
+            .filter(|&k| reading.is_new(k))
+            .count();
+        let seen = information * reading.sd.powi(2) / count.max(1) as f64;
+        if seen > SEEN && ratio.is_finite() && ratio < 1.0 {
             let sd = (reading.sd * ratio.sqrt()).max(least(&reading.values));
             changed |= sd < (1.0 - SAME) * reading.sd;
             reading.sd = sd.min(reading.sd);
