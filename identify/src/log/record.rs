@@ -235,6 +235,21 @@ fn channels(log: &Log, coordinates: &[String], inputs: &[String]) -> Record {
 }
 
 impl Record {
+    /// With estimates taken for measurements of positions.
+    #[must_use]
+    pub(crate) fn as_if_measured(mut self) -> Self {
+        let unmeasured = self
+            .sensed
+            .take()
+            .map_or_else(Vec::new, |sensed| sensed.unmeasured);
+        for i in (0..unmeasured.len()).filter(|&i| unmeasured[i]) {
+            self.dq[i] = None;
+            self.aside.q[i].clear();
+            self.aside.dq[i].clear();
+        }
+        self
+    }
+
     /// Puts those of `coordinates` that are not in the record in their places among the others:
     /// at zero, with all samples set aside.
     fn fill_in(&mut self, coordinates: &[String]) {

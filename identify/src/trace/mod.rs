@@ -41,6 +41,8 @@ mod settings;
 mod settle;
 mod slow_errors;
 mod subject;
+#[cfg(test)]
+pub(crate) mod swing;
 mod unmeasured;
 mod waves;
 #[cfg(test)]
@@ -67,3 +69,4 @@ pub(crate) use score::{deviation, errors, filtered, inner_samples};
 pub use separate::SeparatingMotion;
 pub use series::{CoordinateSeries, Details, Explained, InputSeries, Prediction, Series, Weighed};
 pub(crate) use subject::Subject;
+pub(crate) use unmeasured::estimated_motion;

@@ -25,7 +25,9 @@ use super::refine::Explanation;
 use crate::log::Record;
 use crate::machine::{Hold, Machine, SolveError, States};
 use crate::regression::Whitener;
+use dynamics_codegen::Library;
 use nalgebra::DVector;
+use std::collections::BTreeMap;
 
 /// Standard deviation of an unmeasured position \[rad, m\] and velocity \[per s\] before anything
 /// is known of them.
@@ -66,6 +68,25 @@ pub(super) fn estimated(
     take(&mut record, &observed.curve);
     determined::check(&dictionary, &observed, &noise, &mut record)?;
     Ok(record)
+}
+
+/// The same, of a model given by name, text and effects, with values that replace nominal ones.
+///
+/// # Errors
+/// As of [`estimated`].
+pub(crate) fn estimated_motion(
+    (name, text, library): (&str, &str, &Library),
+    parameters: &BTreeMap<String, f64>,
+    record: Record,
+    hold: Hold,
+) -> Result<Record, TraceError> {
+    let source = Source {
+        name,
+        text,
+        library,
+        parameters,
+    };
+    estimated(&source, record, hold)
 }
 
 /// Rounds in which noise and motion are brought to agree.
