@@ -521,3 +521,14 @@ mod any_text {
         }
     }
 }
+
+/// What a model calls `gyro_z` stands in degrees per second in a column of another name.
+#[test]
+fn sensors_have_a_table_of_their_own() {
+    let text = csv("t,imu.z", |k| vec![0.01 * k as f64, 90.0]);
+    let log = mapped(
+        "[sensors]\ngyro_z = { column = \"imu.z\", unit = \"deg/s\", sign = -1 }",
+        &text,
+    );
+    close(&log.channels["gyro_z"], |_| -std::f64::consts::FRAC_PI_2);
+}
