@@ -6,7 +6,7 @@ use clap::Args;
 use dynamics_codegen::Model;
 use dynamics_codegen::syntax::written_name;
 use dynamics_codegen::tree::Joint;
-use identify::log::{Axis, Log, LogError, Map, Seen, Wanted, template};
+use identify::log::{Axis, Gauge, Log, LogError, Map, Seen, Wanted, template};
 use std::path::{Path, PathBuf};
 
 /// The arguments of every command that reads logs.
@@ -188,6 +188,7 @@ fn wanted(model: &Model) -> Wanted {
     Wanted {
         coordinates: coordinates.collect(),
         inputs: inputs.collect(),
+        gauges: Gauge::of(model),
     }
 }
 

@@ -78,7 +78,7 @@ class Machine:
             rng.choice(3, p=[0.35, 0.4, 0.25])]
         self.durations = {"train": int(rng.integers(14, 19)), "test": int(rng.integers(9, 13))}
         self._sensor(rng, noise_scale)
-        self.effects = []
+        self.effects, self.suite = [], None
         p = system.vector(self.nominal)
         self.start = {k: system.start(rng, p) for k in self.durations}
         self.typical, self.gains = excitation.scales(system, p, self.start["train"][0], rng)

@@ -14,6 +14,8 @@ def recipe(entry, index):
     own = entry["machines"][index] if "machines" in entry else {}
     found = {"verdict": entry.get("class"), "only": entry.get("effect"), "width": entry.get("width"),
              "system": own.get("system"), "given": own.get("effects")}
+    if "sensed" in entry:
+        found["sensed"] = entry["sensed"]
     if "feedback" in entry:
         found["feedback"] = entry["feedback"]
     if "disturbed" in entry:

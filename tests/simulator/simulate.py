@@ -17,6 +17,7 @@ import numpy as np
 
 import disturbing
 import effects as fx
+import sensing
 import writing
 from machine import VISIBLE, Machine, Untamed
 from sets import frozen, recipe
@@ -41,6 +42,10 @@ def draw_effects(machine, rng, verdict, only):
         names = [[k.name for k in fx.KINDS.values() if k.source == fx.OUTSIDE]]
     else:
         library = [k.name for k in fx.KINDS.values() if k.source == fx.LIBRARY and k.name != "parameter"]
+        if machine.suite is not None:
+            # Coordinates that no column shows are not read wrongly.
+            hidden = sensing.TEMPLATES
+            library = [n for n in library if fx.KINDS[n].family != "sensor" and n not in hidden]
         names = [library] * (2 if verdict == "combo" else 1)
     while True:
         found = []
@@ -74,11 +79,12 @@ def tame_machine(system, rng, noise_scale, feedback, **more):
 
 
 def build(index, seed, system=None, verdict=None, only=None, noise_scale=1.0, feedback="true", disturbed=None,
-          width=None, given=None):
+          width=None, given=None, sensed=False):
     """Draws and calibrates machine `index` of a seed; returns (id, machine, class, score).
 
     disturbed: names of `disturbing.py`; width: the range of the smooth sign's width, drawn by its
-    logarithm; given: effects with their places, instead of drawn ones.
+    logarithm; given: effects with their places, instead of drawn ones; sensed: a log of sensors
+    (sensing.py) instead of coordinates.
     """
     rng = np.random.default_rng([seed, index])
     # What only some sets have is drawn apart, so that the others stay as they are.
@@ -87,7 +93,7 @@ def build(index, seed, system=None, verdict=None, only=None, noise_scale=1.0, fe
         more["disturbance"] = disturbing.draw(disturbed, own)
     if width:
         more["width"] = rounded(np.exp(own.uniform(*np.log(width))))
-    possible = [s for s in SYSTEMS if system in (None, s)]
+    possible = [s for s in (sensing.SYSTEMS if sensed else SYSTEMS) if system in (None, s)]
     if only:
         possible = [s for s in possible if fx.places(SYSTEMS[s], only)]
     if not possible:
@@ -101,6 +107,7 @@ def build(index, seed, system=None, verdict=None, only=None, noise_scale=1.0, fe
     # Some machines leave their range with any effect: another of the system, then.
     for _ in range(DRAWS):
         machine = tame_machine(SYSTEMS[name], rng, noise_scale, feedback, **more)
+        machine.suite = sensing.draw(machine, own) if sensed else None
         score = visible_effects(machine, rng, drawn, only, given)
         if score is not None:
             return f"s{seed}_{index:04d}_{name}", machine, drawn, score
@@ -157,6 +164,7 @@ def main():
     parser.add_argument("--noise-scale", type=float, default=1.0, help="0: no noise, no quantisation")
     parser.add_argument("--feedback", choices=("true", "measured"), default="true",
                         help="what the soft feedback sees: the true state, or the noisy one")
+    parser.add_argument("--sensed", action="store_true", help="sensors instead of coordinates")
     a = parser.parse_args()
     if not a.set and None in (a.count, a.seed):
         parser.error("give --set NAME, or --count and --seed")
@@ -167,7 +175,7 @@ def main():
             run(partial(make_of_set, entry=entry, out=a.out / name), range(a.first, a.first + count), a.jobs)
         if not a.set:
             work = partial(make, seed=a.seed, out=a.out, system=a.system, verdict=a.verdict, only=a.only,
-                           noise_scale=a.noise_scale, feedback=a.feedback)
+                           noise_scale=a.noise_scale, feedback=a.feedback, sensed=a.sensed)
             run(work, range(a.first, a.first + a.count), a.jobs)
     except (ValueError, RuntimeError) as error:
         print(f"simulate.py: {error}", file=sys.stderr)

@@ -1,12 +1,14 @@
 """The simulated systems: names, random nominal parameters, starting states, soft feedback."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 import plant
 
 GRAVITY = 9.81
+MODELS = Path(__file__).resolve().parents[2] / "models"
 
 
 def rounded(value, digits=3):

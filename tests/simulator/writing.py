@@ -4,9 +4,12 @@ import json
 
 import numpy as np
 
+import sensing
 from machine import VISIBLE
+from systems import MODELS
 
 JITTERED = "%.6f"
+SENSOR = "%.6g"
 NUMBER = {"t": "%.4f", "q": "%.6f", "dq": "%.5f", "ddq": "%.4f", "u": "%.5f"}
 NOISE_FREE = {"t": "%.4f", "q": "%.12g", "dq": "%.12g", "ddq": "%.12g", "u": "%.5f"}
 PIPELINE = {
@@ -115,11 +118,14 @@ def log(path, machine, which, run, rng):
             raise RuntimeError(f"{path}: with stamps that jitter the machine leaves its range")
     channels = {**machine.measured(which, run), "u": machine.torques(which, run)}
     header, columns, formats = ["t"], [stamps], [number["t"]]
-    for channel in machine.columns:
+    for channel in machine.columns if machine.suite is None else ["u"]:
         names = machine.system.inputs if channel == "u" else machine.system.coords
         header += [f"{channel}_{n}" for n in names]
         columns += list(channels[channel].T)
         formats += [number[channel]] * len(names)
+    if machine.suite is not None:
+        names, readings = sensing.shown(machine, machine.suite, run, rng)
+        header, columns, formats = header + names, columns + readings, formats + [SENSOR] * len(names)
     blank = machine.margin()
     rows = np.stack(columns, axis=1)[blank:len(run.q) - blank]
     cells, wild = machine.disturbance.wild(rows, rng)
@@ -142,6 +148,9 @@ def write(folder, name, machine, verdict, score, seed, index):
     (folder / "truth.json").write_text(json.dumps(found, indent=1) + "\n")
     if machine.system.name == "planar_arm":
         (folder / "model.urdf").write_text(urdf(name, machine))
+    if machine.suite is not None:
+        model = (MODELS / f"{machine.system.name}.model").read_text()
+        (folder / "sensed.model").write_text(f"{model}\n{sensing.statements(machine, machine.suite)}")
     return found
 
 

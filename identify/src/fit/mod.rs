@@ -31,6 +31,7 @@ mod page;
 mod point;
 mod select;
 mod signs;
+mod unmeasured;
 mod written;
 
 pub use compare::{
@@ -44,7 +45,7 @@ pub use page::page;
 pub(crate) use page::{percent, rows};
 pub use written::{Source, Unwritable, written};
 
-use crate::log::{Log, LogError, Record, said_of};
+use crate::log::{Gauge, Log, LogError, Record, said_of};
 use crate::machine::{Machine, SolveError};
 use crate::number::short;
 use crate::smooth::SmoothError;
@@ -60,6 +61,7 @@ use inertial::inertial;
 use judged::{curves, errors, floor};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use unmeasured::as_if_measured;
 
 /// How inertial parameters are treated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -237,6 +239,9 @@ pub enum FitError {
     /// What the sensors' noise leaves is not known.
     #[error("the noise floor of the forces cannot be found: {0}")]
     Floor(Box<TraceError>),
+    /// A coordinate that no column shows cannot be estimated.
+    #[error(transparent)]
+    Unmeasured(Box<TraceError>),
     /// An effect of the library does not fit the model.
     #[error("an effect that is part of a term does not compile with the model:\n{0}")]
     Effects(Box<Report>),
@@ -504,9 +509,14 @@ fn split(request: &Request<'_>) -> Result<(Record, Record), FitError> {
     let model = &request.compiled.model;
     let coordinates: Vec<String> = model.coordinates.iter().map(|c| c.name.clone()).collect();
     let inputs: Vec<String> = model.inputs.iter().map(|u| u.name.clone()).collect();
-    let whole = request.train.select(&coordinates, &inputs)?;
+    let gauges = Gauge::of(model);
+    let select = |log: &Log| {
+        let record = log.select_sensed(&coordinates, &inputs, &gauges)?;
+        as_if_measured(request, record)
+    };
+    let whole = select(request.train)?;
     let (train, test) = match request.test {
-        Some(test) => (whole, test.select(&coordinates, &inputs)?),
+        Some(test) => (whole, select(test)?),
         None => {
             let begin = whole.len() - whole.len() / 3;
             let until = whole.t[begin] - GUARD;

@@ -55,6 +55,7 @@ mod record;
 mod rosbag;
 mod said;
 mod seen;
+mod sensed;
 mod source;
 mod spikes;
 mod statistics;
@@ -77,6 +78,7 @@ pub use record::Record;
 pub(crate) use record::{longest_step, median_step, segments, stretches};
 pub(crate) use said::said_of;
 pub use seen::{Glance, Missing, Seen};
+pub use sensed::{Gauge, Reading, Sensed};
 pub(crate) use statistics::{mad_sd, median, rms, share_of_news};
 pub use wanted::{Axis, Wanted};
 pub use warning::Warning;
@@ -259,7 +261,22 @@ impl Log {
     /// [`LogError::Invalid`] that lists every missing column, the columns
     /// found and the nearest name.
     pub fn select(&self, coordinates: &[String], inputs: &[String]) -> Result<Record, LogError> {
-        record::select(self, coordinates, inputs)
+        self.select_sensed(coordinates, inputs, &[])
+    }
+
+    /// The same of a model whose sensors are `gauges`, vectors by components. Where the log has a
+    /// column of one of them, positions may be missing: [`Record::sensed`] holds what there is
+    /// in their place.
+    ///
+    /// # Errors
+    /// As [`Log::select`], if the log has neither all positions nor a sensor.
+    pub fn select_sensed(
+        &self,
+        coordinates: &[String],
+        inputs: &[String],
+        gauges: &[Gauge],
+    ) -> Result<Record, LogError> {
+        record::select(self, coordinates, inputs, gauges)
     }
 }
 

@@ -3,7 +3,7 @@
 use super::doubt::{self, Doubt};
 use super::error::{LogError, ProblemKind, Problems};
 use super::seen::Missing;
-use super::{Aside, Log, MINIMUM_SAMPLES, Warning, health, median};
+use super::{Aside, Gauge, Log, MINIMUM_SAMPLES, Sensed, Warning, health, is_aside, median};
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -36,6 +36,8 @@ pub struct Record {
     pub aside: Aside,
     /// Samples of inputs that may be none.
     pub doubts: Vec<Doubt>,
+    /// What the model's sensors showed, where a coordinate is not measured; `None` where all are.
+    pub sensed: Option<Sensed>,
     /// What should be known about these channels.
     pub warnings: Vec<Warning>,
 }
@@ -49,6 +51,17 @@ impl Record {
     /// Whether there is no sample.
     pub fn is_empty(&self) -> bool {
         self.t.is_empty()
+    }
+
+    /// Whether a column of the log shows the position of coordinate `i`.
+    pub fn is_measured(&self, i: usize) -> bool {
+        let sensed = self.sensed.as_ref();
+        !sensed.is_some_and(|sensed| sensed.unmeasured[i])
+    }
+
+    /// Whether a position was measured at other samples and not at this one.
+    pub fn is_set_aside(&self, i: usize, sample: usize) -> bool {
+        self.is_measured(i) && is_aside(&self.aside.q[i], sample)
     }
 
     /// Median sampling step \[s\]; 0 with fewer than two samples.
@@ -79,6 +92,7 @@ impl Record {
             commanded: self.commanded.iter().map(thin_optional).collect(),
             aside: self.aside.thinned(stride),
             doubts: doubt::thinned(&self.doubts, stride),
+            sensed: self.sensed.as_ref().map(|sensed| sensed.thinned(stride)),
             warnings: self.warnings.clone(),
         }
     }
@@ -106,6 +120,7 @@ impl Record {
             commanded: self.commanded.iter().map(cut_optional).collect(),
             aside: self.aside.stretches(ranges),
             doubts: doubt::stretches(&self.doubts, ranges),
+            sensed: self.sensed.as_ref().map(|sensed| sensed.stretches(ranges)),
             warnings: self.warnings.clone(),
         }
     }
@@ -153,46 +168,33 @@ pub(super) fn select(
     log: &Log,
     coordinates: &[String],
     inputs: &[String],
+    gauges: &[Gauge],
 ) -> Result<Record, LogError> {
     let mut problems = Problems::default();
     let step = median_step(&log.t);
     if step > health::LONGEST_STEP {
         problems.push(None, Some("t"), ProblemKind::NotSeconds { step });
     }
-    let missing = missing(log, coordinates, inputs);
-    if !missing.is_empty() {
+    let absent = missing(log, coordinates, inputs, gauges);
+    if !absent.is_empty() {
         let found = log.seen();
+        let missing = absent;
         problems.push(None, None, ProblemKind::MissingColumns { missing, found });
     }
     if !problems.is_empty() {
         return Err(problems.into_error(&log.path));
     }
-    let channel = |column: &String| log.channels.get(column).cloned().unwrap_or_default();
-    let q = positions(log, coordinates)
-        .map(|column| channel(&column))
-        .collect();
-    let u = inputs
-        .iter()
-        .map(|name| channel(&log.input_column(name)))
-        .collect();
-    let optional = |prefix: &str, names: &[String]| {
-        let column = |name: &String| log.channels.get(&column(log, prefix, name)).cloned();
-        names.iter().map(column).collect()
-    };
-    let mut record = Record {
-        coordinates: coordinates.to_vec(),
-        inputs: inputs.to_vec(),
-        t: log.t.clone(),
-        q,
-        dq: optional("dq_", coordinates),
-        ddq: optional("ddq_", coordinates),
-        u,
-        commanded: optional("ucmd_", inputs),
-        aside: Aside::nothing(coordinates.len()),
-        doubts: Vec::new(),
-        warnings: log.warnings.clone(),
-    };
+    let is_measured = |name: &&String| log.channels.contains_key(&column(log, "q_", name));
+    let measured: Vec<String> = coordinates.iter().filter(is_measured).cloned().collect();
+    let mut record = channels(log, &measured, inputs);
+    if measured.len() < coordinates.len() {
+        record.sensed = Some(Sensed {
+            readings: Sensed::of(log, gauges),
+            ..Sensed::default()
+        });
+    }
     health::examine(&mut record, log);
+    record.fill_in(coordinates);
     // The log itself was long enough, or it would not have been read.
     if record.len() < MINIMUM_SAMPLES {
         let frozen = record.warnings.iter().filter_map(|warning| match warning {
@@ -206,6 +208,76 @@ pub(super) fn select(
         return Err(problems.into_error(&log.path));
     }
     Ok(record)
+}
+
+/// The channels of coordinates that are all measured.
+fn channels(log: &Log, coordinates: &[String], inputs: &[String]) -> Record {
+    let channel = |column: &String| log.channels.get(column).cloned().unwrap_or_default();
+    let q = positions(log, coordinates)
+        .map(|column| channel(&column))
+        .collect();
+    let u = inputs
+        .iter()
+        .map(|name| channel(&log.input_column(name)))
+        .collect();
+    let optional = |prefix: &str, names: &[String]| {
+        let column = |name: &String| log.channels.get(&column(log, prefix, name)).cloned();
+        names.iter().map(column).collect()
+    };
+    Record {
+        coordinates: coordinates.to_vec(),
+        inputs: inputs.to_vec(),
+        t: log.t.clone(),
+        q,
+        dq: optional("dq_", coordinates),
+        ddq: optional("ddq_", coordinates),
+        u,
+        commanded: optional("ucmd_", inputs),
+        aside: Aside::nothing(coordinates.len()),
+        doubts: Vec::new(),
+        sensed: None,
+        warnings: log.warnings.clone(),
+    }
+}
+
+impl Record {
+    /// With estimates taken for measurements of positions.
+    #[must_use]
+    pub(crate) fn as_if_measured(mut self) -> Self {
+        let unmeasured = self
+            .sensed
+            .take()
+            .map_or_else(Vec::new, |sensed| sensed.unmeasured);
+        for i in (0..unmeasured.len()).filter(|&i| unmeasured[i]) {
+            self.dq[i] = None;
+            self.aside.q[i].clear();
+            self.aside.dq[i].clear();
+        }
+        self
+    }
+
+    /// Puts those of `coordinates` that are not in the record in their places among the others:
+    /// at zero, with all samples set aside.
+    fn fill_in(&mut self, coordinates: &[String]) {
+        let Some(sensed) = &mut self.sensed else {
+            return;
+        };
+        let samples = self.t.len();
+        for (i, name) in coordinates.iter().enumerate() {
+            let is_measured = self.coordinates.get(i) == Some(name);
+            sensed.unmeasured.push(!is_measured);
+            if !is_measured {
+                self.coordinates.insert(i, name.clone());
+                self.q.insert(i, vec![0.0; samples]);
+                self.dq.insert(i, Some(vec![0.0; samples]));
+                self.ddq.insert(i, None);
+                self.aside.q.insert(i, vec![true; samples]);
+                self.aside.dq.insert(i, vec![true; samples]);
+                self.aside.ddq.insert(i, Vec::new());
+            }
+        }
+        sensed.sd = vec![[0.0; 2]; coordinates.len()];
+    }
 }
 
 impl Log {
@@ -243,11 +315,23 @@ fn positions(log: &Log, coordinates: &[String]) -> impl Iterator<Item = String> 
     coordinates.iter().map(|name| column(log, "q_", name))
 }
 
-/// The columns of a model that a log does not have.
-pub(super) fn missing(log: &Log, coordinates: &[String], inputs: &[String]) -> Vec<Missing> {
+/// The columns of a model that a log does not have. Where it has one of the model's sensors, a
+/// position may be estimated.
+pub(super) fn missing(
+    log: &Log,
+    coordinates: &[String],
+    inputs: &[String],
+    gauges: &[Gauge],
+) -> Vec<Missing> {
+    let is_there = |gauge: &Gauge| log.channels.contains_key(&gauge.name);
+    let estimated = gauges.iter().any(is_there);
+    let instead = match gauges.first() {
+        Some(gauge) => format!(", or sensors that show it (`{}`, …)", gauge.name),
+        None => String::new(),
+    };
     let named = positions(log, coordinates).zip(coordinates);
-    let q = named.map(|(column, name)| {
-        let role = format!("the position of coordinate `{name}`");
+    let q = named.filter(|_| !estimated).map(|(column, name)| {
+        let role = format!("the position of coordinate `{name}`{instead}");
         (column, "q_", name, role)
     });
     // What nobody measured is as it was commanded.

@@ -2,7 +2,7 @@
 
 use super::record::missing;
 use super::seen::{Missing, Seen};
-use super::{Log, LogError, Map};
+use super::{Gauge, Log, LogError, Map};
 use std::path::Path;
 
 /// A coordinate or an input of a model.
@@ -17,12 +17,14 @@ pub struct Axis {
 }
 
 /// The channels that a model wants of a log.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Wanted {
     /// Its coordinates.
     pub coordinates: Vec<Axis>,
     /// Its inputs.
     pub inputs: Vec<Axis>,
+    /// Its sensors, whose columns may stand in the place of positions.
+    pub gauges: Vec<Gauge>,
 }
 
 fn names(axes: &[Axis]) -> Vec<String> {
@@ -46,7 +48,8 @@ impl Wanted {
     pub fn accept(&self, log: Result<Log, LogError>, map: Option<&Map>) -> Result<Log, LogError> {
         let mut log = log.map_err(|error| self.completed(error, map))?;
         self.fit(&mut log, map);
-        log.select(&names(&self.coordinates), &names(&self.inputs))?;
+        let (coordinates, inputs) = (names(&self.coordinates), names(&self.inputs));
+        log.select_sensed(&coordinates, &inputs, &self.gauges)?;
         Ok(log)
     }
 
@@ -76,7 +79,8 @@ impl Wanted {
             warnings: Vec::new(),
         };
         self.fit(&mut log, map);
-        let more = missing(&log, &names(&self.coordinates), &names(&self.inputs));
+        let (coordinates, inputs) = (names(&self.coordinates), names(&self.inputs));
+        let more = missing(&log, &coordinates, &inputs, &self.gauges);
         let is_there = |name: &String| found.iter().any(|seen| seen.name == *name);
         listed.extend(more.into_iter().map(|missing| Missing {
             // What is assumed is no column that could be meant.

@@ -133,6 +133,15 @@ pub enum Warning {
         /// The same as a share of the input's own deviation.
         share: f64,
     },
+    /// A coordinate that no column shows was estimated from the model's sensors.
+    Unmeasured {
+        /// Which.
+        coordinate: String,
+        /// How well it is known, as a standard deviation; `None` where nothing depends on it.
+        sd: Option<f64>,
+        /// Its unit.
+        unit: String,
+    },
     /// A velocity or acceleration that somebody filtered before it was logged.
     Filtered {
         /// The column.
@@ -353,6 +362,25 @@ impl fmt::Display for Warning {
                 "`{column}` carries noise of {noise:.3} ({:.1} % of its deviation) that the machine did not feel, \
                  as its motion says: its motion is judged without that noise",
                 100.0 * share
+            ),
+            Self::Unmeasured {
+                coordinate,
+                sd: Some(sd),
+                unit,
+            } => write!(
+                f,
+                "no column shows coordinate `{coordinate}`: it was estimated from the sensors \
+                 through the model, to {} {unit}",
+                short(*sd)
+            ),
+            Self::Unmeasured {
+                coordinate,
+                sd: None,
+                ..
+            } => write!(
+                f,
+                "no column shows where coordinate `{coordinate}` is, and neither motion nor sensors \
+                 depend on it: it counts from near zero"
             ),
             Self::Filtered { column } => write!(
                 f,

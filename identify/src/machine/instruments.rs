@@ -3,7 +3,7 @@
 use super::{Machine, Motion, States};
 use dynamics_codegen::derive::Variable;
 use dynamics_codegen::{Column, System, Tape};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 /// The sensors of a model on tapes, with derivatives by some variables.
 #[derive(Debug, Clone)]
@@ -11,8 +11,12 @@ pub struct Instruments {
     values: Tape,
     /// Per variable, then per acceleration and multiplier: the derivatives of all sensors.
     slopes: Tape,
+    /// Per sensor, whether a multiplier is part of what it shows.
+    weighing: Vec<bool>,
     count: usize,
     variables: usize,
+    accelerations: usize,
+    multipliers: usize,
 }
 
 impl Machine {
@@ -27,7 +31,19 @@ impl Machine {
         for symbol in by {
             slopes.extend(model.graph.derivatives(&system.sensors, symbol));
         }
+        let multipliers = model.multiplier_symbols();
+        let weighs = |sensor| {
+            let mut each = multipliers.iter();
+            each.any(|&symbol| model.graph.depends_on(&[sensor], symbol))
+        };
         Instruments {
+            weighing: system
+                .sensors
+                .iter()
+                .map(|&sensor| weighs(sensor))
+                .collect(),
+            accelerations: model.accelerations.len(),
+            multipliers: multipliers.len(),
             values: Tape::new(&model.graph, &system.sensors, &arguments),
             slopes: Tape::new(&model.graph, &slopes, &arguments),
             count: system.sensors.len(),
@@ -42,9 +58,25 @@ impl Instruments {
         self.count
     }
 
+    /// Per sensor, whether it shows forces that constraints exert: a load cell.
+    pub fn weighing(&self) -> &[bool] {
+        &self.weighing
+    }
+
     /// What they show at every state, one column per sensor. `motions` are those at the states.
     pub fn read(&self, states: &States, motions: &[Motion], parameters: &[f64]) -> Vec<Vec<f64>> {
-        evaluate(&self.values, self.count, states, motions, parameters)
+        self.read_at(states, &solved(motions), parameters)
+    }
+
+    /// The same where `solved` are accelerations and multipliers, one column each, whatever the
+    /// model says of them.
+    pub fn read_at(
+        &self,
+        states: &States,
+        solved: &[Vec<f64>],
+        parameters: &[f64],
+    ) -> Vec<Vec<f64>> {
+        self.evaluate((&self.values, self.count), states, solved, parameters)
     }
 
     /// `∂y/∂s` at every state, `sensors × variables`, along the motion that the model demands:
@@ -59,45 +91,60 @@ impl Instruments {
         derivatives: &[(DMatrix<f64>, DMatrix<f64>)],
         parameters: &[f64],
     ) -> Vec<DMatrix<f64>> {
-        let (n, m) = motions.first().map_or((0, 0), |motion| {
-            (motion.acceleration.len(), motion.multiplier.len())
-        });
-        // Without a sensor there is no symbol for an acceleration either.
-        let n = if self.count == 0 { 0 } else { n };
+        self.slopes_at(states, &solved(motions), derivatives, parameters)
+    }
+
+    /// The same where `solved` are accelerations and multipliers, one column each. Columns of
+    /// `derivatives` beyond the variables' are those of something that sensors feel in
+    /// accelerations and multipliers alone, such as a force.
+    pub fn slopes_at(
+        &self,
+        states: &States,
+        solved: &[Vec<f64>],
+        derivatives: &[(DMatrix<f64>, DMatrix<f64>)],
+        parameters: &[f64],
+    ) -> Vec<DMatrix<f64>> {
+        let (n, m) = (self.accelerations, self.multipliers);
         let all = self.variables + n + m;
-        let values = evaluate(&self.slopes, self.count * all, states, motions, parameters);
+        let tape = (&self.slopes, self.count * all);
+        let values = self.evaluate(tape, states, solved, parameters);
         let at = |(sample, (da, dlambda)): (usize, &(DMatrix<f64>, DMatrix<f64>))| {
             let entry = |row: usize, by: usize| values[by * self.count + row][sample];
             let direct = DMatrix::from_fn(self.count, self.variables, entry);
             let by_a = DMatrix::from_fn(self.count, n, |row, i| entry(row, self.variables + i));
             let by_lambda =
                 DMatrix::from_fn(self.count, m, |row, k| entry(row, self.variables + n + k));
-            direct + by_a * da.rows(0, n) + by_lambda * dlambda
+            // Without a sensor there is no symbol for an acceleration either.
+            let felt = by_a * da.rows(0, n) + by_lambda * dlambda.rows(0, m);
+            direct.resize_horizontally(da.ncols(), 0.0) + felt
         };
         derivatives.iter().enumerate().map(at).collect()
     }
+
+    fn evaluate(
+        &self,
+        (tape, outputs): (&Tape, usize),
+        states: &States,
+        solved: &[Vec<f64>],
+        parameters: &[f64],
+    ) -> Vec<Vec<f64>> {
+        if outputs == 0 {
+            return Vec::new();
+        }
+        let mut columns = states.columns(parameters);
+        columns.extend(solved.iter().map(|column| Column::Each(column)));
+        tape.evaluate_all(&columns, states.len())
+    }
 }
 
-fn evaluate(
-    tape: &Tape,
-    outputs: usize,
-    states: &States,
-    motions: &[Motion],
-    parameters: &[f64],
-) -> Vec<Vec<f64>> {
-    if outputs == 0 {
-        return Vec::new();
-    }
-    let solved = |of: &dyn Fn(&Motion) -> Vec<f64>| -> Vec<Vec<f64>> {
-        let rows: Vec<Vec<f64>> = motions.iter().map(of).collect();
-        let width = rows.first().map_or(0, Vec::len);
-        (0..width)
-            .map(|i| rows.iter().map(|row| row[i]).collect())
-            .collect()
+/// Accelerations and multipliers of motions, one column each.
+fn solved(motions: &[Motion]) -> Vec<Vec<f64>> {
+    let columns = |of: fn(&Motion) -> &DVector<f64>| -> Vec<Vec<f64>> {
+        let width = motions.first().map_or(0, |motion| of(motion).len());
+        let column = |i: usize| motions.iter().map(|motion| of(motion)[i]).collect();
+        (0..width).map(column).collect()
     };
-    let a = solved(&|motion| motion.acceleration.as_slice().to_vec());
-    let lambda = solved(&|motion| motion.multiplier.as_slice().to_vec());
-    let mut columns = states.columns(parameters);
-    columns.extend(a.iter().chain(&lambda).map(|column| Column::Each(column)));
-    tape.evaluate_all(&columns, states.len())
+    let mut all = columns(|motion| &motion.acceleration);
+    all.extend(columns(|motion| &motion.multiplier));
+    all
 }

@@ -1,8 +1,9 @@
 //! The filter backwards: the smoothed departure, and how the likelihood depends on
 //! the size of the unexplained forces.
 
+use super::readings::Sensor;
 use super::small::congruence_transposed;
-use super::whitener::{INTEGRALS, INTEGRALS_OF_JITTER, Mix, Sensor, Update, Whitener, fresh_share};
+use super::whitener::{INTEGRALS, INTEGRALS_OF_JITTER, Mix, Update, Whitener, fresh_share};
 use nalgebra::{DMatrix, DVector, DVectorView};
 
 /// What the readings say about the forces that nothing explains, per coordinate, with
@@ -22,15 +23,35 @@ pub struct NoiseEvidence {
     pub closure_score: DVector<f64>,
     /// What is expected of that.
     pub closure_information: DVector<f64>,
+    /// The same of the variances of the model's sensors that the log has.
+    pub instrument_score: DVector<f64>,
+    /// What is expected of that.
+    pub instrument_information: DVector<f64>,
 }
 
-/// What the readings say about the error of one constraint at one sample.
-struct ClosureError {
-    row: usize,
+/// What the readings say about the error of a constraint or a sensor at one sample.
+struct ReadingError {
+    sensor: Sensor,
     /// Its smoothed value, in units of its variance.
     pull: f64,
     /// What is expected of the square of that.
     own: f64,
+}
+
+impl NoiseEvidence {
+    fn count(&mut self, error: &ReadingError) {
+        let (score, information, place) = match error.sensor {
+            Sensor::Closure(row) => (&mut self.closure_score, &mut self.closure_information, row),
+            Sensor::Instrument(place) => (
+                &mut self.instrument_score,
+                &mut self.instrument_information,
+                place,
+            ),
+            _ => return,
+        };
+        score[place] += error.pull.powi(2);
+        information[place] += error.own;
+    }
 }
 
 /// The adjoint state of the modified Bryson–Frazier smoother.
@@ -57,6 +78,24 @@ impl Whitener<'_> {
         smoothed
     }
 
+    /// Variances of the departure and force `(δq, δv, f)` given all readings: `3n` per sample,
+    /// the diagonal of `P − P Λ P`.
+    pub fn variances(&self) -> Vec<DVector<f64>> {
+        let nothing = DMatrix::zeros(self.updates.len(), 1);
+        let mut variances = vec![DVector::zeros(0); self.dynamics.t.len()];
+        self.backward(&nothing, true, |sample, adjoint, _| {
+            let covariance = &self.covariance[sample];
+            let known = adjoint.matrix.as_ref().map(|matrix| {
+                let known = covariance * matrix * covariance;
+                known.diagonal()
+            });
+            let left = known.map_or(covariance.diagonal(), |known| covariance.diagonal() - known);
+            // Negative only by rounding.
+            variances[sample] = left.map(|variance| variance.max(0.0));
+        });
+        variances
+    }
+
     /// The evidence about the unexplained forces' size, with the columns' coefficients
     /// `coefficients`.
     pub fn noise_evidence(&self, coefficients: &DVector<f64>) -> NoiseEvidence {
@@ -70,14 +109,15 @@ impl Whitener<'_> {
             jitter_information: DVector::zeros(n),
             closure_score: DVector::zeros(self.dynamics.closed.rows()),
             closure_information: DVector::zeros(self.dynamics.closed.rows()),
+            instrument_score: DVector::zeros(self.instrument_count()),
+            instrument_information: DVector::zeros(self.instrument_count()),
         };
         self.backward(&rows, true, |sample, adjoint, errors| {
             let Some(matrix) = &adjoint.matrix else {
                 return;
             };
             for error in errors {
-                evidence.closure_score[error.row] += error.pull.powi(2);
-                evidence.closure_information[error.row] += error.own;
+                evidence.count(error);
             }
             let begins = sample == 0 || self.gaps[sample - 1];
             for i in 0..n {
@@ -110,12 +150,12 @@ impl Whitener<'_> {
 
     /// Runs the adjoint from the last sample to the first; `see` is shown its state
     /// after the readings of each sample, where it belongs to the prediction, and what was
-    /// said about the errors of its constraints.
+    /// said about the errors of its constraints and of the model's sensors.
     fn backward(
         &self,
         rows: &DMatrix<f64>,
         with_matrix: bool,
-        mut see: impl FnMut(usize, &Adjoint, &[ClosureError]),
+        mut see: impl FnMut(usize, &Adjoint, &[ReadingError]),
     ) {
         let size = 3 * self.dynamics.coordinate_count();
         let nothing = || Adjoint {
@@ -146,9 +186,11 @@ impl Whitener<'_> {
                 }
                 self.write_slope(update.sample as usize, update.sensor, &mut row);
                 let (pull, own) = adjoint.undo(reading, &row);
-                if let Sensor::Closure(row) = update.sensor {
-                    errors.push(ClosureError { row, pull, own });
-                }
+                errors.push(ReadingError {
+                    sensor: update.sensor,
+                    pull,
+                    own,
+                });
             }
             see(sample, &adjoint, &errors);
         }
@@ -159,7 +201,7 @@ impl Whitener<'_> {
         match update.sensor {
             Sensor::Position(i) => Some(i),
             Sensor::Velocity(i) => Some(self.dynamics.coordinate_count() + i),
-            Sensor::Acceleration(_) | Sensor::Closure(_) => None,
+            Sensor::Acceleration(_) | Sensor::Instrument(_) | Sensor::Closure(_) => None,
         }
     }
 

@@ -3,15 +3,30 @@
 use super::closed::{Closed, Missed};
 use super::sensed::Sensed;
 use super::shooting::{Shot, is_unresolved, shoot};
+use super::shown::{Derivatives, Places, Shown, shown};
+use super::trails::Trails;
 use crate::log::longest_step;
 use crate::machine::{
-    Machine, Memory, Motion, SensitivityTape, Sensors, SolveError, States, Trail,
+    Instruments, Machine, Memory, Motion, SensitivityTape, Sensors, SolveError, States,
 };
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::ops::Range;
 
 pub use crate::machine::Hold;
+
+/// The machine that a curve is thought to be the motion of.
+#[derive(Clone, Copy)]
+pub struct Mover<'a> {
+    /// The machine.
+    pub machine: &'a Machine,
+    /// Its derivatives by positions and velocities, in this order.
+    pub slopes: &'a SensitivityTape,
+    /// The model's sensors with derivatives by the same; `None` if a log has none of them.
+    pub instruments: Option<&'a Instruments>,
+    /// Its parameters.
+    pub parameters: &'a [f64],
+}
 
 /// Which derivatives of the acceleration are wanted as columns.
 pub struct Columns<'a> {
@@ -23,6 +38,9 @@ pub struct Columns<'a> {
     /// The machine's sensors, with derivatives by the same parameters; `None` if no reading
     /// depends on them.
     pub sensors: Option<&'a Sensors>,
+    /// The model's sensors with derivatives by the same parameters; `None` if a log has none of
+    /// them.
+    pub instruments: Option<&'a Instruments>,
     /// Where to take them. These parameters may differ from those of the curve's
     /// machine only in what does not change its motion.
     pub parameters: &'a [f64],
@@ -61,6 +79,8 @@ pub struct ErrorDynamics {
     pub columns: usize,
     /// What columns change in readings alone.
     pub sensed: Sensed,
+    /// What the model's sensors show, per sample; empty if a log has none of them.
+    pub shown: Vec<Shown>,
     /// What holonomic constraints say about the curve.
     pub closed: Closed,
 }
@@ -73,6 +93,8 @@ pub(super) struct Local {
     pub slope: DMatrix<f64>,
     /// The motion that the model demands here.
     pub motion: Motion,
+    /// What the model's sensors show here, where that is asked for.
+    pub shown: Option<Shown>,
 }
 
 impl Local {
@@ -121,18 +143,15 @@ pub const CORRELATION: f64 = 0.1;
 const CHUNK: usize = 256;
 
 impl ErrorDynamics {
-    /// Linearises `machine` along `curve`. `slopes` holds the derivatives by
-    /// `q` and `v`, in that order, of the same machine.
+    /// Linearises the motion of `mover` along `curve`.
     ///
     /// # Errors
     /// If the equation of motion has no unique solution somewhere on the curve.
     pub fn new(
-        machine: &Machine,
-        slopes: &SensitivityTape,
+        mover: Mover<'_>,
         columns: &[Columns<'_>],
         curve: &States,
         hold: Hold,
-        parameters: &[f64],
         correlation: &DVector<f64>,
     ) -> Result<Self, SolveError> {
         let chunks: Vec<Range<usize>> = (0..curve.len() - 1)
@@ -140,11 +159,17 @@ impl ErrorDynamics {
             .map(|start| start..(start + CHUNK).min(curve.len() - 1))
             .collect();
         let longest = longest_step(&curve.t);
-        let holonomic = machine.holonomic_rows();
-        let trails = Trails::new(machine, columns, curve, hold, parameters)?;
+        let holonomic = mover.machine.holonomic_rows();
+        let trails = Trails::new(mover, columns, curve, hold)?;
+        // Sensors are looked at at samples, not on the way.
+        let unseen = Mover {
+            instruments: None,
+            ..mover
+        };
         let local = |states: &mut States, node: usize, range: Range<usize>| {
             let memories = trails.at(states, node, range);
-            locals(machine, slopes, columns, states, &memories, parameters)
+            let mover = if node == 1 { unseen } else { mover };
+            locals(mover, columns, states, &memories)
         };
         let pieces: Vec<Piece> = chunks
             .into_par_iter()
@@ -163,7 +188,7 @@ impl ErrorDynamics {
                     let on_the_way = |places: &[usize], states: &mut States, shares: &[f64]| {
                         let intervals: Vec<usize> = places.iter().map(|&i| unresolved[i]).collect();
                         let memories = trails.within(states, &intervals, shares);
-                        let found = locals(machine, slopes, columns, states, &memories, parameters);
+                        let found = locals(unseen, columns, states, &memories);
                         found.map_err(|error| error.renumbered(|place| intervals[place]))
                     };
                     let shots = shots(curve, &unresolved, hold, correlation, on_the_way)?;
@@ -175,8 +200,9 @@ impl ErrorDynamics {
         let (mut all, mut missed) = Self::join(curve, pieces);
         all.correlation.clone_from(correlation);
         let end = curve.len() - 1;
-        let last = local(&mut curve.slice(end..end + 1), 2, end - 1..end)?.remove(0);
+        let mut last = local(&mut curve.slice(end..end + 1), 2, end - 1..end)?.remove(0);
         all.slope.push(with_mobility(&last));
+        all.shown.extend(last.shown.take());
         missed.push(last.missed(&holonomic));
         all.acceleration.push(last.acceleration);
         all.closed = Closed::new(columns, curve, missed);
@@ -201,6 +227,7 @@ impl ErrorDynamics {
             correlation: DVector::zeros(curve.q.len()),
             columns,
             sensed: Sensed::default(),
+            shown: Vec::new(),
             closed: Closed::default(),
         };
         let mut missed = Vec::with_capacity(samples);
@@ -210,6 +237,7 @@ impl ErrorDynamics {
             all.forcing.extend(piece.forcing);
             all.slope.extend(piece.slope);
             all.acceleration.extend(piece.acceleration);
+            all.shown.extend(piece.shown);
             all.forbidden.extend(piece.forbidden);
             all.force_scale += piece.force;
         }
@@ -239,90 +267,13 @@ impl ErrorDynamics {
     }
 }
 
-/// What the machine remembers along the curve, and what the machine of each block of
-/// columns does. Empty where nothing is remembered.
-struct Trails {
-    own: Trail,
-    /// Of the other machine, for blocks that do not care for its states.
-    other: Trail,
-    blocks: Vec<BlockTrail>,
-}
-
-enum BlockTrail {
-    /// As the curve's.
-    Own,
-    /// As the other machine's.
-    Other,
-    /// With slopes.
-    Particular(Box<Trail>),
-}
-
-impl Trails {
-    fn new(
-        machine: &Machine,
-        columns: &[Columns<'_>],
-        curve: &States,
-        hold: Hold,
-        parameters: &[f64],
-    ) -> Result<Self, SolveError> {
-        let own = machine.trail(curve, hold, parameters, None)?;
-        let is_other = |block: &Columns<'_>| !std::ptr::eq(block.machine, machine);
-        let other = columns.iter().find(|block| is_other(block));
-        let other = other.map(|block| block.machine.trail(curve, hold, block.parameters, None));
-        let blocks = columns
-            .par_iter()
-            .map(|block| {
-                if block.tape.reads_states() {
-                    let (parameters, tape) = (block.parameters, Some(block.tape));
-                    let trail = block.machine.trail(curve, hold, parameters, tape)?;
-                    return Ok(BlockTrail::Particular(Box::new(trail)));
-                }
-                Ok(if is_other(block) {
-                    BlockTrail::Other
-                } else {
-                    BlockTrail::Own
-                })
-            })
-            .collect::<Result<_, SolveError>>()?;
-        Ok(Self {
-            own,
-            other: other.transpose()?.unwrap_or_default(),
-            blocks,
-        })
-    }
-
-    /// Puts the curve's memory into `states`; returns that of each block.
-    fn at(&self, states: &mut States, node: usize, range: Range<usize>) -> Vec<Memory> {
-        states.memory = self.own.nodes[node].slice(range.clone());
-        let slice = |block: &BlockTrail| {
-            let trail = match block {
-                BlockTrail::Own => &self.own,
-                BlockTrail::Other => &self.other,
-                BlockTrail::Particular(trail) => trail,
-            };
-            trail.nodes[node].slice(range.clone())
-        };
-        self.blocks.iter().map(slice).collect()
-    }
-
-    /// The same some shares of the way into some intervals.
-    fn within(&self, states: &mut States, intervals: &[usize], share: &[f64]) -> Vec<Memory> {
-        states.memory = self.own.within(intervals, share);
-        let at = |block: &BlockTrail| match block {
-            BlockTrail::Own => states.memory.clone(),
-            BlockTrail::Other => self.other.within(intervals, share),
-            BlockTrail::Particular(trail) => trail.within(intervals, share),
-        };
-        self.blocks.iter().map(at).collect()
-    }
-}
-
 /// A run of intervals.
 struct Piece {
     transition: Vec<DMatrix<f64>>,
     forcing: Vec<DMatrix<f64>>,
     slope: Vec<DMatrix<f64>>,
     acceleration: Vec<DMatrix<f64>>,
+    shown: Vec<Shown>,
     forbidden: Vec<DMatrix<f64>>,
     force: DVector<f64>,
     missed: Vec<Missed>,
@@ -410,38 +361,45 @@ fn shots(
 }
 
 fn locals(
-    machine: &Machine,
-    slopes: &SensitivityTape,
+    mover: Mover<'_>,
     columns: &[Columns<'_>],
     states: &States,
     memories: &[Memory],
-    parameters: &[f64],
 ) -> Result<Vec<Local>, SolveError> {
-    let motions = machine.motion(states, parameters)?;
-    let slopes = slopes.evaluate(states, parameters, &motions);
+    let Mover { parameters, .. } = mover;
+    let motions = mover.machine.motion(states, parameters)?;
+    let slopes = mover.slopes.evaluate(states, parameters, &motions);
     let unbounded =
         |(slope, _): &(DMatrix<f64>, DMatrix<f64>)| slope.iter().any(|x| !x.is_finite());
     if let Some(sample) = slopes.iter().position(unbounded) {
         return Err(SolveError::NotFinite { sample });
     }
-    let blocks: Vec<_> = columns
-        .iter()
-        .zip(memories)
-        .map(|(block, memory)| {
-            let own = States {
-                memory: memory.clone(),
-                ..states.clone()
-            };
-            block.tape.evaluate(&own, block.parameters, &motions)
-        })
-        .collect();
-    let width = 1 + blocks.iter().map(|b| b[0].0.ncols()).sum::<usize>();
+    let pairs = columns.iter().zip(memories);
+    let of_block = pairs.map(|(block, memory)| {
+        let own = States {
+            memory: memory.clone(),
+            ..states.clone()
+        };
+        let derivatives = block.tape.evaluate(&own, block.parameters, &motions);
+        (derivatives, memory)
+    });
+    let blocks: Vec<(Derivatives, &Memory)> = of_block.collect();
+    let places = Places {
+        states,
+        motions: &motions,
+        slopes: &slopes,
+        blocks: &blocks,
+    };
+    let seen = mover.instruments;
+    let seen = seen.map(|instruments| shown(instruments, parameters, columns, &places));
+    let mut seen = seen.unwrap_or_default().into_iter();
+    let width = 1 + blocks.iter().map(|b| b.0[0].0.ncols()).sum::<usize>();
     let places = motions.into_iter().zip(slopes).enumerate();
     let local = |(sample, (motion, (slope, _))): (usize, (Motion, (DMatrix<f64>, _)))| {
         let mut acceleration = DMatrix::zeros(slope.nrows(), width);
         acceleration.set_column(0, &motion.acceleration);
         let mut next = 1;
-        for block in &blocks {
+        for (block, _) in &blocks {
             let part = &block[sample].0;
             acceleration.columns_mut(next, part.ncols()).copy_from(part);
             next += part.ncols();
@@ -450,6 +408,7 @@ fn locals(
             acceleration,
             slope,
             motion,
+            shown: seen.next(),
         }
     };
     Ok(places.map(local).collect())
@@ -468,6 +427,7 @@ fn piece(
         forcing: Vec::new(),
         slope: Vec::new(),
         acceleration: Vec::new(),
+        shown: Vec::new(),
         forbidden: Vec::new(),
         force: DVector::zeros(n),
         missed: Vec::new(),
@@ -489,6 +449,7 @@ fn piece(
         }
         piece.slope.push(with_mobility(start));
         piece.acceleration.push(start.acceleration.clone());
+        piece.shown.extend(start.shown.clone());
         piece.forbidden.extend(middle.forbidden(&mobility));
         piece.force += &start.force_size();
         piece.missed.push(start.missed(holonomic));

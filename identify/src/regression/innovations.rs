@@ -1,6 +1,7 @@
 //! What each reading brings that the readings before it did not predict.
 
-use super::whitener::{Mix, Sensor, Whitener};
+use super::readings::Sensor;
+use super::whitener::{Mix, Whitener};
 use crate::log::mad_sd;
 use std::collections::BTreeMap;
 
@@ -26,7 +27,7 @@ impl Whitener<'_> {
                 coordinate,
                 value: *value,
             }),
-            Sensor::Velocity(_) | Sensor::Acceleration(_) | Sensor::Closure(_) => None,
+            _ => None,
         };
         let updates = self.updates.iter().zip(rows.iter());
         updates.filter_map(innovation).collect()
@@ -51,7 +52,7 @@ impl Whitener<'_> {
                 Sensor::Position(i) => (0, i),
                 Sensor::Velocity(i) => (1, i),
                 Sensor::Acceleration(i) => (2, i),
-                Sensor::Closure(_) => continue,
+                Sensor::Instrument(_) | Sensor::Closure(_) => continue,
             };
             channels.entry(channel).or_default().push(*e);
         }
@@ -85,7 +86,8 @@ const WILD: f64 = 5.0;
 impl ChannelErrors {
     fn new(derivative: usize, coordinate: usize, innovations: &[f64]) -> Self {
         // A wild sample that nobody set aside says nothing of the others.
-        let most = WILD * mad_sd(innovations).unwrap_or(f64::INFINITY);
+        let ordinary = mad_sd(innovations).filter(|sd| *sd > 0.0);
+        let most = ordinary.map_or(f64::INFINITY, |sd| WILD * sd);
         let e: Vec<f64> = innovations.iter().map(|e| e.clamp(-most, most)).collect();
         let (count, squares) = (e.len() as f64, e.iter().map(|e| e * e).sum::<f64>());
         let products: f64 = e.windows(2).map(|pair| pair[0] * pair[1]).sum();

@@ -315,6 +315,7 @@ mod tests {
                 acceleration: DMatrix::from_row_slice(1, 2, &[acceleration(v), 1.0 / MASS]),
                 slope: DMatrix::from_row_slice(1, 2, &[0.0, slope]),
                 motion: Motion::of(pushed_by(MASS * acceleration(v)), &[], 0)?,
+                shown: None,
             }])
         };
         let (from, to) = (states(0.0, q, v), states(5e-3, 0.0, 0.0));

@@ -3,51 +3,11 @@
 use super::error_dynamics::{CORRELATION, ErrorDynamics};
 use super::gram::{BLOCKS, Gram};
 use super::process_noise::ProcessNoise;
+use super::readings::{Readings, Sensor};
 use super::small::congruence;
-use crate::log::{Aside, is_aside, longest_step};
+use crate::log::longest_step;
 use nalgebra::{DMatrix, DMatrixViewMut, DVector, DVectorView};
 use rayon::prelude::*;
-
-/// Sensor readings minus the curve, and the sensors' noise.
-#[derive(Debug, Clone)]
-pub struct Readings {
-    /// `y_q − q̂`, per coordinate.
-    pub position: Vec<Vec<f64>>,
-    /// Standard deviation of the position sensors.
-    pub position_sd: Vec<f64>,
-    /// `y_v − v̂` where velocity is measured.
-    pub velocity: Vec<Option<Vec<f64>>>,
-    /// Standard deviation of the velocity sensors.
-    pub velocity_sd: Vec<f64>,
-    /// `y_a` itself where acceleration is measured.
-    pub acceleration: Vec<Option<Vec<f64>>>,
-    /// Standard deviation of the acceleration sensors.
-    pub acceleration_sd: Vec<f64>,
-    /// Samples that no sensor read.
-    pub aside: Aside,
-    /// `Σ ln |∂y/∂x|` over all readings `y` of sensors that do not show `x` itself: what makes
-    /// densities of corrected readings comparable with those of others. Without it a sensor
-    /// that is thought to magnify would always be right, as all errors shrink.
-    pub log_slope: f64,
-}
-
-impl Readings {
-    /// Every sensor of the `n` coordinates that was read at a sample, with how noisy it is.
-    fn each(&self, n: usize, sample: usize, update: &mut impl FnMut(Sensor, f64)) {
-        for i in 0..n {
-            let [q, v, a] = self.aside.of(i).map(|flags| !is_aside(flags, sample));
-            if q {
-                update(Sensor::Position(i), self.position_sd[i]);
-            }
-            if v && self.velocity[i].is_some() {
-                update(Sensor::Velocity(i), self.velocity_sd[i]);
-            }
-            if a && self.acceleration[i].is_some() {
-                update(Sensor::Acceleration(i), self.acceleration_sd[i]);
-            }
-        }
-    }
-}
 
 /// One scalar reading: `z = h·δ + noise`.
 #[derive(Debug, Clone)]
@@ -56,15 +16,6 @@ pub(super) struct Update {
     pub(super) sensor: Sensor,
     /// Standard deviation of the innovation.
     pub(super) sd: f64,
-}
-
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Sensor {
-    Position(usize),
-    Velocity(usize),
-    Acceleration(usize),
-    /// A holonomic constraint, which reads zero.
-    Closure(usize),
 }
 
 /// The filter's gains along the log; the same for the data and every column.
@@ -167,7 +118,7 @@ impl<'a> Whitener<'a> {
                 column.copy_from(&covariance.column(n + i));
                 column[n + i]
             }
-            Sensor::Acceleration(_) | Sensor::Closure(_) => {
+            Sensor::Acceleration(_) | Sensor::Instrument(_) | Sensor::Closure(_) => {
                 self.write_slope(sample, sensor, row);
                 column.gemv(1.0, covariance, row, 0.0);
                 row.dot(column)
@@ -222,11 +173,20 @@ impl<'a> Whitener<'a> {
             Sensor::Position(i) => row[i] = 1.0,
             Sensor::Velocity(i) => row[n + i] = 1.0,
             Sensor::Acceleration(i) => row.tr_copy_from(&dynamics.slope[sample].row(i)),
+            Sensor::Instrument(place) => {
+                let sensor = self.readings.instruments[place].sensor;
+                row.tr_copy_from(&dynamics.shown[sample].slope.row(sensor));
+            }
             Sensor::Closure(i) => {
                 let gradient = dynamics.closed.gradient[sample].row(i);
                 row.rows_mut(0, n).tr_copy_from(&gradient);
             }
         }
+    }
+
+    /// Number of the model's sensors that the log has.
+    pub fn instrument_count(&self) -> usize {
+        self.readings.instruments.len()
     }
 
     /// Number of scalar readings. What a constraint demands is none.
@@ -348,6 +308,8 @@ impl<'a> Whitener<'a> {
         let senses_acceleration = self.readings.acceleration.iter().any(Option::is_some);
         Direct {
             acceleration: senses_acceleration.then(|| mix.of(&self.dynamics.acceleration[sample])),
+            shown: (!self.readings.instruments.is_empty())
+                .then(|| mix.of(&self.dynamics.shown[sample].values)),
             sensed: self.dynamics.sensed.of(sample, mix),
             closed: self.dynamics.closed.of(sample, mix),
         }
@@ -385,6 +347,13 @@ impl<'a> Whitener<'a> {
                     let at_once = direct.acceleration.as_ref().map_or(0.0, |a| a[(i, column)]);
                     (shown.sum::<f64>() + at_once, Some(2 * n + i))
                 }
+                Sensor::Instrument(place) => {
+                    let sensor = self.readings.instruments[place].sensor;
+                    let slope = &self.dynamics.shown[sample].slope;
+                    let shown = (0..3 * n).map(|j| slope[(sensor, j)] * state[(j, column)]);
+                    let at_once = direct.shown.as_ref().map_or(0.0, |y| y[(sensor, column)]);
+                    (shown.sum::<f64>() + at_once, None)
+                }
                 Sensor::Closure(i) => {
                     let gradient = &self.dynamics.closed.gradient[sample];
                     let shown = (0..n).map(|j| gradient[(i, j)] * state[(j, column)]);
@@ -402,6 +371,11 @@ impl<'a> Whitener<'a> {
             Sensor::Position(i) => Some(self.readings.position[i][sample]),
             Sensor::Velocity(i) => self.readings.velocity[i].as_ref().map(|v| v[sample]),
             Sensor::Acceleration(i) => self.readings.acceleration[i].as_ref().map(|a| a[sample]),
+            Sensor::Instrument(place) => {
+                let reading = &self.readings.instruments[place];
+                let shown = self.dynamics.shown[sample].values[(reading.sensor, 0)];
+                Some(reading.near(shown, sample))
+            }
             Sensor::Closure(row) => Some(-self.dynamics.closed.residual[sample][row]),
         }
     }
@@ -411,6 +385,8 @@ impl<'a> Whitener<'a> {
 pub(super) struct Direct {
     /// Accelerations, `n×count`, where these are measured.
     acceleration: Option<DMatrix<f64>>,
+    /// What the model's sensors show, `s×count`, where the log has some of them.
+    shown: Option<DMatrix<f64>>,
     /// What is read of a motion that stays as it is, `3n×count`.
     sensed: Option<DMatrix<f64>>,
     /// How much farther off constraints are, `m×count`.

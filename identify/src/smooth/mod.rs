@@ -62,13 +62,29 @@ pub fn smooth(record: &Record) -> Result<Vec<Smoothed>, SmoothError> {
     let coordinates = 0..record.q.len();
     coordinates
         .into_par_iter()
-        .map(|i| {
-            let of = |error: SmoothError| error.of(&record.coordinates[i]);
-            let channels = Channels::of(record, i).map_err(of)?;
-            let smoother = Smoother::fit(&channels).map_err(of)?;
-            smoother.apply(&channels).map_err(of)
-        })
+        .map(|i| smooth_one(record, i))
         .collect()
+}
+
+/// The same of the coordinates that a column of the log shows; `None` for the others.
+///
+/// # Errors
+///
+/// As [`smooth`].
+pub fn smooth_measured(record: &Record) -> Result<Vec<Option<Smoothed>>, SmoothError> {
+    let coordinates = 0..record.q.len();
+    let measured = |i: usize| record.is_measured(i).then(|| smooth_one(record, i));
+    coordinates
+        .into_par_iter()
+        .map(|i| measured(i).transpose())
+        .collect()
+}
+
+fn smooth_one(record: &Record, i: usize) -> Result<Smoothed, SmoothError> {
+    let of = |error: SmoothError| error.of(&record.coordinates[i]);
+    let channels = Channels::of(record, i).map_err(of)?;
+    let smoother = Smoother::fit(&channels).map_err(of)?;
+    smoother.apply(&channels).map_err(of)
 }
 
 #[cfg(test)]

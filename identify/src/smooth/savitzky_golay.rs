@@ -190,7 +190,7 @@ pub struct SgStates {
 /// logged velocity, else the first derivative of `q`. `a`: the logged
 /// acceleration as it is, else the first derivative of the logged velocity,
 /// else the second derivative of `q`. Stretches between gaps are filtered
-/// apart.
+/// apart. Positions and velocities that no column shows are taken as they were estimated.
 ///
 /// # Errors
 ///
@@ -217,9 +217,14 @@ pub fn savgol_states(record: &Record) -> Result<SgStates, SmoothError> {
             });
             parts.flatten().collect()
         };
-        states.q.push(apply(channels.q, 0));
+        let smoothed = |values: &[f64]| match record.is_measured(i) {
+            true => apply(values, 0),
+            // An estimate is smooth already, and another filter would blunt it.
+            false => values.to_vec(),
+        };
+        states.q.push(smoothed(channels.q));
         states.v.push(match channels.dq {
-            Some(dq) => apply(dq, 0),
+            Some(dq) => smoothed(dq),
             None => apply(channels.q, 1),
         });
         states.a.push(match (channels.ddq, channels.dq) {

@@ -11,7 +11,7 @@ use super::places::{Place, places};
 use super::roles::{Role, Roles};
 use super::subject::Subject;
 use super::waves::Missing;
-use crate::machine::{Machine, SensitivityTape, Sensors};
+use crate::machine::{Instruments, Machine, SensitivityTape, Sensors};
 use dynamics_codegen::derive::Variable;
 use dynamics_codegen::dimension::Dimension;
 use dynamics_codegen::model::{Model, Parameter};
@@ -85,17 +85,29 @@ pub struct Dictionary {
     pub by_parameter: SensitivityTape,
     /// What sensors read, with derivatives by every parameter.
     pub sensors: Sensors,
+    /// What the model's own sensors show, with derivatives by every parameter.
+    pub instruments: Instruments,
     /// All candidates.
     pub candidates: Vec<Candidate>,
-    /// Per further shape, counted from one: the strengths of the candidates that
-    /// come in that shape, and the derivatives by them.
-    pub by_shape: Vec<(Vec<usize>, SensitivityTape)>,
+    /// Per further shape, counted from one: the candidates that come in it.
+    pub by_shape: Vec<Shape>,
     /// Default values of all parameters.
     pub defaults: Vec<f64>,
     /// Models with some of the candidates.
     pub(super) focuses: Focuses,
     /// The parameters that count waves, with the coordinate along which they do.
     wave_numbers: BTreeMap<usize, usize>,
+}
+
+/// The candidates that come in a further shape.
+#[derive(Debug)]
+pub struct Shape {
+    /// Their strengths.
+    pub strengths: Vec<usize>,
+    /// Derivatives by them.
+    pub slopes: SensitivityTape,
+    /// What the model's own sensors show, with derivatives by the same.
+    pub instruments: Instruments,
 }
 
 /// Where a log goes.
@@ -105,6 +117,8 @@ pub struct Ranges {
     pub positions: Vec<Vec<f64>>,
     /// Per coordinate the root mean square of its velocity.
     pub speeds: Vec<f64>,
+    /// Per coordinate, whether a column shows its position.
+    pub measured: Vec<bool>,
     /// Per input its sizes, ascending.
     pub inputs: Vec<Vec<f64>>,
     /// Per coordinate the force that the model lacks along it, where that is known.
@@ -180,6 +194,7 @@ impl Dictionary {
         let all: Vec<Variable> = (0..defaults.len()).map(Variable::Parameter).collect();
         let by_parameter = machine.sensitivity(&all);
         let sensors = machine.sensors(&all);
+        let instruments = machine.instruments(&all);
         let own = plain.model.parameters.len();
         let mut candidates: Vec<Candidate> = (0..own)
             .map(|index| Candidate {
@@ -190,7 +205,22 @@ impl Dictionary {
                 channel: false,
             })
             .collect();
+        let coordinates = &plain.model.coordinates;
+        let unmeasured = |name: &String| {
+            let pairs = coordinates.iter().zip(&ranges.measured);
+            pairs
+                .filter(|(c, _)| c.name == *name)
+                .any(|(_, measured)| !measured)
+        };
         for effect in &machine.compiled.model.effects[plain.model.effects.len()..] {
+            let senses = effect
+                .parameters
+                .iter()
+                .any(|p| sensors.sensing.contains(p));
+            // A sensor that is not there reads nothing wrong.
+            if senses && effect.on.iter().any(|(_, name)| unmeasured(name)) {
+                continue;
+            }
             candidates.push(Candidate {
                 subject: Subject::Effect {
                     template: effect.template.clone(),
@@ -199,11 +229,7 @@ impl Dictionary {
                 parameters: effect.parameters.clone(),
                 strengths: Vec::new(),
                 shapes: vec![Vec::new()],
-                channel: effect.on.iter().any(|(kind, _)| *kind == PortKind::Input)
-                    || effect
-                        .parameters
-                        .iter()
-                        .any(|p| sensors.sensing.contains(p)),
+                channel: senses || effect.on.iter().any(|(kind, _)| *kind == PortKind::Input),
             });
         }
         let mut dictionary = Self {
@@ -211,6 +237,7 @@ impl Dictionary {
             focuses: Focuses::new(source),
             by_parameter,
             sensors,
+            instruments,
             candidates,
             by_shape: Vec::new(),
             defaults,
@@ -293,7 +320,11 @@ impl Dictionary {
                 let strengths: Vec<usize> = self.strengths_with_shape(shape).collect();
                 let variables: Vec<Variable> =
                     strengths.iter().copied().map(Variable::Parameter).collect();
-                (strengths, self.machine.sensitivity(&variables))
+                Shape {
+                    slopes: self.machine.sensitivity(&variables),
+                    instruments: self.machine.instruments(&variables),
+                    strengths,
+                }
             })
             .collect();
         // Where nothing else is said, an effect has its first shape.
@@ -457,6 +488,7 @@ mod tests {
             positions: vec![vec![-1.0, 0.0, 1.0]; 2],
             speeds: vec![1.0; 2],
             inputs: vec![vec![0.0, 1.0, 2.0]; 2],
+            measured: vec![true; 2],
             missing: Vec::new(),
         };
         let (library, none) = (Library::builtin(), BTreeMap::new());

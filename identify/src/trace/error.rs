@@ -66,6 +66,23 @@ pub enum TraceError {
         /// By how much.
         worst: f64,
     },
+    /// Nothing shows a coordinate.
+    #[error(
+        "no column shows coordinate `{coordinate}`, and the sensors that the log has ({sensors}) do not \
+         determine it: with the model they leave it open to ±{sd:.2} {unit}. Log its position \
+         `q_{coordinate}`, or state and log a sensor that depends on it, such as an encoder, the \
+         position of a point, or an accelerometer where gravity shows which way it is turned"
+    )]
+    Undetermined {
+        /// Which.
+        coordinate: String,
+        /// Those that the log has.
+        sensors: String,
+        /// How uncertain it is, in its unit.
+        sd: f64,
+        /// Its unit.
+        unit: String,
+    },
     /// A log of a machine at rest.
     #[error(
         "nothing moves in {log}: every position is constant. A model is judged by its motion: give a \

@@ -5,10 +5,11 @@ use super::dictionary::Ranges;
 use super::focus::Focus;
 use super::input_noise::InputNoise;
 use super::sensor_memory::SensorMemory;
+use super::unmeasured::Echo;
 use crate::log::{Record, Warning, stretches};
 use crate::machine::{History, States, shifted};
 use crate::regression::{CORRELATION, Hold, Readings, derivative, divided};
-use crate::smooth::{ChannelNoise, SmoothError, Smoothed, smooth};
+use crate::smooth::{ChannelNoise, SmoothError, Smoothed, smooth_measured};
 use nalgebra::DVector;
 use std::ops::Range;
 use std::sync::Arc;
@@ -34,28 +35,35 @@ pub struct Observed {
     pub correlation: DVector<f64>,
     /// What inputs do between samples.
     pub hold: Hold,
+    /// What noise of the sensors makes of estimates; empty until somebody asks, and where
+    /// everything is measured.
+    pub echo: Echo,
 }
 
 impl Observed {
-    /// The kinematic estimate: smooth motion, no dynamics.
+    /// The kinematic estimate: smooth motion, no dynamics. Where nothing measures a coordinate,
+    /// what the record says of it.
     ///
     /// # Errors
     /// If the log cannot be smoothed.
     pub fn new(mut record: Record, hold: Hold) -> Result<Self, SmoothError> {
-        let mut smoothed = smooth(&record)?;
+        let mut smoothed = smooth_measured(&record)?;
         if drop_filtered_channels(&mut record, &smoothed) {
-            smoothed = smooth(&record)?;
+            smoothed = smooth_measured(&record)?;
         }
-        let noise = |pick: fn(&ChannelNoise) -> Option<f64>| {
-            smoothed
-                .iter()
-                .map(|s| pick(&s.noise).unwrap_or(f64::INFINITY))
-                .collect()
+        let estimated = |i: usize| record.sensed.as_ref().map(|sensed| sensed.sd[i]);
+        let noise = |pick: fn(&ChannelNoise) -> Option<f64>, derivative: usize| {
+            let each = smoothed.iter().enumerate();
+            let of = |(i, smoothed): (usize, &Option<Smoothed>)| match smoothed {
+                Some(smoothed) => pick(&smoothed.noise),
+                None => estimated(i).and_then(|sd| sd.get(derivative).copied()),
+            };
+            each.map(|one| of(one).unwrap_or(f64::INFINITY)).collect()
         };
-        let curve = States::along(&record, &smoothed);
-        let position_sd = noise(|n| Some(n.sd_q));
-        let velocity_sd = noise(|n| n.sd_dq);
-        let acceleration_sd = noise(|n| n.sd_ddq);
+        let curve = curve(&record, &smoothed);
+        let position_sd = noise(|n| Some(n.sd_q), 0);
+        let velocity_sd = noise(|n| n.sd_dq, 1);
+        let acceleration_sd = noise(|n| n.sd_ddq, 2);
         Ok(Self {
             sensor_memory: SensorMemory::none(record.q.len()),
             input_noise: vec![InputNoise::default(); record.u.len()],
@@ -66,6 +74,7 @@ impl Observed {
             acceleration_sd,
             correlation: DVector::from_element(smoothed.len(), CORRELATION),
             hold,
+            echo: Echo::new(),
         })
     }
 
@@ -120,6 +129,7 @@ impl Observed {
             input_noise: self.input_noise.clone(),
             correlation: self.correlation.clone(),
             hold: self.hold,
+            echo: Echo::new(),
         })
     }
 
@@ -228,6 +238,12 @@ impl Observed {
             acceleration: self.record.ddq.clone(),
             acceleration_sd: self.white_equivalent(2),
             aside: self.record.aside.clone(),
+            instruments: self
+                .record
+                .sensed
+                .iter()
+                .flat_map(|s| s.readings.clone())
+                .collect(),
             log_slope: 0.0,
         }
     }
@@ -270,6 +286,9 @@ impl Observed {
         };
         Ranges {
             positions: self.record.q.iter().map(sorted).collect(),
+            measured: (0..self.record.q.len())
+                .map(|i| self.record.is_measured(i))
+                .collect(),
             speeds: self.curve.v.iter().map(usual).collect(),
             inputs: self.record.u.iter().map(sizes).collect(),
             missing: Vec::new(),
@@ -284,15 +303,33 @@ const LEAD_IN: usize = 3;
 /// A log is not cut unless it is this many times as long as what is needed.
 const WORTH_CUTTING: f64 = 1.5;
 
+/// The smoothed motion of a record with its inputs; where nothing measures a coordinate, what the
+/// record says of it.
+fn curve(record: &Record, smoothed: &[Option<Smoothed>]) -> States {
+    let of = |i: usize| match (&smoothed[i], &record.dq[i]) {
+        (Some(smoothed), _) => (smoothed.q.clone(), smoothed.v.clone()),
+        (None, Some(rate)) => (record.q[i].clone(), rate.clone()),
+        (None, None) => (record.q[i].clone(), derivative(&record.t, &record.q[i])),
+    };
+    let (q, v) = (0..smoothed.len()).map(of).unzip();
+    States {
+        t: record.t.clone(),
+        q,
+        v,
+        u: record.u.clone(),
+        ..States::default()
+    }
+}
+
 /// A velocity or acceleration whose errors follow one another this closely was
 /// filtered before it was logged: it carries no news, only somebody's idea of it.
 const FILTERED: f64 = 0.5;
 
 /// Takes out channels that are no sensor's; says whether there were any.
-fn drop_filtered_channels(record: &mut Record, smoothed: &[Smoothed]) -> bool {
+fn drop_filtered_channels(record: &mut Record, smoothed: &[Option<Smoothed>]) -> bool {
     let mut dropped = false;
     for (i, smoothed) in smoothed.iter().enumerate() {
-        for innovations in &smoothed.innovations {
+        for innovations in smoothed.iter().flat_map(|smoothed| &smoothed.innovations) {
             let channel = match innovations.channel {
                 "dq" => &mut record.dq[i],
                 "ddq" => &mut record.ddq[i],

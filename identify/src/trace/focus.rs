@@ -5,8 +5,10 @@
 //! model that never heard of them moves in the same way at a fraction of the cost.
 
 use super::dictionary::{Dictionary, Source};
+use super::estimate::Observed;
 use super::subject::Subject;
-use crate::machine::{Machine, SensitivityTape, Sensors};
+use crate::machine::{Instruments, Machine, SensitivityTape, Sensors};
+use crate::regression::{Columns, Mover};
 use dynamics_codegen::derive::Variable;
 use dynamics_codegen::syntax::written_name;
 use dynamics_codegen::{Compiled, Library, Report, Variables, compile_keeping};
@@ -25,6 +27,9 @@ pub struct Focus {
     pub by_parameter: SensitivityTape,
     /// What sensors read, with derivatives by the same.
     pub sensors: Sensors,
+    /// What the model's own sensors show, with derivatives by positions and velocities, and by the
+    /// candidates' parameters.
+    instruments: [Instruments; 2],
     /// Per parameter of the model: which one of the dictionary's it is.
     places: Vec<usize>,
 }
@@ -33,6 +38,29 @@ impl Focus {
     /// The model's parameters out of all the dictionary's.
     pub fn values(&self, all: &[f64]) -> Vec<f64> {
         self.places.iter().map(|&place| all[place]).collect()
+    }
+
+    /// The machine along a log, with these values of its own parameters.
+    pub fn mover<'a>(&'a self, observed: &Observed, parameters: &'a [f64]) -> Mover<'a> {
+        let [by_state, _] = &self.instruments;
+        Mover {
+            machine: &self.machine,
+            slopes: &self.slopes,
+            instruments: observed.record.sensed.as_ref().map(|_| by_state),
+            parameters,
+        }
+    }
+
+    /// What its candidates add along a log, in the order of their parameters.
+    pub fn columns<'a>(&'a self, observed: &Observed, parameters: &'a [f64]) -> Columns<'a> {
+        let [_, by_parameter] = &self.instruments;
+        Columns {
+            machine: &self.machine,
+            tape: &self.by_parameter,
+            sensors: Some(&self.sensors),
+            instruments: observed.record.sensed.as_ref().map(|_| by_parameter),
+            parameters,
+        }
     }
 
     fn new(dictionary: &Dictionary, candidates: &[usize], compiled: Compiled) -> Option<Self> {
@@ -60,6 +88,7 @@ impl Focus {
             slopes: machine.sensitivity(&state),
             by_parameter: machine.sensitivity(variables),
             sensors: machine.sensors(variables),
+            instruments: [machine.instruments(&state), machine.instruments(variables)],
             machine,
             places,
         }

@@ -16,6 +16,7 @@ use super::score::{
 use super::selection::{Selection, Term};
 use super::series::{Explained, Series};
 use super::subject::Subject;
+use super::unmeasured::{echo, take};
 use crate::log::Record;
 use crate::regression::Hold;
 use crate::smooth::{SmoothError, savgol_states};
@@ -109,6 +110,16 @@ pub(super) fn judge(
         ScoreError::Smooth(error) => TraceError::Smooth(error),
         ScoreError::Solve(error) => TraceError::at(error, &test.t),
     };
+    let located = |error| TraceError::at(error, &test.t);
+    let (accepted, values) = (selection.accepted(), &selection.values);
+    // Of what nothing measures, the best estimate is that of the patched model.
+    let mut estimated = test.clone();
+    if test.sensed.is_some() {
+        let observed = as_observed(test, selection, hold)?;
+        let known = smooth(dictionary, &accepted, observed, values).map_err(located)?;
+        take(&mut estimated, &known.observed.curve);
+    }
+    let test = &estimated;
     let models = Models::new(dictionary, selection);
     let Models { given, patched } = &models;
     let before = given.scoring(hold, request.horizon);
@@ -119,17 +130,11 @@ pub(super) fn judge(
     let after = after.look(&faultless).map_err(failed)?;
     // The states of the test log as the patched model sees them, from where faultless sensors
     // would have.
-    let mut observed = Observed::new(test.clone(), hold)?;
-    let own = &selection.observed;
-    observed.input_noise.clone_from(&own.input_noise);
-    observed.correlation.clone_from(&own.correlation);
-    observed.err_as(own);
+    let mut observed = as_observed(test, selection, hold)?;
     let as_logged = observed.clone();
     if patched.focus.machine.has_sensor_errors() {
         observed.curve = Observed::new(faultless, hold)?.curve;
     }
-    let located = |error| TraceError::at(error, &test.t);
-    let (accepted, values) = (selection.accepted(), &selection.values);
     let explanation = smooth(dictionary, &accepted, observed, values).map_err(located)?;
     let foretold = match accepted.is_empty() {
         true => None,
@@ -141,7 +146,11 @@ pub(super) fn judge(
             Some(Foretold::new(&given, &patched))
         }
     };
-    let observed = explanation.observed;
+    let echo = echo(dictionary, &accepted, &explanation, request.seed).map_err(located)?;
+    let observed = Observed {
+        echo,
+        ..explanation.observed
+    };
     // Those that are not worth a name are what shakes any machine.
     let forces_remain = something_remains(&selection.remaining);
     let floor = floor
@@ -164,6 +173,18 @@ pub(super) fn judge(
         series,
         foretold,
     })
+}
+
+/// A log that is judged by, with what was learnt of noise.
+fn as_observed(test: &Record, selection: &Selection, hold: Hold) -> Result<Observed, SmoothError> {
+    let own = &selection.observed;
+    let mut observed = Observed {
+        input_noise: own.input_noise.clone(),
+        correlation: own.correlation.clone(),
+        ..Observed::new(test.clone(), hold)?
+    };
+    observed.err_as(own);
+    Ok(observed)
 }
 
 /// The errors of the model with some terms, and with the dictionary's parameters at some values, on

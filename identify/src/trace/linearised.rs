@@ -6,7 +6,7 @@ use super::focus::Focus;
 use super::refine::{Explanation, refine_curve};
 use super::settle::noise;
 use crate::machine::SolveError;
-use crate::regression::{Columns, ErrorDynamics, ProcessNoise};
+use crate::regression::{ErrorDynamics, ProcessNoise};
 
 /// Some unexplained force to begin with.
 pub(super) fn first_noise(
@@ -30,16 +30,10 @@ pub(super) fn linearised(
     observed: &Observed,
     values: &[f64],
 ) -> Result<ErrorDynamics, SolveError> {
-    let none: [Columns<'_>; 0] = [];
-    ErrorDynamics::new(
-        &focus.machine,
-        &focus.slopes,
-        &none,
-        &observed.curve,
-        observed.hold,
-        &focus.values(values),
-        &observed.correlation,
-    )
+    let parameters = focus.values(values);
+    let mover = focus.mover(observed, &parameters);
+    let (curve, hold) = (&observed.curve, observed.hold);
+    ErrorDynamics::new(mover, &[], curve, hold, &observed.correlation)
 }
 
 /// A log under a model: its curve moved to where sensors and model agree, beside forces without a name

@@ -1,9 +1,12 @@
 //! What is learnt from and what is judged by.
 
+use super::dictionary::Source;
 use super::error::TraceError;
 use super::outcome::Split;
 use super::run::Request;
-use crate::log::{Log, MINIMUM_SAMPLES, Record};
+use super::unmeasured::estimated;
+use crate::log::{Gauge, Log, MINIMUM_SAMPLES, Record};
+use crate::regression::Hold;
 use dynamics_codegen::Compiled;
 use dynamics_codegen::syntax::PortKind;
 
@@ -28,18 +31,23 @@ pub(super) struct Logs {
 }
 
 impl Logs {
-    /// The logs of a request as `plain`, the model as given, reads them.
+    /// The logs of a request as `plain`, the model of `source` as given, reads them.
     ///
     /// # Errors
     /// If the logs lack what the model needs, or nothing moves in them.
-    pub fn of(request: &Request<'_>, plain: &Compiled) -> Result<Self, TraceError> {
+    pub fn of(
+        request: &Request<'_>,
+        source: &Source<'_>,
+        plain: &Compiled,
+    ) -> Result<Self, TraceError> {
         check_length(request.train)?;
         request.test.map_or(Ok(()), check_length)?;
         let (train, test, split) = split(request, plain)?;
+        let hold = request.hold.unwrap_or(Hold::Linear);
+        let train = estimated(source, as_driven(plain, thinned(train)), hold)?;
+        let test = estimated(source, as_driven(plain, test), hold)?;
         check_motion(&train, &split.train_log)?;
         check_motion(&test, &split.test_log)?;
-        let train = as_driven(plain, thinned(train));
-        let test = as_driven(plain, test);
         Ok(Self { train, test, split })
     }
 }
@@ -65,13 +73,11 @@ fn split(request: &Request<'_>, plain: &Compiled) -> Result<(Record, Record, Spl
         .map(|c| c.name.clone())
         .collect();
     let inputs: Vec<String> = plain.model.inputs.iter().map(|u| u.name.clone()).collect();
-    let whole = request.train.select(&coordinates, &inputs)?;
+    let gauges = Gauge::of(&plain.model);
+    let select = |log: &Log| log.select_sensed(&coordinates, &inputs, &gauges);
+    let whole = select(request.train)?;
     let (train, test, method) = match request.test {
-        Some(test) => (
-            whole,
-            test.select(&coordinates, &inputs)?,
-            "a log of its own".to_string(),
-        ),
+        Some(test) => (whole, select(test)?, "a log of its own".to_string()),
         None => {
             let needed = 3 * FEWEST;
             if whole.len() < needed {

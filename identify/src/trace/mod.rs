@@ -43,6 +43,9 @@ mod settings;
 mod settle;
 mod slow_errors;
 mod subject;
+#[cfg(test)]
+pub(crate) mod swing;
+mod unmeasured;
 mod waves;
 #[cfg(test)]
 mod wheel;
@@ -68,3 +71,4 @@ pub(crate) use score::{deviation, errors, filtered, inner_samples};
 pub use separate::SeparatingMotion;
 pub use series::{CoordinateSeries, Details, Explained, InputSeries, Prediction, Series, Weighed};
 pub(crate) use subject::Subject;
+pub(crate) use unmeasured::estimated_motion;

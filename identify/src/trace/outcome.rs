@@ -171,7 +171,10 @@ pub struct Outcome {
 pub(super) fn sensor_noise(observed: &Observed) -> BTreeMap<String, f64> {
     let record = &observed.record;
     let mut noise = BTreeMap::new();
-    for (i, name) in record.coordinates.iter().enumerate() {
+    let sensed = record.sensed.iter().flat_map(|sensed| &sensed.readings);
+    noise.extend(sensed.map(|reading| (reading.name.clone(), reading.sd)));
+    let coordinates = record.coordinates.iter().enumerate();
+    for (i, name) in coordinates.filter(|(i, _)| record.is_measured(*i)) {
         noise.insert(format!("q_{name}"), observed.position_sd[i]);
         if record.dq[i].is_some() {
             noise.insert(format!("dq_{name}"), observed.velocity_sd[i]);

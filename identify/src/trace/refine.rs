@@ -7,7 +7,7 @@ use super::score::NEGLIGIBLE;
 use super::settings::NO_EXCESS;
 use super::settle::{Adapt, SMALLEST_SHARE, settle, unexplained};
 use crate::machine::{SolveError, States};
-use crate::regression::{Columns, ErrorDynamics, Gram, ProcessNoise, Readings, Whitener};
+use crate::regression::{ErrorDynamics, Gram, ProcessNoise, Readings, Whitener};
 use nalgebra::{DMatrix, DVector};
 
 /// An explanation of the log: parameters, the motion that goes with them, and the
@@ -132,20 +132,14 @@ fn refine_some(
     let (mut uphill, mut detour) = (0, false);
     for step in 1..=STEPS {
         let values = focus.values(&explanation.values);
-        let columns = [Columns {
-            machine: &focus.machine,
-            tape: &focus.by_parameter,
-            sensors: Some(&focus.sensors),
-            parameters: &values,
-        }];
+        let observed = &explanation.observed;
+        let columns = [focus.columns(observed, &values)];
         let dynamics = ErrorDynamics::new(
-            &focus.machine,
-            &focus.slopes,
+            focus.mover(observed, &values),
             if parameters.is_empty() { &[] } else { &columns },
-            &explanation.observed.curve,
-            explanation.observed.hold,
-            &values,
-            &explanation.observed.correlation,
+            &observed.curve,
+            observed.hold,
+            &observed.correlation,
         );
         // Where a step leads to a place that cannot be, a shorter one may do.
         let dynamics = match (dynamics, &best) {
@@ -278,6 +272,7 @@ fn reach(dynamics: &ErrorDynamics, count: usize, curve: &States) -> Vec<f64> {
     let largest = dynamics.acceleration_scale.max();
     let spreads: Vec<f64> = curve.q.iter().map(|q| spread(q)).collect();
     let read = dynamics.sensed.sizes();
+    let instruments = shown_spreads(dynamics);
     let reach = |column: usize| {
         let accelerated = (0..dynamics.coordinate_count()).map(|i| {
             let own = dynamics.acceleration_scale[i];
@@ -298,9 +293,31 @@ fn reach(dynamics: &ErrorDynamics, count: usize, curve: &States) -> Vec<f64> {
                 .filter(|(_, spread)| **spread > 0.0);
             each.map(|(size, spread)| size / spread)
         });
-        1.0 / accelerated.chain(shown).fold(0.0, f64::max)
+        let moving = instruments.iter().filter(|(_, spread)| *spread > 0.0);
+        let by_instrument = moving.map(|&(sensor, spread)| {
+            let shown = dynamics.shown.iter();
+            let squares = shown.map(|shown| shown.values[(sensor, column + 1)].powi(2));
+            (squares.sum::<f64>() / samples).sqrt() / spread
+        });
+        let all = accelerated.chain(shown).chain(by_instrument);
+        1.0 / all.fold(0.0, f64::max)
     };
     (0..count).map(reach).collect()
+}
+
+/// Per sensor of the model that the log may have, its place and by how much it changes along the
+/// curve.
+fn shown_spreads(dynamics: &ErrorDynamics) -> Vec<(usize, f64)> {
+    let count = dynamics
+        .shown
+        .first()
+        .map_or(0, |shown| shown.values.nrows());
+    let along = |sensor: usize| {
+        let shown = dynamics.shown.iter();
+        let values: Vec<f64> = shown.map(|shown| shown.values[(sensor, 0)]).collect();
+        (sensor, spread(&values))
+    };
+    (0..count).map(along).collect()
 }
 
 /// Standard deviation.
@@ -383,6 +400,7 @@ mod tests {
             positions: vec![vec![0.0, 1.0]],
             speeds: vec![1.0],
             inputs: vec![vec![0.0, 1.0]],
+            measured: vec![true],
             missing: Vec::new(),
         };
         let dictionary = Dictionary::new(&source, &ranges).unwrap();

@@ -41,6 +41,7 @@ impl Roles {
         terms.extend(&system.constraint_bias);
         terms.extend(&system.constraint_residual);
         terms.extend(&system.measured);
+        terms.extend(&system.sensors);
         terms.extend(&system.state_rates);
         terms.extend(&system.initial_states);
         let symbols: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();

@@ -92,7 +92,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     progress.enter(Stage::Columns, &[]);
     let plain = source.compile().map_err(Box::new)?;
     check_overrides(&plain, &request.parameters)?;
-    let logs = Logs::of(request, &plain)?;
+    let logs = Logs::of(request, &source, &plain)?;
     let plain = Machine::new(plain);
     let misread = misread::misread(misread::Look {
         machine: &plain,

@@ -1,7 +1,7 @@
 //! How far the model is from a log: the figures that are reported before and after.
 
 use super::estimate::Observed;
-use crate::log::{Record, is_aside, rms};
+use crate::log::{Record, rms};
 use crate::machine::{Machine, Motion, Rollout, RolloutOptions, Simulated, SolveError, States};
 use crate::regression::Hold;
 use crate::smooth::{SgStates, SmoothError, savgol_states};
@@ -325,7 +325,7 @@ impl Scoring<'_> {
                 for i in 0..n {
                     let measured = record.q[i][start + k + 1];
                     predicted.q[i][start + k + 1] = state.q[i][window];
-                    if is_aside(&record.aside.q[i], start + k + 1) {
+                    if record.is_set_aside(i, start + k + 1) {
                         continue;
                     }
                     count[i] += 1;
@@ -515,7 +515,8 @@ pub(super) fn with_noise(mut record: Record, observed: &Observed, seed: u64) -> 
         }
     };
     let memory = &observed.sensor_memory.0;
-    for i in 0..record.q.len() {
+    let measured: Vec<bool> = (0..record.q.len()).map(|i| record.is_measured(i)).collect();
+    for i in (0..record.q.len()).filter(|&i| measured[i]) {
         shake(&mut record.q[i], observed.position_sd[i], memory[0][i]);
         if let Some(values) = &mut record.dq[i] {
             shake(values, observed.velocity_sd[i], memory[1][i]);
@@ -526,6 +527,21 @@ pub(super) fn with_noise(mut record: Record, observed: &Observed, seed: u64) -> 
     }
     for (input, sd) in observed.noisy_inputs() {
         shake(&mut record.u[input], sd, 0.0);
+    }
+    for (i, [q, v]) in observed
+        .echo
+        .iter()
+        .enumerate()
+        .filter(|(i, _)| !measured[*i])
+    {
+        let add = |values: &mut [f64], by: &[f64]| {
+            values
+                .iter_mut()
+                .zip(by)
+                .for_each(|(value, by)| *value += by);
+        };
+        add(&mut record.q[i], q);
+        record.dq[i].iter_mut().for_each(|values| add(values, v));
     }
     observed.felt_in(&record)
 }
@@ -556,6 +572,7 @@ mod tests {
             commanded: Vec::new(),
             aside: Aside::default(),
             doubts: Vec::new(),
+            sensed: None,
             warnings: Vec::new(),
         };
         let shares = |scale: [f64; 2]| combine(&record, &[0.5, 0.5], &scale).total;

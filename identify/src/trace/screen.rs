@@ -1,6 +1,6 @@
 //! Every candidate's worth beside the accepted terms, by one linear pass.
 
-use super::dictionary::Dictionary;
+use super::dictionary::{Dictionary, Shape};
 use super::refine::Explanation;
 use super::settle::{Adapt, settle};
 use crate::machine::SolveError;
@@ -69,29 +69,32 @@ impl<'a> Screen<'a> {
             .map(|shape| with_shape(dictionary, explanation, accepted, shape))
             .collect();
         let focus = dictionary.focus(accepted);
+        let observed = &explanation.observed;
+        let sensed = observed.record.sensed.as_ref();
         let machine = &dictionary.machine;
         let mut columns = vec![Columns {
             machine,
             tape: &dictionary.by_parameter,
             sensors: Some(&dictionary.sensors),
+            instruments: sensed.map(|_| &dictionary.instruments),
             parameters: &explanation.values,
         }];
-        for ((_, tape), parameters) in dictionary.by_shape.iter().zip(&shaped) {
+        for (shape, parameters) in dictionary.by_shape.iter().zip(&shaped) {
             columns.push(Columns {
                 machine,
-                tape,
+                tape: &shape.slopes,
                 sensors: None,
+                instruments: sensed.map(|_| &shape.instruments),
                 parameters,
             });
         }
+        let values = focus.values(&explanation.values);
         let dynamics = ErrorDynamics::new(
-            &focus.machine,
-            &focus.slopes,
+            focus.mover(observed, &values),
             &columns,
-            &explanation.observed.curve,
-            explanation.observed.hold,
-            &focus.values(&explanation.values),
-            &explanation.observed.correlation,
+            &observed.curve,
+            observed.hold,
+            &observed.correlation,
         )?;
         let accelerations = dynamics.accelerations();
         let values = &explanation.values;
@@ -345,7 +348,7 @@ pub(super) fn options(dictionary: &Dictionary, accepted: &[usize]) -> Vec<Shaped
         })
         .collect();
     let mut first = dictionary.defaults.len();
-    for (shape, (strengths, _)) in dictionary.by_shape.iter().enumerate() {
+    for (shape, Shape { strengths, .. }) in dictionary.by_shape.iter().enumerate() {
         for (candidate, c) in candidates().filter(|(_, c)| c.shapes.len() > shape + 1) {
             let column_of = |s: &usize| strengths.iter().position(|x| x == s);
             let columns = c.strengths.iter().filter_map(column_of);

@@ -17,6 +17,8 @@ pub(super) struct File {
     #[serde(default)]
     pub columns: BTreeMap<Spanned<String>, Column>,
     #[serde(default)]
+    pub sensors: BTreeMap<Spanned<String>, Column>,
+    #[serde(default)]
     pub transmission: Vec<Spanned<Transmission>>,
 }
 
@@ -72,7 +74,7 @@ impl<'de> Deserialize<'de> for Source {
     }
 }
 
-/// `q_arm = { … }` under `[columns]`
+/// `q_arm = { … }` under `[columns]`, `gyro_z = { … }` under `[sensors]`
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Column {

@@ -255,6 +255,11 @@ impl Reader<'_> {
             channels: Vec::new(),
         };
         for (name, column) in &file.columns {
+            self.check_name(name)?;
+            let channel = self.channel(name, column)?;
+            map.channels.push(channel);
+        }
+        for (name, column) in &file.sensors {
             let channel = self.channel(name, column)?;
             map.channels.push(channel);
         }
@@ -324,20 +329,24 @@ impl Reader<'_> {
         Ok(stated.iter().map(|name| name.get_ref().clone()).collect())
     }
 
+    /// What stands under `[columns]` is about a coordinate or an input.
+    fn check_name(&self, name: &Spanned<String>) -> Result<(), MapError> {
+        let text = name.get_ref();
+        let mut prefixes = PREFIXES.iter().chain(&[COMMANDED]);
+        if prefixes.any(|prefix| text.len() > prefix.len() && text.starts_with(prefix)) {
+            return Ok(());
+        }
+        let message = format!("`{text}` is no channel");
+        let mend = format!(
+            "write `q_{text}` for a position, `dq_` for a velocity, `ddq_` for an acceleration, `u_` for an \
+             input; what shows a sensor of the model stands under `[sensors]`"
+        );
+        Err(self.fault(Some(name.span()), message, &mend))
+    }
+
     fn channel(&self, name: &Spanned<String>, column: &Column) -> Result<Channel, MapError> {
         let place = Some(name.span());
         let text = name.get_ref();
-        if !PREFIXES
-            .iter()
-            .chain(&[COMMANDED])
-            .any(|prefix| text.len() > prefix.len() && text.starts_with(prefix))
-        {
-            let message = format!("`{text}` is no channel");
-            let mend = format!(
-                "write `q_{text}` for a position, `dq_` for a velocity, `ddq_` for an acceleration, `u_` for an input"
-            );
-            return Err(self.fault(place, message, &mend));
-        }
         let unit = |unit: &Option<Spanned<String>>| match unit {
             Some(unit) => Ok((self.unit(unit)?, unit::turn(unit.get_ref()))),
             None => Ok((1.0, unit::turn("rad"))),

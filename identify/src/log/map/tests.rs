@@ -290,6 +290,7 @@ fn start(columns: &[&str], coordinates: &[&str], inputs: &[&str]) -> String {
     let wanted = Wanted {
         coordinates: axes(coordinates, "rad"),
         inputs: axes(inputs, "N*m"),
+        gauges: Vec::new(),
     };
     template(&seen, &wanted)
 }
@@ -329,6 +330,7 @@ fn a_template_has_the_units_of_the_model() {
     let wanted = Wanted {
         coordinates: vec![axis("cart", "m"), axis("pole", "rad")],
         inputs: vec![axis("cart", "N")],
+        gauges: Vec::new(),
     };
     insta::assert_snapshot!(template(&columns, &wanted));
 }
@@ -342,6 +344,7 @@ fn a_template_numbers_columns_without_a_header() {
     let wanted = Wanted {
         coordinates: vec![axis("arm", "rad")],
         inputs: vec![axis("arm", "N*m")],
+        gauges: Vec::new(),
     };
     insta::assert_snapshot!(template(error.columns().unwrap(), &wanted));
     let map = r#"
@@ -517,4 +520,15 @@ mod any_text {
             prop_assert!(Map::parse("x.toml", &text).is_ok(), "{}", text);
         }
     }
+}
+
+/// What a model calls `gyro_z` stands in degrees per second in a column of another name.
+#[test]
+fn sensors_have_a_table_of_their_own() {
+    let text = csv("t,imu.z", |k| vec![0.01 * k as f64, 90.0]);
+    let log = mapped(
+        "[sensors]\ngyro_z = { column = \"imu.z\", unit = \"deg/s\", sign = -1 }",
+        &text,
+    );
+    close(&log.channels["gyro_z"], |_| -std::f64::consts::FRAC_PI_2);
 }

@@ -19,7 +19,7 @@ pub(crate) use floor::force_floor;
 pub(super) use judge::judge;
 
 use super::corrected::corrected;
-use super::dictionary::Dictionary;
+use super::dictionary::{Dictionary, Shape};
 use super::error::TraceError;
 use super::estimate::Observed;
 use super::finding::{Rival, says_no_strength};
@@ -29,7 +29,7 @@ use super::screen::{ShapedCandidate, options};
 use super::selection::{Selection, Term};
 use super::settings::WORTH_IT;
 use crate::log::rms;
-use crate::machine::{SensitivityTape, SolveError};
+use crate::machine::SolveError;
 use balance::{Balance, Forces};
 use choose::{Choice, State, reaches};
 use equations::Equations;
@@ -53,7 +53,10 @@ pub(super) fn learn(
     seed: u64,
 ) -> Result<Option<Selection>, TraceError> {
     let machine = &dictionary.machine;
-    if machine.input_count() == 0 || machine.constraint_count() > 0 {
+    // Forces are in balance with accelerations that were measured, not with what the model makes
+    // of other readings.
+    let is_measured = observed.record.sensed.is_none();
+    if machine.input_count() == 0 || machine.constraint_count() > 0 || !is_measured {
         return Ok(None);
     }
     let located = |error| TraceError::at(error, &observed.record.t);
@@ -199,14 +202,14 @@ fn terms(choice: &Choice<'_>, state: &State) -> Vec<Term> {
 fn columns(dictionary: &Dictionary, balance: &Balance) -> Result<Vec<Forces>, SolveError> {
     let (machine, defaults) = (&dictionary.machine, &dictionary.defaults);
     let first = || balance.added(machine, &dictionary.by_parameter, defaults);
-    let in_shape = |(shape, (_, tape)): (usize, &(Vec<usize>, SensitivityTape))| {
+    let in_shape = |(shape, of_shape): (usize, &Shape)| {
         let mut values = defaults.clone();
         for candidate in &dictionary.candidates {
             for &(parameter, value) in candidate.shapes.get(shape + 1).into_iter().flatten() {
                 values[parameter] = value;
             }
         }
-        balance.added(machine, tape, &values)
+        balance.added(machine, &of_shape.slopes, &values)
     };
     let further = || {
         let shapes = dictionary.by_shape.par_iter().enumerate();

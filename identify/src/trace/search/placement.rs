@@ -5,7 +5,7 @@
 //! the mass fitted anew for each place (variable projection) the way along it is open.
 
 use super::fit::Fitted;
-use crate::regression::{Columns, ErrorDynamics};
+use crate::regression::ErrorDynamics;
 use crate::trace::dictionary::Dictionary;
 use crate::trace::estimate::Observed;
 use crate::trace::refine::Explanation;
@@ -95,19 +95,11 @@ fn at(
     }
     let focus = dictionary.focus(all);
     let parameters = focus.values(&values);
-    let columns = [Columns {
-        machine: &focus.machine,
-        tape: &focus.by_parameter,
-        sensors: Some(&focus.sensors),
-        parameters: &parameters,
-    }];
     let dynamics = ErrorDynamics::new(
-        &focus.machine,
-        &focus.slopes,
-        &columns,
+        focus.mover(observed, &parameters),
+        &[focus.columns(observed, &parameters)],
         &observed.curve,
         observed.hold,
-        &parameters,
         &observed.correlation,
     );
     let dynamics = dynamics.ok()?;

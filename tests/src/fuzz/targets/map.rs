@@ -46,6 +46,7 @@ pub(super) fn run(input: &Input) -> bool {
     let wanted = Wanted {
         coordinates: axes("m"),
         inputs: axes(""),
+        gauges: Vec::new(),
     };
     let seen: Vec<Seen> = columns.iter().map(|name| Seen::named(name)).collect();
     let start = template(&seen, &wanted);

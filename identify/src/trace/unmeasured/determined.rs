@@ -1,0 +1,75 @@
+//! Whether the sensors determine each coordinate: by the information of the smoothing problem.
+
+use super::super::dictionary::Dictionary;
+use super::super::error::TraceError;
+use super::super::estimate::Observed;
+use super::super::linearised::linearised;
+use super::UNKNOWN;
+use crate::log::{Record, Warning, rms};
+use crate::regression::{ErrorDynamics, ProcessNoise, Whitener};
+
+/// What is left of the uncertainty of a position that readings do not determine.
+const UNDETERMINED: f64 = 0.1;
+/// Something depends on a position if an acceleration or a sensor changes by more than this in its
+/// unit.
+const DEPENDS: f64 = 1e-9;
+
+/// Notes in `record` how well its estimates are known, which are those of `observed`.
+///
+/// # Errors
+/// If the sensors leave a coordinate open that something depends on.
+pub(super) fn check(
+    dictionary: &Dictionary,
+    observed: &Observed,
+    noise: &ProcessNoise,
+    record: &mut Record,
+) -> Result<(), TraceError> {
+    let located = |error| TraceError::at(error, &observed.record.t);
+    let focus = dictionary.focus(&[]);
+    let values = &dictionary.defaults;
+    let dynamics = linearised(&focus, observed, values).map_err(located)?;
+    let readings = observed.readings(&focus, values, &dynamics.accelerations());
+    let variances = Whitener::new(&dynamics, &readings, noise).variances();
+    let n = dynamics.coordinate_count();
+    let sd = |row: usize| {
+        let each: Vec<f64> = variances.iter().map(|v| v[row].sqrt()).collect();
+        rms(&each)
+    };
+    for i in (0..n).filter(|&i| !observed.record.is_measured(i)) {
+        let (position, velocity) = (sd(i), sd(n + i));
+        let is_open = !(position < UNDETERMINED * UNKNOWN[0]);
+        let unit = focus.machine.compiled.model.coordinates[i].unit.clone();
+        let coordinate = record.coordinates[i].clone();
+        if is_open && matters(&dynamics, i) {
+            let sensed = record.sensed.iter().flat_map(|sensed| &sensed.readings);
+            let sensors: Vec<String> = sensed.map(|r| format!("`{}`", r.name)).collect();
+            return Err(TraceError::Undetermined {
+                coordinate,
+                sensors: sensors.join(", "),
+                sd: position,
+                unit,
+            });
+        }
+        record.warnings.push(Warning::Unmeasured {
+            coordinate,
+            sd: (!is_open).then_some(position),
+            unit,
+        });
+        if let Some(sensed) = &mut record.sensed {
+            // Where a position has no meaning, its start is as good as any.
+            sensed.sd[i] = match is_open {
+                true => UNKNOWN.map(|sd| sd / super::WITHIN),
+                false => [position, velocity],
+            };
+        }
+    }
+    Ok(())
+}
+
+/// Whether a motion or a sensor depends on a position.
+fn matters(dynamics: &ErrorDynamics, i: usize) -> bool {
+    let moves = |column: nalgebra::DVectorView<'_, f64>| column.amax() > DEPENDS;
+    let shown = dynamics.shown.iter().map(|shown| &shown.slope);
+    let mut all = dynamics.slope.iter().chain(shown);
+    all.any(|slope| moves(slope.column(i)))
+}

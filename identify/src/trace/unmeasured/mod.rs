@@ -1,0 +1,131 @@
+//! Coordinates that no column of a log measures, estimated from the model's own sensors.
+//!
+//! A log of gyroscopes, accelerometers and encoders shows a motion all the same. It is looked for
+//! in two steps. First without the model's dynamics: each coordinate's acceleration comes and
+//! goes at random, and sensors and constraints are readings of positions, velocities and
+//! accelerations ([`start`]). Then through the model: the departure from that curve, beside forces
+//! without a name as large as the log says, so that a model that lacks something does not bend
+//! the motion more than the sensors demand ([`smooth`]). The search works on with the same
+//! sensors as rows of its likelihood ([`ErrorDynamics::shown`](crate::regression::ErrorDynamics::shown)); the estimates are the
+//! curve that it begins with and what predictions are compared with.
+
+mod determined;
+mod dials;
+mod echo;
+mod noise;
+mod start;
+
+pub(super) use echo::{Echo, echo};
+
+use super::dictionary::{Dictionary, Source};
+use super::error::TraceError;
+use super::estimate::Observed;
+use super::linearised::{linearised, smooth};
+use super::refine::Explanation;
+use crate::log::Record;
+use crate::machine::{Hold, Machine, SolveError, States};
+use crate::regression::Whitener;
+use dynamics_codegen::Library;
+use nalgebra::DVector;
+use std::collections::BTreeMap;
+
+/// Standard deviation of an unmeasured position \[rad, m\] and velocity \[per s\] before anything
+/// is known of them.
+const UNKNOWN: [f64; 2] = [3.0, 30.0];
+/// A filter begins within so many standard deviations of the curve.
+const WITHIN: f64 = 30.0;
+
+/// A record with estimates of the coordinates that nothing measures. Others are as they were.
+///
+/// # Errors
+/// If the sensors do not determine a coordinate that something depends on; if the log cannot be
+/// smoothed or the model not be evaluated along it.
+pub(super) fn estimated(
+    source: &Source<'_>,
+    mut record: Record,
+    hold: Hold,
+) -> Result<Record, TraceError> {
+    let Some(sensed) = &mut record.sensed else {
+        return Ok(record);
+    };
+    sensed.sd.fill(UNKNOWN.map(|sd| sd / WITHIN));
+    noise::estimate(sensed, &record.t);
+    let mut observed = Observed::new(record, hold)?;
+    let mut machine = Machine::new(source.compile().map_err(Box::new)?);
+    let values = source.values(&machine);
+    let start = start::start(&mut machine, &values, &observed)
+        .map_err(|error| TraceError::at(error, &observed.record.t))?;
+    take(&mut observed.record, &start);
+    observed.curve = start;
+    let dictionary = Dictionary::of_parameters(source, &observed.ranges()).map_err(Box::new)?;
+    let times = observed.record.t.clone();
+    let located = |error| TraceError::at(error, &times);
+    let known = through_model(&dictionary, observed).map_err(located)?;
+    let Explanation {
+        observed, noise, ..
+    } = known;
+    let mut record = observed.record.clone();
+    take(&mut record, &observed.curve);
+    determined::check(&dictionary, &observed, &noise, &mut record)?;
+    Ok(record)
+}
+
+/// The same, of a model given by name, text and effects, with values that replace nominal ones.
+///
+/// # Errors
+/// As of [`estimated`].
+pub(crate) fn estimated_motion(
+    (name, text, library): (&str, &str, &Library),
+    parameters: &BTreeMap<String, f64>,
+    record: Record,
+    hold: Hold,
+) -> Result<Record, TraceError> {
+    let source = Source {
+        name,
+        text,
+        library,
+        parameters,
+    };
+    estimated(&source, record, hold)
+}
+
+/// Rounds in which noise and motion are brought to agree.
+const ROUNDS: usize = 4;
+
+/// The motion where the sensors and the model as given agree best, beside forces without a name,
+/// with the sensors as noisy as they are there.
+fn through_model(
+    dictionary: &Dictionary,
+    mut observed: Observed,
+) -> Result<Explanation, SolveError> {
+    let (focus, values) = (dictionary.focus(&[]), &dictionary.defaults);
+    for round in 1.. {
+        let known = smooth(dictionary, &[], observed, values)?;
+        let dynamics = linearised(&focus, &known.observed, values)?;
+        let accelerations = dynamics.accelerations();
+        let readings = known.observed.readings(&focus, values, &accelerations);
+        let whitener = Whitener::new(&dynamics, &readings, &known.noise);
+        let evidence = whitener.noise_evidence(&DVector::zeros(0));
+        let mut sharper = known.observed.clone();
+        let sensed = sharper.record.sensed.as_mut();
+        let changed = sensed.is_some_and(|sensed| noise::sharpen(sensed, &evidence));
+        if !changed || round == ROUNDS {
+            return Ok(known);
+        }
+        observed = sharper;
+    }
+    unreachable!("the loop ends by returning")
+}
+
+/// Puts the unmeasured coordinates of a curve into a record.
+pub(super) fn take(record: &mut Record, curve: &States) {
+    for i in 0..record.q.len() {
+        if !record.is_measured(i) {
+            record.q[i].clone_from(&curve.q[i]);
+            record.dq[i] = Some(curve.v[i].clone());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

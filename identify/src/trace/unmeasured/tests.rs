@@ -1,0 +1,154 @@
+//! Against motions in closed form, whose inputs and readings follow by hand.
+
+use super::*;
+use crate::log::Log;
+use crate::trace::swing::{SWING, motion, swing};
+use crate::trace::wheel::{rectangular, traced};
+use crate::trace::{Finding, Outcome, Request, Verdict, trace};
+use dynamics_codegen::{Library, compile};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+fn record(model: &str, log: &str) -> Result<Record, TraceError> {
+    let library = Library::builtin();
+    let source = Source {
+        name: "swing",
+        text: model,
+        library: &library,
+        parameters: &BTreeMap::new(),
+    };
+    let compiled = compile("swing", model, &library).unwrap().model;
+    let names = |all: Vec<&String>| all.into_iter().cloned().collect::<Vec<String>>();
+    let coordinates = names(compiled.coordinates.iter().map(|c| &c.name).collect());
+    let inputs = names(compiled.inputs.iter().map(|u| &u.name).collect());
+    let log = Log::from_bytes("swing.csv", log.as_bytes())?;
+    let record = log.select_sensed(&coordinates, &inputs, &crate::log::Gauge::of(&compiled))?;
+    estimated(&source, record, Hold::Linear)
+}
+
+fn only(outcome: &Outcome) -> &Finding {
+    let [finding] = &outcome.findings[..] else {
+        panic!("{:#?}", outcome.findings);
+    };
+    finding
+}
+
+/// Errors of the estimates in units of their standard deviation are about one, although the model
+/// lacks a friction of a third of the driving torque.
+#[test]
+fn the_motion_is_found_beside_a_wrong_model() {
+    let record = record(SWING, &swing(0.8, &[])).unwrap();
+    let sensed = record.sensed.as_ref().unwrap();
+    let rate = record.dq[0].as_ref().unwrap();
+    let error = |derivative: usize, values: &[f64]| {
+        let each = record.t.iter().zip(values);
+        let errors: Vec<f64> = each.map(|(&t, x)| x - motion(t)[derivative]).collect();
+        crate::log::rms(&errors)
+    };
+    let [position, velocity] = sensed.sd[0];
+    let errors = [error(0, &record.q[0]) / position, error(1, rate) / velocity];
+    assert!(position < 2e-3 && velocity < 3e-3, "{:?}", sensed.sd);
+    assert!(errors.iter().all(|e| (0.2..2.5).contains(e)), "{errors:?}");
+    let noise: Vec<f64> = sensed.readings.iter().map(|reading| reading.sd).collect();
+    for (found, expected) in noise.iter().zip([3e-3, 0.03, 0.03]) {
+        assert!((found / expected - 1.0).abs() < 0.1, "{noise:?}");
+    }
+}
+
+#[test]
+fn friction_is_found_without_a_position() {
+    for without in [&[][..], &["felt_x", "felt_y"], &["gyro_z"]] {
+        let outcome = traced(SWING, &swing(0.05, without));
+        let found = only(&outcome);
+        assert_eq!(
+            (found.effect.as_str(), &found.on[0][..]),
+            ("viscous", "phi")
+        );
+        let estimate = &found.parameters["d"];
+        let miss = (estimate.value - 0.05).abs();
+        assert!(
+            miss < 3.5 * estimate.std && estimate.std < 2e-3,
+            "{estimate:?}"
+        );
+        assert!(
+            outcome
+                .sensor_noise
+                .keys()
+                .all(|name| !name.starts_with("q_"))
+        );
+    }
+}
+
+#[test]
+fn nothing_is_found_where_nothing_is_missing() {
+    let outcome = traced(SWING, &swing(0.0, &[]));
+    assert_eq!(outcome.verdict, Verdict::None, "{:#?}", outcome.findings);
+}
+
+/// A gyroscope that is off by a constant is a parameter of what it shows.
+#[test]
+fn an_offset_of_a_sensor_is_a_parameter() {
+    let stated = "sensor gyro: rad/s = gyroscope(board);";
+    let model = SWING.replace(stated, "sensor gyro_z: rad/s = gyroscope(board).z + bias;");
+    let model = format!("{model}parameter bias: rad/s = 0;\n");
+    let log = swing(0.0, &[]);
+    let shifted = log.lines().enumerate().map(|(k, line)| {
+        let mut cells: Vec<String> = line.split(',').map(String::from).collect();
+        if let (true, Ok(gyro)) = (k > 0, cells[2].parse::<f64>()) {
+            cells[2] = (gyro + 0.02).to_string();
+        }
+        cells.join(",")
+    });
+    let shifted: Vec<String> = shifted.collect();
+    let outcome = traced(&model, &shifted.join("\n"));
+    let found = only(&outcome);
+    assert_eq!(
+        (outcome.verdict, &found.on[0][..]),
+        (Verdict::Parameter, "bias")
+    );
+    let estimate = &found.parameters["bias"];
+    let miss = (estimate.value - 0.02).abs();
+    assert!(
+        miss < 3.5 * estimate.std && estimate.std < 1e-3,
+        "{estimate:?}"
+    );
+}
+
+/// A wheel turns alike wherever it stands: where it began nobody knows, nor has to.
+#[test]
+fn where_nothing_depends_on_a_position_none_is_needed() {
+    let model = "model wheel; coordinate angle: rad; input motor: N*m;\n\
+        parameter i: kg*m^2 = 0.02; kinetic i/2*dot(angle)^2; force angle = motor;\n\
+        sensor rate: rad/s = dot(angle);";
+    let mut text = String::from("t,u_motor,rate\n");
+    let mut noise = rectangular(5);
+    for k in 0..1500 {
+        let t = 0.01 * f64::from(k);
+        let [_, v, a] = motion(t);
+        writeln!(text, "{t},{},{}", 0.02 * a + 0.003 * v, v + 1e-3 * noise()).unwrap();
+    }
+    let outcome = traced(model, &text);
+    assert_eq!(only(&outcome).effect, "viscous");
+    let said = |w: &String| w.contains("neither motion nor sensors depend on it");
+    assert!(outcome.warnings.iter().any(said), "{:?}", outcome.warnings);
+}
+
+/// Two pendulums that know nothing of each other, one of them without a sensor.
+#[test]
+fn what_no_sensor_shows_is_refused() {
+    let model = format!(
+        "{SWING}coordinate other: rad;\nparameter j: kg*m^2 = 0.2;\nparameter k: N*m = 2;\n\
+         kinetic j/2*dot(other)^2;\nforce other = k*cos(other);\n"
+    );
+    let refused = record(&model, &swing(0.0, &[])).unwrap_err();
+    insta::assert_snapshot!(refused);
+}
+
+#[test]
+fn neither_position_nor_sensor_is_refused() {
+    let library = Library::builtin();
+    let text = swing(0.0, &["gyro_z", "felt_x", "felt_y"]);
+    let log = Log::from_bytes("swing.csv", text.as_bytes()).unwrap();
+    let refused = trace(&Request::new("swing", SWING, &library, &log)).unwrap_err();
+    insta::assert_snapshot!(refused);
+}
