@@ -101,19 +101,7 @@ impl Expansion {
         if let Some(known) = self.known.get(&item) {
             return Ok(known.clone());
         }
-        if let Some(lacks) = self.lacks(item) {
-            let item = item.to_string();
-            return Err(ItemError::Empty { item, lacks });
-        }
-        let switched = self.model.constraints.iter().any(|c| c.active.is_some());
-        let constrained = matches!(
-            item.term,
-            Term::ConstrainedAcceleration | Term::ConstrainedMultipliers | Term::PredictedSensors
-        );
-        if self.model.uses_multipliers() && item.solves() || switched && constrained {
-            let item = item.to_string();
-            return Err(ItemError::Contact { item });
-        }
+        self.can_have(item)?;
         let entries = match item.by {
             None => self.value(item.term),
             Some(group) => self.slope(item.term, group),
@@ -136,6 +124,27 @@ impl Expansion {
         }
         self.known.insert(item, entries.clone());
         Ok(entries)
+    }
+
+    /// Whether the model has the item, but for factors that are singular at every state.
+    ///
+    /// # Errors
+    /// If there is no entry, or no straight line that solves for it.
+    pub fn can_have(&self, item: Item) -> Result<(), ItemError> {
+        if let Some(lacks) = self.lacks(item) {
+            let item = item.to_string();
+            return Err(ItemError::Empty { item, lacks });
+        }
+        let switched = self.model.constraints.iter().any(|c| c.active.is_some());
+        let constrained = matches!(
+            item.term,
+            Term::ConstrainedAcceleration | Term::ConstrainedMultipliers | Term::PredictedSensors
+        );
+        if self.model.uses_multipliers() && item.solves() || switched && constrained {
+            let item = item.to_string();
+            return Err(ItemError::Contact { item });
+        }
+        Ok(())
     }
 
     /// What an item would need one of.

@@ -1,6 +1,7 @@
 //! How much arithmetic a function does.
 
-use super::plan::{Function, Plan};
+use super::plan::{EQUATION_OF_MOTION, Function, Plan};
+use super::solved::SLOPES;
 use crate::compile::Compiled;
 use crate::graph::{Binary, ExprId, Graph, Node, Unary};
 use std::fmt;
@@ -39,6 +40,17 @@ impl OperationCount {
         count
     }
 
+    /// Those of two functions, one after the other.
+    fn plus(self, other: Self) -> Self {
+        Self {
+            additions: self.additions + other.additions,
+            multiplications: self.multiplications + other.multiplications,
+            divisions: self.divisions + other.divisions,
+            sines: self.sines + other.sines,
+            others: self.others + other.others,
+        }
+    }
+
     /// All of them.
     pub fn total(self) -> usize {
         self.additions + self.multiplications + self.divisions + self.sines + self.others
@@ -66,11 +78,25 @@ pub fn operation_counts(compiled: &Compiled) -> Vec<(String, OperationCount)> {
     count_functions(&Plan::terms(compiled))
 }
 
-/// The operations of every function of a plan.
+/// The operations of every function of a plan, with those of the functions that it calls.
 pub(super) fn count_functions(plan: &Plan) -> Vec<(String, OperationCount)> {
-    let count = |f: &Function| OperationCount::of(&plan.model.graph, &f.entries());
     let functions = plan.functions.iter();
-    functions.map(|f| (f.name.clone(), count(f))).collect()
+    functions
+        .map(|f| (f.name.clone(), count(plan, f)))
+        .collect()
+}
+
+fn count(plan: &Plan, function: &Function) -> OperationCount {
+    let Some(solved) = &function.solved else {
+        return OperationCount::of(&plan.model.graph, &function.entries());
+    };
+    let slopes = (!solved.groups.is_empty()).then_some(SLOPES);
+    let called = [EQUATION_OF_MOTION].into_iter().chain(slopes);
+    let called = called.filter_map(|name| plan.functions.iter().find(|f| f.name == name));
+    called
+        .map(|function| count(plan, function))
+        .chain([plan.loop_count(function, solved)])
+        .fold(OperationCount::default(), OperationCount::plus)
 }
 
 /// A table for comments and reports.

@@ -20,6 +20,7 @@ mod plan;
 mod review;
 mod review_bodies;
 mod rust;
+mod solved;
 mod split;
 mod symbols;
 mod telling;

@@ -5,6 +5,7 @@ use super::body::Body;
 use super::counts::OperationCount;
 use super::functions::{FunctionError, Functions, TERMS, Wish};
 use super::naming::snake;
+use super::solved::{self, SLOPES, Solved};
 use super::symbols::Symbols;
 use super::text::one_line;
 use crate::compile::Compiled;
@@ -33,7 +34,8 @@ pub struct Quantity {
     /// What each row, each column, … belongs to. An entry's unit is its row's over
     /// those of the other axes.
     pub axes: Vec<Vec<Entry>>,
-    /// The entries; the last axis runs fastest.
+    /// The entries; the last axis runs fastest. None where the function solves for them in
+    /// loops.
     pub entries: Vec<ExprId>,
     /// How temporaries that hold an entry are called.
     prefix: String,
@@ -113,6 +115,11 @@ impl Quantity {
         notes
     }
 
+    /// How many entries it has.
+    pub(super) fn len(&self) -> usize {
+        self.shape().iter().product()
+    }
+
     /// `3×2`
     pub(super) fn size(&self) -> String {
         let lengths: Vec<String> = self.shape().iter().map(usize::to_string).collect();
@@ -154,7 +161,7 @@ fn terms(expansion: &mut Expansion) -> Vec<Quantity> {
 }
 
 /// The name of the fused function of all terms.
-const EQUATION_OF_MOTION: &str = "equation_of_motion";
+pub(super) const EQUATION_OF_MOTION: &str = "equation_of_motion";
 
 /// All functions on request together take at most so many operations, some 40 MB of C. All
 /// functions of a chain of 30 joints take 0.3 million (12 MB); those of 60 would be 100 MB:
@@ -179,6 +186,8 @@ pub(super) struct Plan {
     pub functions: Vec<Function>,
     /// As they were asked for.
     pub requested: Functions,
+    /// For each coordinate the one that carries it, or itself.
+    pub parents: Vec<usize>,
     expansion: Expansion,
 }
 
@@ -190,6 +199,8 @@ pub(super) struct Function {
     pub quantities: Vec<Quantity>,
     /// Whether it returns a struct.
     pub fused: bool,
+    /// How it is solved for in loops, if it is not written out.
+    pub solved: Option<Solved>,
 }
 
 impl Plan {
@@ -206,24 +217,14 @@ impl Plan {
                 .filter(|q| q.item.is_some_and(|item| FUSED.contains(&item.term)))
                 .collect(),
             fused: true,
+            solved: None,
         });
-        let mut operations = 0;
-        for wish in requested.wishes() {
-            let Some(function) = requested_function(&mut expansion, wish)? else {
-                continue;
-            };
-            let count = OperationCount::of(&expansion.model.graph, &function.entries());
-            operations += count.total();
-            if operations > MOST_OPERATIONS {
-                let function = function.name;
-                return Err(FunctionError::TooLarge { function });
-            }
-            functions.push(function);
-        }
+        functions.extend(on_request(&mut expansion, requested)?);
         Ok(Self {
             model: expansion.model.clone(),
             functions,
             requested: requested.clone(),
+            parents: solved::parents(&expansion.model.graph, expansion.system()),
             expansion,
         })
     }
@@ -250,6 +251,31 @@ impl Plan {
     }
 }
 
+/// The functions that are asked for, and those that they call.
+fn on_request(
+    expansion: &mut Expansion,
+    requested: &Functions,
+) -> Result<Vec<Function>, FunctionError> {
+    let mut functions: Vec<Function> = Vec::new();
+    for wish in requested.wishes() {
+        functions.extend(requested_function(expansion, wish)?);
+    }
+    let differentiates = |f: &Function| f.solved.as_ref().is_some_and(|s| !s.groups.is_empty());
+    if functions.iter().any(differentiates) && functions.iter().all(|f| f.name != SLOPES) {
+        functions.extend(requested_function(expansion, &Wish::bundle(SLOPES))?);
+    }
+    let mut operations = 0;
+    for function in &functions {
+        let count = OperationCount::of(&expansion.model.graph, &function.entries());
+        operations += count.total();
+        if operations > MOST_OPERATIONS {
+            let function = function.name.clone();
+            return Err(FunctionError::TooLarge { function });
+        }
+    }
+    Ok(functions)
+}
+
 /// The function of a wish; none if the model lacks all of it and the wish is for
 /// whatever there is.
 fn requested_function(
@@ -257,10 +283,15 @@ fn requested_function(
     wish: &Wish,
 ) -> Result<Option<Function>, FunctionError> {
     let axes = Axes::new(expansion);
+    let solved = Solved::of(expansion.model.coordinates.len(), &wish.items);
     let mut quantities = Vec::new();
     let mut missing = None;
     for &item in &wish.items {
-        match expansion.entries(item) {
+        let entries = match solved {
+            Some(_) => expansion.can_have(item).map(|()| Vec::new()),
+            None => expansion.entries(item),
+        };
+        match entries {
             Ok(entries) => quantities.push(Quantity::new(item, &axes, entries)),
             Err(error @ (ItemError::Empty { .. } | ItemError::Contact { .. })) if wish.lenient => {
                 missing = Some(error)
@@ -275,12 +306,16 @@ fn requested_function(
     match missing {
         Some(_) if (quantities.is_empty() || headless) && Functions::passes_over(wish) => Ok(None),
         Some(error) if quantities.is_empty() || headless => Err(error.into()),
-        _ if !wish.is_fused() => Ok(quantities.pop().map(Function::single)),
+        _ if !wish.is_fused() => Ok(quantities.pop().map(|only| Function {
+            solved,
+            ..Function::single(only)
+        })),
         _ => Ok(Some(Function {
             name: wish.name.clone(),
             meaning: list_of_meanings(&quantities),
             quantities,
             fused: true,
+            solved,
         })),
     }
 }
@@ -304,6 +339,7 @@ impl Plan {
                     meaning: list_of_meanings(&quantities),
                     quantities,
                     fused: true,
+                    solved: None,
                 }
             }
         });
@@ -317,6 +353,7 @@ impl Function {
             meaning: quantity.meaning.clone(),
             quantities: vec![quantity],
             fused: false,
+            solved: None,
         }
     }
 

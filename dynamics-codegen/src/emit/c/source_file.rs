@@ -24,6 +24,7 @@ impl Unit<'_> {
         self.macros(&mut w, &definitions.text);
         self.helpers(&mut w, &definitions.text);
         self.nominal(&mut w);
+        self.solver(&mut w);
         w.text.push_str(definitions.text.trim_end());
         w.text.push('\n');
         w.text
@@ -87,6 +88,9 @@ impl Unit<'_> {
     }
 
     fn definition(&self, w: &mut Lines, function: &Function) {
+        if let Some(solved) = &function.solved {
+            return self.solved_definition(w, function, solved);
+        }
         let body = function.body(&self.plan.model, &self.symbols);
         let parts = Parts::of(&body, &self.symbols);
         let (own, before) = parts.parts.split_last().expect("there is a last part");

@@ -6,6 +6,7 @@ use super::layout::{Array, Writer};
 use super::{Unit, result_name};
 use crate::emit::body::{Body, Circular, Statement, Term};
 use crate::emit::plan::{Function, Quantity};
+use crate::emit::solved::Solved;
 use crate::emit::split::{Part, Parts};
 use crate::emit::symbols::{Argument, Role};
 use crate::emit::written::Language;
@@ -24,8 +25,11 @@ impl Unit<'_> {
     /// A function that computes one quantity.
     pub(super) fn single(&self, w: &mut Writer, function: &Function) {
         let quantity = &function.quantities[0];
-        let body = function.body(&self.plan.model, &self.symbols);
         w.doc(&of_quantity(quantity));
+        if let Some(solved) = &function.solved {
+            return self.solving(w, function, solved, &shape(quantity));
+        }
+        let body = function.body(&self.plan.model, &self.symbols);
         self.function(w, function, &body, &shape(quantity), |w| {
             w.array("", &self.array(quantity, &body.results, &body), "");
         });
@@ -46,11 +50,14 @@ impl Unit<'_> {
         w.blank();
         self.entries(w, function, &name);
         w.blank();
-        let body = function.body(&self.plan.model, &self.symbols);
         w.doc(&Doc::of(format!(
             "{}; shared terms are computed once.",
             function.meaning
         )));
+        if let Some(solved) = &function.solved {
+            return self.solving(w, function, solved, &format!("{name}<T>"));
+        }
+        let body = function.body(&self.plan.model, &self.symbols);
         self.function(w, function, &body, &format!("{name}<T>"), |w| {
             w.block(&format!("{name} {{"), "}", |w| {
                 let mut results = body.results.as_slice();
@@ -67,7 +74,7 @@ impl Unit<'_> {
     /// `impl Entries`: the struct as one list of numbers.
     fn entries(&self, w: &mut Writer, function: &Function, name: &str) {
         w.implementation("::dynamics::Entries<T>", &format!("{name}<T>"), |w| {
-            let length: usize = function.quantities.iter().map(|q| q.entries.len()).sum();
+            let length: usize = function.quantities.iter().map(Quantity::len).sum();
             w.line(format!("const LENGTH: usize = {length};"));
             w.blank();
             w.line("#[inline(always)]");
@@ -82,6 +89,15 @@ impl Unit<'_> {
                     w.line("::dynamics::Entries::each_of(part, take);");
                 }
             });
+        });
+    }
+
+    /// A function that solves in loops.
+    fn solving(&self, w: &mut Writer, function: &Function, solved: &Solved, result: &str) {
+        let name = format!("pub fn {}<T: Scalar>", function.name);
+        let arguments = self.arguments(function, |_| true);
+        w.function(&name, &arguments, result, |w| {
+            self.solution(w, function, solved);
         });
     }
 
