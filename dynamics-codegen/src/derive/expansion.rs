@@ -405,7 +405,10 @@ impl Expansion {
         };
         for (places, quaternion) in mechanism.quaternions() {
             let needed = mechanism.inverse_dynamics(graph, &a);
-            let seeds = places.map(|place| symbols[place]).into_iter().zip(quaternion);
+            let seeds = places
+                .map(|place| symbols[place])
+                .into_iter()
+                .zip(quaternion);
             let along = graph.directional(&needed, &seeds.collect::<Vec<_>>());
             for (row, along) in slopes.iter_mut().zip(along) {
                 let found = graph.inner_product(&places.map(|place| row[place]), &quaternion);

@@ -1,9 +1,10 @@
 //! How much arithmetic a function does.
 
+use super::given::Given;
 use super::plan::{EQUATION_OF_MOTION, Function, Plan};
 use super::solved::SLOPES;
 use crate::compile::Compiled;
-use crate::graph::{Binary, ExprId, Graph, Node, Unary};
+use crate::graph::{Binary, ExprId, Graph, Node, Reachable, Unary};
 use std::fmt;
 
 /// Operations of one function; what is shared inside it is counted once.
@@ -24,8 +25,18 @@ pub struct OperationCount {
 impl OperationCount {
     /// Counts what `outputs` need.
     pub fn of(graph: &Graph, outputs: &[ExprId]) -> Self {
+        Self::among(graph, graph.reachable(outputs))
+    }
+
+    /// Counts what `outputs` need beyond what is given.
+    pub(super) fn beyond(graph: &Graph, outputs: &[ExprId], given: &Given) -> Self {
+        let known = |expr| given.places.contains_key(&expr);
+        Self::among(graph, graph.reachable_beyond(outputs, known))
+    }
+
+    fn among(graph: &Graph, needed: Reachable) -> Self {
         let mut count = Self::default();
-        for expr in graph.reachable(outputs).iter() {
+        for expr in needed.iter() {
             match graph.node(expr) {
                 Node::Constant(_) | Node::Symbol(_) => {}
                 Node::Unary(Unary::Neg, _) | Node::Binary(Binary::Add | Binary::Sub, ..) => {
@@ -88,7 +99,8 @@ pub(super) fn count_functions(plan: &Plan) -> Vec<(String, OperationCount)> {
 
 fn count(plan: &Plan, function: &Function) -> OperationCount {
     let Some(solved) = &function.solved else {
-        return OperationCount::of(&plan.model.graph, &function.entries());
+        let called = (function.given.iter()).map(|g| count(plan, &plan.functions[g.function]));
+        return called.fold(function.written(&plan.model.graph), OperationCount::plus);
     };
     let slopes = (!solved.groups.is_empty()).then_some(SLOPES);
     let called = [EQUATION_OF_MOTION].into_iter().chain(slopes);

@@ -14,6 +14,7 @@ mod counts;
 mod digest;
 mod emission;
 mod functions;
+mod given;
 mod header;
 mod naming;
 mod plan;

@@ -4,13 +4,14 @@ use super::axes::Axes;
 use super::body::Body;
 use super::counts::OperationCount;
 use super::functions::{FunctionError, Functions, TERMS, Wish};
+use super::given::{Given, giver};
 use super::naming::snake;
 use super::solved::{self, SLOPES, Solved};
-use super::symbols::Symbols;
+use super::symbols::{Argument, Symbols};
 use super::text::one_line;
 use crate::compile::Compiled;
 use crate::derive::{Expansion, Group, Item, ItemError, Term};
-use crate::graph::{ExprId, SymbolId};
+use crate::graph::{ExprId, Graph, SymbolId};
 use crate::model::Model;
 
 /// A row or column of a quantity.
@@ -201,6 +202,8 @@ pub(super) struct Function {
     pub fused: bool,
     /// How it is solved for in loops, if it is not written out.
     pub solved: Option<Solved>,
+    /// What it begins with.
+    pub given: Option<Given>,
 }
 
 impl Plan {
@@ -209,7 +212,7 @@ impl Plan {
         let mut expansion = Expansion::new(compiled);
         let terms = terms(&mut expansion);
         let mut functions: Vec<Function> = terms.iter().cloned().map(Function::single).collect();
-        functions.push(Function {
+        let mut equation = Function {
             name: EQUATION_OF_MOTION.to_string(),
             meaning: "Everything that the equation of motion needs".to_string(),
             quantities: terms
@@ -218,8 +221,11 @@ impl Plan {
                 .collect(),
             fused: true,
             solved: None,
-        });
-        functions.extend(on_request(&mut expansion, requested)?);
+            given: None,
+        };
+        equation.given = giver(&expansion.model.graph, &functions, &equation);
+        functions.push(equation);
+        on_request(&mut expansion, requested, &mut functions)?;
         Ok(Self {
             model: expansion.model.clone(),
             functions,
@@ -251,29 +257,35 @@ impl Plan {
     }
 }
 
-/// The functions that are asked for, and those that they call.
+/// Adds the functions that are asked for, and those that they call.
 fn on_request(
     expansion: &mut Expansion,
     requested: &Functions,
-) -> Result<Vec<Function>, FunctionError> {
-    let mut functions: Vec<Function> = Vec::new();
-    for wish in requested.wishes() {
-        functions.extend(requested_function(expansion, wish)?);
-    }
-    let differentiates = |f: &Function| f.solved.as_ref().is_some_and(|s| !s.groups.is_empty());
-    if functions.iter().any(differentiates) && functions.iter().all(|f| f.name != SLOPES) {
-        functions.extend(requested_function(expansion, &Wish::bundle(SLOPES))?);
-    }
+    functions: &mut Vec<Function>,
+) -> Result<(), FunctionError> {
     let mut operations = 0;
-    for function in &functions {
-        let count = OperationCount::of(&expansion.model.graph, &function.entries());
-        operations += count.total();
+    let mut wishes = requested.wishes().to_vec();
+    let solves = |wish: &Wish| {
+        let solved = Solved::of(expansion.model.coordinates.len(), &wish.items);
+        solved.is_some_and(|solved| !solved.groups.is_empty())
+    };
+    if wishes.iter().any(solves) && wishes.iter().all(|wish| wish.name != SLOPES) {
+        wishes.push(Wish::bundle(SLOPES));
+    }
+    for wish in &wishes {
+        let Some(mut function) = requested_function(expansion, wish)? else {
+            continue;
+        };
+        let graph = &expansion.model.graph;
+        function.given = giver(graph, functions, &function);
+        operations += function.written(graph).total();
         if operations > MOST_OPERATIONS {
-            let function = function.name.clone();
+            let function = function.name;
             return Err(FunctionError::TooLarge { function });
         }
+        functions.push(function);
     }
-    Ok(functions)
+    Ok(())
 }
 
 /// The function of a wish; none if the model lacks all of it and the wish is for
@@ -316,6 +328,7 @@ fn requested_function(
             quantities,
             fused: true,
             solved,
+            given: None,
         })),
     }
 }
@@ -327,6 +340,12 @@ fn list_of_meanings(quantities: &[Quantity]) -> String {
 }
 
 impl Plan {
+    /// The function that another one begins with.
+    pub fn giver(&self, function: &Function) -> Option<&Function> {
+        let given = function.given.as_ref();
+        given.map(|given| &self.functions[given.function])
+    }
+
     /// One more function: of one quantity by itself, or of several.
     pub fn add(&mut self, name: &str, mut quantities: Vec<Quantity>) {
         let single = quantities.len() == 1 && quantities[0].name == name;
@@ -340,6 +359,7 @@ impl Plan {
                     quantities,
                     fused: true,
                     solved: None,
+                    given: None,
                 }
             }
         });
@@ -354,6 +374,7 @@ impl Function {
             quantities: vec![quantity],
             fused: false,
             solved: None,
+            given: None,
         }
     }
 
@@ -374,14 +395,33 @@ impl Function {
         items.any(|item| item.term.takes_multipliers())
     }
 
-    /// The straight lines that compute it.
-    pub fn body(&self, model: &Model, symbols: &Symbols) -> Body {
+    /// Whether it has an argument.
+    pub fn takes(&self, argument: Argument) -> bool {
+        match argument {
+            Argument::Parameters | Argument::Point => true,
+            Argument::Acceleration => self.takes_acceleration(),
+            Argument::Multipliers => self.takes_multipliers(),
+        }
+    }
+
+    /// What is written out: all that it needs but what it begins with.
+    pub fn written(&self, graph: &Graph) -> OperationCount {
+        match &self.given {
+            Some(given) => OperationCount::beyond(graph, &self.entries(), given),
+            None => OperationCount::of(graph, &self.entries()),
+        }
+    }
+
+    /// The straight lines that compute it; `access` is how the language names a member of
+    /// what it begins with.
+    pub fn body(&self, model: &Model, symbols: &Symbols, access: &str) -> Body {
         let mut outputs = Vec::new();
         for quantity in &self.quantities {
             let wishes = (0..quantity.entries.len()).map(|i| quantity.entry_name(i));
             outputs.extend(quantity.entries.iter().copied().zip(wishes));
         }
-        Body::new(&model.graph, symbols, &outputs)
+        let given = self.given.iter().flat_map(|given| given.texts(access));
+        Body::new(&model.graph, symbols, &outputs, given.collect())
     }
 }
 
