@@ -164,9 +164,9 @@ fn terms(expansion: &mut Expansion) -> Vec<Quantity> {
 /// The name of the fused function of all terms.
 pub(super) const EQUATION_OF_MOTION: &str = "equation_of_motion";
 
-/// All functions on request together take at most so many operations, some 40 MB of C. All
-/// functions of a chain of 30 joints take 0.3 million (12 MB); those of 60 would be 100 MB:
-/// beyond this limit, no compiler of what is emitted ends while one waits.
+/// All functions on request together have at most so many operations written out, some 40 MB of
+/// C. All functions of a chain of 60 joints have 0.3 million (13 MB): beyond this limit, no
+/// compiler of what is emitted ends while one waits.
 pub(super) const MOST_OPERATIONS: usize = 1_000_000;
 
 /// What the fused function `equation_of_motion` computes.
