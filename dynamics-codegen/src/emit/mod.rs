@@ -16,6 +16,7 @@ mod emission;
 mod functions;
 mod given;
 mod header;
+mod meaning;
 mod naming;
 mod plan;
 mod review;
