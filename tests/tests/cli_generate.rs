@@ -185,9 +185,9 @@ fn constant_parameters_become_numbers() {
     };
 
     run(&generate("models/wheelbot.model", &[]));
-    assert_eq!(operations(&read("wheelbot.rs")), 363);
+    assert_eq!(operations(&read("wheelbot.rs")), 367);
     run(&generate("models/wheelbot.model", &["--fold", "all"]));
-    assert_eq!(operations(&read("wheelbot.rs")), 202);
+    assert_eq!(operations(&read("wheelbot.rs")), 206);
 
     let parameters = heavier.to_str().unwrap();
     let some = ["--fold", "mc, l", "--parameters", parameters];

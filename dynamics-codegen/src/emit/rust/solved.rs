@@ -16,13 +16,19 @@ impl Unit<'_> {
         }
         let n = self.plan.parents.len();
         w.doc(&Doc::of(
-            "Which coordinate carries which: where `M` has entries.",
+            "For each coordinate the one that carries it, or itself.",
         ));
         let parents = self.plan.parents.iter();
         let parents = parents.map(|parent| Array::Simple(parent.to_string()));
-        let opening =
-            format!("static CARRIES: [[bool; {n}]; {n}] = ::dynamics::linalg::ancestors(");
-        w.array(&opening, &Array::Row(parents.collect()), ");");
+        let opening = format!("const PARENTS: [usize; {n}] =");
+        w.constant(&opening, &Array::Row(parents.collect()));
+        w.blank();
+        w.doc(&Doc::of(
+            "Which coordinate carries which: where `M` has entries.",
+        ));
+        w.line(format!(
+            "static CARRIES: [[bool; {n}]; {n}] = ::dynamics::linalg::ancestors(PARENTS);"
+        ));
         w.blank();
     }
 
