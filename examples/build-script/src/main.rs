@@ -111,7 +111,7 @@ mod tests {
     /// What the blade does not take up has to be supplied: all of it without the blade.
     #[test]
     fn inverse_dynamics_hold_the_weight() {
-        let skate = Skate {
+        let skate: Skate<f64> = Skate {
             parameters: Parameters::nominal(),
         };
         let [x, y, turn] = skate::inverse_dynamics(&skate.parameters, &Point::zero(), &[0.0; 3]);
