@@ -44,6 +44,11 @@ const ROBOT: &str = "mass_matrix+bias_force,inverse_dynamics,inverse_dynamics_de
 const CONSTRAINED: &str =
     "acceleration_residual,constrained_dynamics,constrained_dynamics_derivatives";
 
+/// The functions of a robot of many coordinates: those that solve, and what they solve with.
+const MANY: &str = "inverse_dynamics,inverse_dynamics_derivatives,forward_dynamics,\
+    forward_dynamics_derivatives,force_residual,residual_derivatives,\
+    forward_dynamics_by_velocity,constrained_multipliers_by_input";
+
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=../models");
@@ -63,6 +68,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         let list = match &compiled.model.robot {
             None => list(&compiled),
+            Some(_) if compiled.model.coordinates.len() > 12 => format!("{MANY},{CONSTRAINED}"),
             Some(_) if compiled.model.constraints.is_empty() => ROBOT.to_string(),
             Some(_) => format!("{ROBOT},{CONSTRAINED}"),
         };
@@ -169,6 +175,7 @@ fn models() -> Result<Vec<PathBuf>, Box<dyn Error>> {
     let mut paths = ROBOTS.map(PathBuf::from).to_vec();
     paths.push(PathBuf::from("data/models/type.model"));
     paths.push(PathBuf::from("data/models/sensed.model"));
+    paths.push(PathBuf::from("data/models/limbs.model"));
     for entry in std::fs::read_dir(Path::new("../models"))? {
         let path = entry?.path();
         if path.extension().is_some_and(|e| e == "model") {

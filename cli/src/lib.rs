@@ -8,6 +8,7 @@
 pub mod answer;
 pub mod command_line;
 pub mod commands;
+pub mod fold;
 pub mod folder;
 pub mod inputs;
 pub mod json;

@@ -63,6 +63,17 @@ impl Loaded {
             .collect()
     }
 
+    /// With some of its parameters folded in; the others keep their values.
+    pub fn fold(&mut self, compiled: Compiled) {
+        let names = self.compiled.model.parameters.iter();
+        let values: BTreeMap<String, f64> = (names.zip(&self.parameters))
+            .map(|(parameter, &value)| (parameter.name.clone(), value))
+            .collect();
+        let kept = compiled.model.parameters.iter();
+        self.parameters = kept.map(|parameter| values[&parameter.name]).collect();
+        self.compiled = compiled;
+    }
+
     /// Whether there is no model file yet: the model is a robot description.
     pub fn is_robot_description(&self) -> bool {
         is_urdf(&String::from_utf8_lossy(&self.bytes))

@@ -56,5 +56,8 @@ pub fn read(path: &str) -> Compiled {
 /// A model that has everything: a fixture of the tests.
 pub const EVERYTHING: &str = "tests/data/models/type.model";
 
+/// A model of so many coordinates that its motion is solved for in loops: a fixture.
+pub const MANY: &str = "tests/data/models/limbs.model";
+
 /// A model with sensors of all kinds: a fixture of the tests.
 pub const SENSED: &str = "tests/data/models/sensed.model";

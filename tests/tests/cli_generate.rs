@@ -163,3 +163,51 @@ fn headers_do_not_hold_absolute_paths() {
         }
     }
 }
+
+/// Of parameters that are constant on this machine only what they do is left.
+#[test]
+fn constant_parameters_become_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let (out, heavier) = (folder.path(), folder.path().join("p.json"));
+    fs::write(&heavier, "{\"mc\": 7.25}").unwrap();
+    let generate = |model: &'static str, more: &[&str]| {
+        let out = ["--to", "rust", "--out", out.to_str().unwrap()];
+        [&["generate", model], &out[..], more].concat().join("\n")
+    };
+    let run = |arguments: &str| succeed(&arguments.lines().collect::<Vec<_>>(), "");
+    let read = |name: &str| fs::read_to_string(out.join(name)).unwrap();
+    let operations = |text: &str| -> usize {
+        let line = text
+            .lines()
+            .find(|line| line.contains("  equation_of_motion "));
+        let count = line.unwrap().split_whitespace().nth(2).unwrap();
+        count.parse().unwrap()
+    };
+
+    run(&generate("models/wheelbot.model", &[]));
+    assert_eq!(operations(&read("wheelbot.rs")), 367);
+    run(&generate("models/wheelbot.model", &["--fold", "all"]));
+    assert_eq!(operations(&read("wheelbot.rs")), 206);
+
+    let parameters = heavier.to_str().unwrap();
+    let some = ["--fold", "mc, l", "--parameters", parameters];
+    run(&generate("models/cartpole.model", &some));
+    let text = read("cartpole.rs");
+    assert!(text.contains("// Folded in:  mc = 7.25, l = "), "{text}");
+    assert!(text.contains(" --fold mc,l --out "), "{text}");
+    assert!(!text.contains("p.mc") && text.contains("p.mp"), "{text}");
+
+    let mistakes = [
+        ("models/cartpole.model", "mk", "did you mean `mc`?"),
+        (
+            "models/iiwa7.urdf",
+            "all",
+            "the model has no parameter to fold in",
+        ),
+    ];
+    for (model, fold, message) in mistakes {
+        let arguments = generate(model, &["--fold", fold]);
+        let stderr = refuse(&arguments.lines().collect::<Vec<_>>(), "");
+        assert!(stderr.contains(message), "{stderr}");
+    }
+}

@@ -1,5 +1,6 @@
 //! `dynamics generate`: a model as source code.
 
+use crate::fold::folded;
 use crate::mistake::Mistake;
 use crate::model::ModelArguments;
 use crate::output;
@@ -16,6 +17,7 @@ use std::path::{Path, PathBuf};
 Examples:
   dynamics generate models/pendulum2.model --to rust --out src/generated
   dynamics generate arm.model --effects my_effects --to c --out firmware/src
+  dynamics generate models/wheelbot.model --to c --fold all --out firmware/src
   dynamics generate arm.model --to rust --out src --functions inverse_dynamics,forward_dynamics_derivatives")]
 pub struct Arguments {
     #[command(flatten)]
@@ -35,6 +37,11 @@ pub struct Arguments {
         hide_default_value = true
     )]
     functions: String,
+
+    /// Parameters that are constant on this machine: `all`, or names separated by commas. They
+    /// become numbers, at the values of `--parameters`, and the code is the shorter for it
+    #[arg(long, value_name = "NAMES")]
+    fold: Option<String>,
 
     /// The folder for the files; made if it is not there
     #[arg(long, value_name = "DIR")]
@@ -56,6 +63,9 @@ pub enum Language {
 /// If the model is faulty or the folder cannot be written to.
 pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut loaded = arguments.model.load()?;
+    if let Some(list) = &arguments.fold {
+        loaded.fold(folded(&loaded, list)?);
+    }
     let parameters = loaded.compiled.model.parameters.iter_mut();
     for (parameter, &value) in parameters.zip(&loaded.parameters) {
         parameter.nominal = value;

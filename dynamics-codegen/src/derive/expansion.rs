@@ -101,19 +101,7 @@ impl Expansion {
         if let Some(known) = self.known.get(&item) {
             return Ok(known.clone());
         }
-        if let Some(lacks) = self.lacks(item) {
-            let item = item.to_string();
-            return Err(ItemError::Empty { item, lacks });
-        }
-        let switched = self.model.constraints.iter().any(|c| c.active.is_some());
-        let constrained = matches!(
-            item.term,
-            Term::ConstrainedAcceleration | Term::ConstrainedMultipliers | Term::PredictedSensors
-        );
-        if self.model.uses_multipliers() && item.solves() || switched && constrained {
-            let item = item.to_string();
-            return Err(ItemError::Contact { item });
-        }
+        self.can_have(item)?;
         let entries = match item.by {
             None => self.value(item.term),
             Some(group) => self.slope(item.term, group),
@@ -136,6 +124,27 @@ impl Expansion {
         }
         self.known.insert(item, entries.clone());
         Ok(entries)
+    }
+
+    /// Whether the model has the item, but for factors that are singular at every state.
+    ///
+    /// # Errors
+    /// If there is no entry, or no straight line that solves for it.
+    pub fn can_have(&self, item: Item) -> Result<(), ItemError> {
+        if let Some(lacks) = self.lacks(item) {
+            let item = item.to_string();
+            return Err(ItemError::Empty { item, lacks });
+        }
+        let switched = self.model.constraints.iter().any(|c| c.active.is_some());
+        let constrained = matches!(
+            item.term,
+            Term::ConstrainedAcceleration | Term::ConstrainedMultipliers | Term::PredictedSensors
+        );
+        if self.model.uses_multipliers() && item.solves() || switched && constrained {
+            let item = item.to_string();
+            return Err(ItemError::Contact { item });
+        }
+        Ok(())
     }
 
     /// What an item would need one of.
@@ -233,12 +242,6 @@ impl Expansion {
     fn free_tree(&self) -> Option<Mechanism> {
         let mechanism = self.model.mechanism.clone();
         mechanism.filter(|m| !m.is_floating())
-    }
-
-    /// The tree, if its inverse dynamics can be differentiated by recursion: no joint of
-    /// it follows an expression.
-    fn simple_tree(&self) -> Option<Mechanism> {
-        self.free_tree().filter(Mechanism::is_simple)
     }
 
     /// The tree, if it is all the inertia there is and moves with every coordinate: the
@@ -372,25 +375,51 @@ impl Expansion {
         values: impl Fn(&mut Self, bool) -> Vec<ExprId>,
     ) -> Vec<Vec<ExprId>> {
         let by_state = matches!(group, Group::Position | Group::Velocity);
-        let Some(mechanism) = self.simple_tree().filter(|_| by_state) else {
+        let mechanism = self.model.mechanism.clone().filter(Mechanism::is_simple);
+        let Some(mechanism) = mechanism.filter(|_| by_state) else {
             let values = values(self, false);
             return self.slopes_of(&values, group);
         };
         let rest = values(self, true);
         let mut columns = self.slopes_of(&rest, group);
-        let a = self.variables(&self.acceleration);
+        let slopes = self.slopes_of_tree(&mechanism, group);
         let graph = &mut self.model.graph;
-        let slopes = mechanism.inverse_dynamics_derivatives(graph, &a);
-        let slopes = match group {
-            Group::Position => slopes.position,
-            _ => slopes.velocity,
-        };
         for (j, column) in columns.iter_mut().enumerate() {
             for (entry, row) in column.iter_mut().zip(&slopes) {
                 *entry = graph.add(*entry, row[j]);
             }
         }
         columns
+    }
+
+    /// Slopes of a tree's inverse dynamics by recursion. Along a quaternion itself, where the
+    /// recursion says nothing, those of the expressions: one sweep for all its columns.
+    fn slopes_of_tree(&mut self, mechanism: &Mechanism, group: Group) -> Vec<Vec<ExprId>> {
+        let a = self.variables(&self.acceleration);
+        let symbols = self.symbols(group);
+        let graph = &mut self.model.graph;
+        let slopes = mechanism.inverse_dynamics_derivatives(graph, &a);
+        let mut slopes = match group {
+            Group::Position => slopes.position,
+            _ => slopes.velocity,
+        };
+        for (places, quaternion) in mechanism.quaternions() {
+            let needed = mechanism.inverse_dynamics(graph, &a);
+            let seeds = places
+                .map(|place| symbols[place])
+                .into_iter()
+                .zip(quaternion);
+            let along = graph.directional(&needed, &seeds.collect::<Vec<_>>());
+            for (row, along) in slopes.iter_mut().zip(along) {
+                let found = graph.inner_product(&places.map(|place| row[place]), &quaternion);
+                let missing = graph.sub(along, found);
+                for (place, value) in places.into_iter().zip(quaternion) {
+                    let part = graph.mul(missing, value);
+                    row[place] = graph.add(row[place], part);
+                }
+            }
+        }
+        slopes
     }
 
     /// `∂a/∂s` without constraints; of a tree by recursion.

@@ -9,7 +9,7 @@ use super::naming::Locals;
 use super::symbols::{Role, Symbols};
 use super::telling::telling_name;
 use crate::graph::{Binary, ExprId, Graph, Node, SymbolId, Unary};
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 
 /// Longest right-hand side, in characters.
@@ -77,8 +77,9 @@ pub(super) struct Circular {
 /// A function's body.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Body {
-    /// Names of the temporaries.
+    /// Names of the temporaries; before them, how many places of given results.
     pub locals: Vec<String>,
+    pub given: usize,
     pub statements: Vec<Statement>,
     /// One constant, symbol or temporary per output.
     pub results: Vec<Term>,
@@ -89,9 +90,15 @@ pub(super) struct Body {
 }
 
 impl Body {
-    /// The body that computes `outputs`, each with a wish for its temporary's name.
-    pub fn new(graph: &Graph, symbols: &Symbols, outputs: &[(ExprId, String)]) -> Self {
-        let mut builder = Builder::new(graph, symbols, outputs);
+    /// The body that computes `outputs`, each with a wish for its temporary's name, from what
+    /// stands in `given` places.
+    pub fn new(
+        graph: &Graph,
+        symbols: &Symbols,
+        outputs: &[(ExprId, String)],
+        given: BTreeMap<ExprId, String>,
+    ) -> Self {
+        let mut builder = Builder::new(graph, symbols, outputs, given);
         for expr in builder.order.clone() {
             builder.visit(expr);
         }
@@ -139,9 +146,15 @@ struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    fn new(graph: &'a Graph, symbols: &'a Symbols, outputs: &'a [(ExprId, String)]) -> Self {
+    fn new(
+        graph: &'a Graph,
+        symbols: &'a Symbols,
+        outputs: &'a [(ExprId, String)],
+        given: BTreeMap<ExprId, String>,
+    ) -> Self {
         let ids: Vec<ExprId> = outputs.iter().map(|(id, _)| *id).collect();
-        let order: Vec<ExprId> = graph.reachable(&ids).iter().collect();
+        let order = graph.reachable_beyond(&ids, |expr| given.contains_key(&expr));
+        let order: Vec<ExprId> = order.iter().collect();
         let mut uses = HashMap::new();
         for &expr in &order {
             for child in graph.node(expr).children() {
@@ -159,9 +172,15 @@ impl<'a> Builder<'a> {
             order,
             uses,
             wishes,
-            terms: HashMap::new(),
+            terms: (given.keys().enumerate())
+                .map(|(place, &expr)| (expr, Term::Local(place)))
+                .collect(),
             names: symbols.locals(),
-            body: Body::default(),
+            body: Body {
+                given: given.len(),
+                locals: given.into_values().collect(),
+                ..Body::default()
+            },
         }
     }
 

@@ -1,8 +1,10 @@
 //! How much arithmetic a function does.
 
-use super::plan::{Function, Plan};
+use super::given::Given;
+use super::plan::{EQUATION_OF_MOTION, Function, Plan};
+use super::solved::SLOPES;
 use crate::compile::Compiled;
-use crate::graph::{Binary, ExprId, Graph, Node, Unary};
+use crate::graph::{Binary, ExprId, Graph, Node, Reachable, Unary};
 use std::fmt;
 
 /// Operations of one function; what is shared inside it is counted once.
@@ -23,8 +25,18 @@ pub struct OperationCount {
 impl OperationCount {
     /// Counts what `outputs` need.
     pub fn of(graph: &Graph, outputs: &[ExprId]) -> Self {
+        Self::among(graph, graph.reachable(outputs))
+    }
+
+    /// Counts what `outputs` need beyond what is given.
+    pub(super) fn beyond(graph: &Graph, outputs: &[ExprId], given: &Given) -> Self {
+        let known = |expr| given.places.contains_key(&expr);
+        Self::among(graph, graph.reachable_beyond(outputs, known))
+    }
+
+    fn among(graph: &Graph, needed: Reachable) -> Self {
         let mut count = Self::default();
-        for expr in graph.reachable(outputs).iter() {
+        for expr in needed.iter() {
             match graph.node(expr) {
                 Node::Constant(_) | Node::Symbol(_) => {}
                 Node::Unary(Unary::Neg, _) | Node::Binary(Binary::Add | Binary::Sub, ..) => {
@@ -37,6 +49,17 @@ impl OperationCount {
             }
         }
         count
+    }
+
+    /// Those of two functions, one after the other.
+    fn plus(self, other: Self) -> Self {
+        Self {
+            additions: self.additions + other.additions,
+            multiplications: self.multiplications + other.multiplications,
+            divisions: self.divisions + other.divisions,
+            sines: self.sines + other.sines,
+            others: self.others + other.others,
+        }
     }
 
     /// All of them.
@@ -66,11 +89,26 @@ pub fn operation_counts(compiled: &Compiled) -> Vec<(String, OperationCount)> {
     count_functions(&Plan::terms(compiled))
 }
 
-/// The operations of every function of a plan.
+/// The operations of every function of a plan, with those of the functions that it calls.
 pub(super) fn count_functions(plan: &Plan) -> Vec<(String, OperationCount)> {
-    let count = |f: &Function| OperationCount::of(&plan.model.graph, &f.entries());
     let functions = plan.functions.iter();
-    functions.map(|f| (f.name.clone(), count(f))).collect()
+    functions
+        .map(|f| (f.name.clone(), count(plan, f)))
+        .collect()
+}
+
+fn count(plan: &Plan, function: &Function) -> OperationCount {
+    let Some(solved) = &function.solved else {
+        let called = (function.given.iter()).map(|g| count(plan, &plan.functions[g.function]));
+        return called.fold(function.written(&plan.model.graph), OperationCount::plus);
+    };
+    let slopes = (!solved.groups.is_empty()).then_some(SLOPES);
+    let called = [EQUATION_OF_MOTION].into_iter().chain(slopes);
+    let called = called.filter_map(|name| plan.functions.iter().find(|f| f.name == name));
+    called
+        .map(|function| count(plan, function))
+        .chain([plan.loop_count(function, solved)])
+        .fold(OperationCount::default(), OperationCount::plus)
 }
 
 /// A table for comments and reports.

@@ -94,14 +94,22 @@ impl Wish {
         self.lenient || self.items.len() > 1
     }
 
+    /// Several items under a name of their own, as far as a model has them; no item if there
+    /// is no bundle of this name.
+    pub fn bundle(name: &str) -> Self {
+        let known = bundles().into_iter().find(|(known, _)| *known == name);
+        Self {
+            text: name.to_string(),
+            name: name.to_string(),
+            items: known.map_or_else(Vec::new, |(_, items)| items),
+            lenient: true,
+        }
+    }
+
     fn parse(text: &str) -> Result<Self, FunctionError> {
-        if let Some((name, items)) = bundles().into_iter().find(|(name, _)| *name == text) {
-            return Ok(Self {
-                text: text.to_string(),
-                name: name.to_string(),
-                items,
-                lenient: true,
-            });
+        let bundle = Self::bundle(text);
+        if !bundle.items.is_empty() {
+            return Ok(bundle);
         }
         let parts: Vec<&str> = text.split('+').map(str::trim).collect();
         let items: Result<Vec<Item>, FunctionError> = parts

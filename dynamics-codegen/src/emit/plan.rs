@@ -4,12 +4,15 @@ use super::axes::Axes;
 use super::body::Body;
 use super::counts::OperationCount;
 use super::functions::{FunctionError, Functions, TERMS, Wish};
+use super::given::{Given, giver};
+use super::meaning::{describe, variables};
 use super::naming::snake;
-use super::symbols::Symbols;
+use super::solved::{self, SLOPES, Solved};
+use super::symbols::{Argument, Symbols};
 use super::text::one_line;
 use crate::compile::Compiled;
 use crate::derive::{Expansion, Group, Item, ItemError, Term};
-use crate::graph::{ExprId, SymbolId};
+use crate::graph::{ExprId, Graph, SymbolId};
 use crate::model::Model;
 
 /// A row or column of a quantity.
@@ -33,7 +36,8 @@ pub struct Quantity {
     /// What each row, each column, … belongs to. An entry's unit is its row's over
     /// those of the other axes.
     pub axes: Vec<Vec<Entry>>,
-    /// The entries; the last axis runs fastest.
+    /// The entries; the last axis runs fastest. None where the function solves for them in
+    /// loops.
     pub entries: Vec<ExprId>,
     /// How temporaries that hold an entry are called.
     prefix: String,
@@ -113,6 +117,11 @@ impl Quantity {
         notes
     }
 
+    /// How many entries it has.
+    pub(super) fn len(&self) -> usize {
+        self.shape().iter().product()
+    }
+
     /// `3×2`
     pub(super) fn size(&self) -> String {
         let lengths: Vec<String> = self.shape().iter().map(usize::to_string).collect();
@@ -154,11 +163,11 @@ fn terms(expansion: &mut Expansion) -> Vec<Quantity> {
 }
 
 /// The name of the fused function of all terms.
-const EQUATION_OF_MOTION: &str = "equation_of_motion";
+pub(super) const EQUATION_OF_MOTION: &str = "equation_of_motion";
 
-/// All functions on request together take at most so many operations, some 40 MB of C. All
-/// functions of a chain of 30 joints take 0.3 million (12 MB); those of 60 would be 100 MB:
-/// beyond this limit, no compiler of what is emitted ends while one waits.
+/// All functions on request together have at most so many operations written out, some 40 MB of
+/// C. All functions of a chain of 60 joints have 0.3 million (13 MB): beyond this limit, no
+/// compiler of what is emitted ends while one waits.
 pub(super) const MOST_OPERATIONS: usize = 1_000_000;
 
 /// What the fused function `equation_of_motion` computes.
@@ -179,6 +188,8 @@ pub(super) struct Plan {
     pub functions: Vec<Function>,
     /// As they were asked for.
     pub requested: Functions,
+    /// For each coordinate the one that carries it, or itself.
+    pub parents: Vec<usize>,
     expansion: Expansion,
 }
 
@@ -190,6 +201,10 @@ pub(super) struct Function {
     pub quantities: Vec<Quantity>,
     /// Whether it returns a struct.
     pub fused: bool,
+    /// How it is solved for in loops, if it is not written out.
+    pub solved: Option<Solved>,
+    /// What it begins with.
+    pub given: Option<Given>,
 }
 
 impl Plan {
@@ -198,7 +213,7 @@ impl Plan {
         let mut expansion = Expansion::new(compiled);
         let terms = terms(&mut expansion);
         let mut functions: Vec<Function> = terms.iter().cloned().map(Function::single).collect();
-        functions.push(Function {
+        let mut equation = Function {
             name: EQUATION_OF_MOTION.to_string(),
             meaning: "Everything that the equation of motion needs".to_string(),
             quantities: terms
@@ -206,24 +221,17 @@ impl Plan {
                 .filter(|q| q.item.is_some_and(|item| FUSED.contains(&item.term)))
                 .collect(),
             fused: true,
-        });
-        let mut operations = 0;
-        for wish in requested.wishes() {
-            let Some(function) = requested_function(&mut expansion, wish)? else {
-                continue;
-            };
-            let count = OperationCount::of(&expansion.model.graph, &function.entries());
-            operations += count.total();
-            if operations > MOST_OPERATIONS {
-                let function = function.name;
-                return Err(FunctionError::TooLarge { function });
-            }
-            functions.push(function);
-        }
+            solved: None,
+            given: None,
+        };
+        equation.given = giver(&expansion.model.graph, &functions, &equation);
+        functions.push(equation);
+        on_request(&mut expansion, requested, &mut functions)?;
         Ok(Self {
             model: expansion.model.clone(),
             functions,
             requested: requested.clone(),
+            parents: solved::parents(&expansion.model.graph, expansion.system()),
             expansion,
         })
     }
@@ -250,6 +258,37 @@ impl Plan {
     }
 }
 
+/// Adds the functions that are asked for, and those that they call.
+fn on_request(
+    expansion: &mut Expansion,
+    requested: &Functions,
+    functions: &mut Vec<Function>,
+) -> Result<(), FunctionError> {
+    let mut operations = 0;
+    let mut wishes = requested.wishes().to_vec();
+    let solves = |wish: &Wish| {
+        let solved = Solved::of(expansion.model.coordinates.len(), &wish.items);
+        solved.is_some_and(|solved| !solved.groups.is_empty())
+    };
+    if wishes.iter().any(solves) && wishes.iter().all(|wish| wish.name != SLOPES) {
+        wishes.push(Wish::bundle(SLOPES));
+    }
+    for wish in &wishes {
+        let Some(mut function) = requested_function(expansion, wish)? else {
+            continue;
+        };
+        let graph = &expansion.model.graph;
+        function.given = giver(graph, functions, &function);
+        operations += function.written(graph).total();
+        if operations > MOST_OPERATIONS {
+            let function = function.name;
+            return Err(FunctionError::TooLarge { function });
+        }
+        functions.push(function);
+    }
+    Ok(())
+}
+
 /// The function of a wish; none if the model lacks all of it and the wish is for
 /// whatever there is.
 fn requested_function(
@@ -257,10 +296,15 @@ fn requested_function(
     wish: &Wish,
 ) -> Result<Option<Function>, FunctionError> {
     let axes = Axes::new(expansion);
+    let solved = Solved::of(expansion.model.coordinates.len(), &wish.items);
     let mut quantities = Vec::new();
     let mut missing = None;
     for &item in &wish.items {
-        match expansion.entries(item) {
+        let entries = match solved {
+            Some(_) => expansion.can_have(item).map(|()| Vec::new()),
+            None => expansion.entries(item),
+        };
+        match entries {
             Ok(entries) => quantities.push(Quantity::new(item, &axes, entries)),
             Err(error @ (ItemError::Empty { .. } | ItemError::Contact { .. })) if wish.lenient => {
                 missing = Some(error)
@@ -275,12 +319,17 @@ fn requested_function(
     match missing {
         Some(_) if (quantities.is_empty() || headless) && Functions::passes_over(wish) => Ok(None),
         Some(error) if quantities.is_empty() || headless => Err(error.into()),
-        _ if !wish.is_fused() => Ok(quantities.pop().map(Function::single)),
+        _ if !wish.is_fused() => Ok(quantities.pop().map(|only| Function {
+            solved,
+            ..Function::single(only)
+        })),
         _ => Ok(Some(Function {
             name: wish.name.clone(),
             meaning: list_of_meanings(&quantities),
             quantities,
             fused: true,
+            solved,
+            given: None,
         })),
     }
 }
@@ -292,6 +341,12 @@ fn list_of_meanings(quantities: &[Quantity]) -> String {
 }
 
 impl Plan {
+    /// The function that another one begins with.
+    pub fn giver(&self, function: &Function) -> Option<&Function> {
+        let given = function.given.as_ref();
+        given.map(|given| &self.functions[given.function])
+    }
+
     /// One more function: of one quantity by itself, or of several.
     pub fn add(&mut self, name: &str, mut quantities: Vec<Quantity>) {
         let single = quantities.len() == 1 && quantities[0].name == name;
@@ -304,6 +359,8 @@ impl Plan {
                     meaning: list_of_meanings(&quantities),
                     quantities,
                     fused: true,
+                    solved: None,
+                    given: None,
                 }
             }
         });
@@ -317,6 +374,8 @@ impl Function {
             meaning: quantity.meaning.clone(),
             quantities: vec![quantity],
             fused: false,
+            solved: None,
+            given: None,
         }
     }
 
@@ -337,111 +396,32 @@ impl Function {
         items.any(|item| item.term.takes_multipliers())
     }
 
-    /// The straight lines that compute it.
-    pub fn body(&self, model: &Model, symbols: &Symbols) -> Body {
+    /// Whether it has an argument.
+    pub fn takes(&self, argument: Argument) -> bool {
+        match argument {
+            Argument::Parameters | Argument::Point => true,
+            Argument::Acceleration => self.takes_acceleration(),
+            Argument::Multipliers => self.takes_multipliers(),
+        }
+    }
+
+    /// What is written out: all that it needs but what it begins with.
+    pub fn written(&self, graph: &Graph) -> OperationCount {
+        match &self.given {
+            Some(given) => OperationCount::beyond(graph, &self.entries(), given),
+            None => OperationCount::of(graph, &self.entries()),
+        }
+    }
+
+    /// The straight lines that compute it; `access` is how the language names a member of
+    /// what it begins with.
+    pub fn body(&self, model: &Model, symbols: &Symbols, access: &str) -> Body {
         let mut outputs = Vec::new();
         for quantity in &self.quantities {
             let wishes = (0..quantity.entries.len()).map(|i| quantity.entry_name(i));
             outputs.extend(quantity.entries.iter().copied().zip(wishes));
         }
-        Body::new(&model.graph, symbols, &outputs)
-    }
-}
-
-fn variables(group: Group) -> &'static str {
-    match group {
-        Group::Position => "the positions `q`",
-        Group::Velocity => "the velocities `v`",
-        Group::Input => "the inputs `u`",
-        Group::Parameters => "the parameters",
-        Group::Time => "time `t`",
-    }
-}
-
-/// What a term is, and how temporaries that hold an entry are called.
-fn describe(term: Term) -> (&'static str, &'static str) {
-    match term {
-        Term::MassMatrix => ("Generalised inertia `M(q)`, symmetric", "m"),
-        Term::BiasForce => (
-            "Bias force `Q_C`: fictitious and conservative forces, on the right-hand side",
-            "bias",
-        ),
-        Term::AppliedForce => (
-            "Stated and dissipative forces `Q_D` at zero input",
-            "applied",
-        ),
-        Term::InputMatrix => ("Input matrix `B = ∂Q/∂u`", "b"),
-        Term::Force => ("Total generalised force `Q = Q_C + Q_D + Q_u`", "force"),
-        Term::ConstraintJacobian => ("Constraint matrix `A` of `A a = b`", "a"),
-        Term::ConstraintBias => (
-            "Right-hand side `b` of `A a = b`, without stabilisation",
-            "b",
-        ),
-        Term::ConstraintResidual => (
-            "Constraint violation `c`, zero where the constraint holds",
-            "c",
-        ),
-        Term::ConstraintRate => (
-            "Rate `ċ` of a holonomic constraint; `c` itself of a nonholonomic one",
-            "c_dot",
-        ),
-        Term::ContactGap => ("Distances of the contacts from their planes", "gap"),
-        Term::ContactVelocity => (
-            "Contact velocities `w`: along the plane's axes, then its normal",
-            "slip",
-        ),
-        Term::ContactJacobian => ("Contact Jacobian `J = ∂w/∂v`", "j"),
-        Term::ContactBias => (
-            "`b` of the contact accelerations `ẇ = J a − b`",
-            "contact_b",
-        ),
-        Term::ContactCoefficients => (
-            "Coefficients of friction and restitution of the contacts",
-            "coefficient",
-        ),
-        Term::StateRate => ("Rates `dz/dt` of the internal states", "z_rate"),
-        Term::InitialState => ("Values of the internal states at the beginning", "z_start"),
-        Term::Outputs => ("Values of the model's outputs", "out"),
-        Term::OutputRates => (
-            "Rates of the outputs along the motion, without the acceleration's part",
-            "out_rate",
-        ),
-        Term::OutputJacobian => (
-            "Jacobian `J = ∂y/∂q` of the outputs that depend on positions alone",
-            "jacobian",
-        ),
-        Term::OutputBias => (
-            "`J̇ v` of the outputs that depend on positions alone: `ÿ = J a + J̇ v`",
-            "out_bias",
-        ),
-        Term::InverseDynamics => (
-            "Inverse dynamics `τ = M a − Q_C − Q_D`: what inputs and constraints must supply for the stated acceleration `a`",
-            "tau",
-        ),
-        Term::ForwardDynamics => (
-            "Forward dynamics `a = M⁻¹ Q`, as if there were no constraint; `M` must be positive definite",
-            "acceleration",
-        ),
-        Term::ConstrainedAcceleration => (
-            "Acceleration `a` of `M a = Q + Aᵀλ`, `A a = b`; `M` must be positive definite and `A` of full row rank",
-            "acceleration",
-        ),
-        Term::ConstrainedMultipliers => (
-            "Multipliers `λ` of `M a = Q + Aᵀλ`, `A a = b`; `M` must be positive definite and `A` of full row rank",
-            "multiplier",
-        ),
-        Term::ForceResidual => (
-            "Residual `R = M a − Q − Aᵀλ` at the stated `a` and `λ`",
-            "residual",
-        ),
-        Term::AccelerationResidual => ("Residual `S = A a − b` at the stated `a`", "residual"),
-        Term::Sensors => (
-            "What the sensors show at the stated `a` and `λ`, without noise",
-            "sensor",
-        ),
-        Term::PredictedSensors => (
-            "What the sensors show, without noise, along the motion of `M a = Q + Aᵀλ`, `A a = b`; `M` must be positive definite and `A` of full row rank",
-            "sensor",
-        ),
+        let given = self.given.iter().flat_map(|given| given.texts(access));
+        Body::new(&model.graph, symbols, &outputs, given.collect())
     }
 }

@@ -23,6 +23,8 @@ pub(super) struct Part {
     pub gives: Vec<(usize, usize)>,
     /// What it reads of the arguments.
     pub reads: BTreeSet<Role>,
+    /// Whether it reads what the function begins with.
+    pub reads_given: bool,
 }
 
 /// A body's parts; the last one holds the results.
@@ -79,6 +81,7 @@ impl Parts {
                 takes,
                 gives,
                 reads: roles,
+                reads_given: locals.iter().any(|&local| local < body.given),
             });
         }
         Self {
@@ -209,7 +212,7 @@ mod tests {
         let emission = Emission::new(&compiled, "fourbar.model", &Functions::full()).unwrap();
         let symbols = emission.plan.symbols(&[], identifier);
         for function in &emission.plan.functions {
-            let body = function.body(&emission.plan.model, &symbols);
+            let body = function.body(&emission.plan.model, &symbols, ".");
             for longest in [5, 17, 60, 250, 100_000] {
                 let parts = Parts::bounded(&body, &symbols, longest);
                 let mut places: Vec<Option<usize>> = vec![None; parts.places];

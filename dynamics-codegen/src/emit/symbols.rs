@@ -79,7 +79,7 @@ pub(super) struct Symbols {
 }
 
 /// Names of a function's arguments.
-const ARGUMENTS: [&str; 7] = ["p", "x", "a", "lambda", "out", "w", "circular"];
+const ARGUMENTS: [&str; 8] = ["p", "x", "a", "lambda", "out", "w", "circular", "given"];
 
 impl Symbols {
     /// Names them, and the symbols that stand for `a` and `λ`; `taken` lists what the

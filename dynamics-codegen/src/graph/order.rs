@@ -19,6 +19,15 @@ impl Reachable {
 impl Graph {
     /// The nodes that `outputs` depend on, children before parents.
     pub fn reachable(&self, outputs: &[ExprId]) -> Reachable {
+        self.reachable_beyond(outputs, |_| false)
+    }
+
+    /// The same without nodes that are `given`, and without what only they depend on.
+    pub fn reachable_beyond(
+        &self,
+        outputs: &[ExprId],
+        given: impl Fn(ExprId) -> bool,
+    ) -> Reachable {
         let Some(last) = outputs.iter().max() else {
             return Reachable { order: Vec::new() };
         };
@@ -27,6 +36,9 @@ impl Graph {
             needed[output.index()] = true;
         }
         for index in (0..needed.len()).rev() {
+            if needed[index] && given(ExprId(index as u32)) {
+                needed[index] = false;
+            }
             if needed[index] {
                 for child in self.nodes[index].children() {
                     needed[child.index()] = true;

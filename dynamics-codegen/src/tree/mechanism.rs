@@ -241,16 +241,17 @@ impl Mechanism {
     /// Whether every coordinate moves a link: what the straight-line solutions are
     /// written for, as a coordinate that moves none has no inertia of the tree.
     pub fn moves_all(&self) -> bool {
-        self.elimination_order().len() + self.quaternions() == self.coordinates
+        self.elimination_order().len() + self.quaternions().count() == self.coordinates
     }
 
     /// Whether a quaternion is among the coordinates.
     pub fn is_floating(&self) -> bool {
-        self.quaternions() > 0
+        self.quaternions().next().is_some()
     }
 
-    fn quaternions(&self) -> usize {
-        let spherical = self.links.iter().filter(|link| link.spherical.is_some());
-        spherical.count()
+    /// Each quaternion's places among the coordinates, and its values.
+    pub fn quaternions(&self) -> impl Iterator<Item = ([usize; 4], [ExprId; 4])> + '_ {
+        let links = self.links.iter();
+        links.filter_map(|link| link.spherical.zip(link.quaternion))
     }
 }

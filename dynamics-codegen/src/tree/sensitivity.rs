@@ -370,8 +370,13 @@ fn quaternion_directions(
     };
     // ε = 2 E(η) δη with the same δη at all times: ε̇ = 2 E(η̇) δη, and
     // ε̈ = 2 E(η̈) δη + 2 ω η̇ᵀδη: while η̇ᵀδη ≠ 0 the path η + δη leaves
-    // the unit sphere, and ω̇ = 2 E η̈ is not divided by its length.
+    // the unit sphere, and ω̇ = 2 E η̈ is not divided by its length. Where the stated η̈ does not
+    // keep η a unit, ∂ω̇ = 2 E(δη) η̈ has its excess along η with the other sign than ε̈.
     let seconds = places.map(|place| acceleration[place]);
+    let inward = g.inner_product(&rates, &rates);
+    let outward = g.inner_product(&values, &seconds);
+    let excess = g.add(outward, inward);
+    let excess = g.scale(-2.0, excess);
     let maps = [values, rates, seconds].map(|x| quaternion_map(g, x));
     let ratio = g.one();
     (places.into_iter().enumerate())
@@ -379,7 +384,9 @@ fn quaternion_directions(
             let [axis, rate, second] = maps.map(|map| [map[0][c], map[1][c], map[2][c]]);
             let doubled = g.scale(2.0, rates[c]);
             let stretch = vector::scale(g, doubled, state.omega);
-            let columns = [axis, rate, vector::add(g, second, stretch)];
+            let turned = vector::scale(g, excess, axis);
+            let second = vector::add(g, second, stretch);
+            let columns = [axis, rate, vector::add(g, second, turned)];
             let motion = AxisMotion::angular(g, columns, state);
             Direction {
                 coordinate,

@@ -10,6 +10,7 @@
 //! | path | numbers | demands | checks |
 //! |---|---|---|---|
 //! | [`FullRank`] | any [`Scalar`]: dual, SIMD | `M` positive definite, `A` of full row rank | none: else infinite or NaN |
+//! | [`Branched`] | any [`Scalar`] | as [`FullRank`]; `M` with the zeros of a tree | none |
 //! | [`RankRevealing`] | `f32`, `f64` | `M ≥ 0`, `rank [M; A] = n`, `b ∈ R(A)` | all, each an error |
 //! | [`solve`] | `f32`, `f64` | as `RankRevealing` | takes the first where it is safe, else the second |
 //!
@@ -17,6 +18,7 @@
 //! force is `Q_I = +Aᵀ λ`; `S = Tᵀ`.
 
 mod baumgarte;
+mod branched;
 mod contact;
 mod error;
 mod full_rank;
@@ -25,6 +27,7 @@ mod rank_revealing;
 mod tolerance;
 
 pub use baumgarte::Baumgarte;
+pub use branched::Branched;
 pub(crate) use contact::{settle, settle_full_rank};
 pub use error::{Quantity, SolveError};
 pub use full_rank::FullRank;

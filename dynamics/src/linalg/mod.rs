@@ -5,10 +5,12 @@
 //! the stack.
 
 mod ldlt;
+mod ltdl;
 mod product;
 mod svd;
 
 pub use ldlt::Ldlt;
+pub use ltdl::{Ltdl, ancestors};
 pub use product::{add, dot, gram, mul, mul_transpose, norm_squared, scale, sub, transpose_mul};
 pub use svd::Svd;
 

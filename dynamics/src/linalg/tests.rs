@@ -44,6 +44,26 @@ proptest! {
         prop_assert!((determinant - m.determinant()).abs() < 1e-10 * m.determinant().abs());
     }
 
+    /// A tree of two branches, whose mass matrix is that of four bodies at distances `a`.
+    #[test]
+    fn ltdl_solves_as_nalgebra_does_and_keeps_the_zeros(
+        a in tall(),
+        b in proptest::array::uniform8(-2.0..2.0),
+    ) {
+        static CARRIES: [[bool; 4]; 4] = ancestors([0, 0, 0, 2]);
+        let mut m = SMatrix::<f64, 4, 4>::identity() * 0.1;
+        for (body, carries) in CARRIES.iter().enumerate() {
+            let moved = |i| i == body || carries[i];
+            let jacobian = SMatrix::<f64, 3, 4>::from_fn(|k, i| if moved(i) { a[(i, k)] } else { 0.0 });
+            m += jacobian.transpose() * jacobian;
+        }
+        let b = SMatrix::<f64, 4, 2>::from_row_slice(&b);
+        let mut x = to_rows(&b);
+        Ltdl::new(&to_rows(&m), &CARRIES).solve(&mut x);
+        let other = m.cholesky().unwrap().solve(&b);
+        prop_assert!(close(&from_rows(&x), &other, 1e-11 * (1.0 + other.amax())));
+    }
+
     #[test]
     fn svd_decomposes(a in tall()) {
         let svd = Svd::new(&a);

@@ -15,7 +15,7 @@ mod skate {
     include!(concat!(env!("OUT_DIR"), "/skate.rs"));
 }
 
-use skate::{Parameters, Skate};
+use skate::{Parameters, Skate, constrained_dynamics_derivatives};
 
 /// The position after `seconds`, released from rest across the slope and spinning with `spin`, rad/s.
 fn glide(skate: &Skate<f64>, spin: f64, seconds: f64) -> Result<State<f64, 3, 0>, SolveError> {
@@ -42,6 +42,15 @@ fn side_force(skate: &Skate<f64>) -> (f64, f64) {
     (force.re, force.eps[0])
 }
 
+/// How the acceleration across and up the slope changes with the heading, m/s² per rad, at rest.
+fn turning(skate: &Skate<f64>, heading: f64) -> [f64; 2] {
+    let mut x = Point::zero();
+    x.q[2] = heading;
+    let slopes = constrained_dynamics_derivatives(&skate.parameters, &x);
+    let [across, up, _] = slopes.constrained_acceleration_by_position;
+    [across[2], up[2]]
+}
+
 fn main() -> Result<(), SolveError> {
     let parameters = Parameters {
         slope: 0.2,
@@ -50,6 +59,8 @@ fn main() -> Result<(), SolveError> {
     let skate = Skate { parameters };
     let (force, derivative) = side_force(&skate);
     println!("across the slope the blade carries {force:.1} N, {derivative:+.1} N per radian more");
+    let [start, _] = turning(&skate, 0.0);
+    println!("turned out of rest across the slope it speeds up by {start:.2} m/s² per radian");
     for seconds in [1.0, 2.0, 4.0, 8.0] {
         let [x, y, _] = glide(&skate, 1.0, seconds)?.q;
         println!("after {seconds} s: {x:7.3} m across, {y:+7.3} m up");
@@ -81,6 +92,31 @@ mod tests {
             let expected = -k * (1.0 - angle.cos()).powi(2) / (2.0 * spin);
             assert!((y - expected).abs() < 1e-6, "{y} {expected}");
         }
+    }
+
+    /// Along the blade a = −g sin(slope) sin θ: ẍ = −g sin(slope) sin 2θ/2, ÿ = −g sin(slope) sin² θ.
+    #[test]
+    fn derivatives_are_those_of_the_inclined_plane() {
+        let skate = Skate {
+            parameters: Parameters::nominal(),
+        };
+        let pull = -9.81 * 0.1_f64.sin();
+        for heading in [0.0, 0.4, -1.3] {
+            let [across, up] = turning(&skate, heading);
+            assert!((across - pull * (2.0 * heading).cos()).abs() < 1e-12);
+            assert!((up - pull * (2.0 * heading).sin()).abs() < 1e-12);
+        }
+    }
+
+    /// What the blade does not take up has to be supplied: all of it without the blade.
+    #[test]
+    fn inverse_dynamics_hold_the_weight() {
+        let skate: Skate<f64> = Skate {
+            parameters: Parameters::nominal(),
+        };
+        let [x, y, turn] = skate::inverse_dynamics(&skate.parameters, &Point::zero(), &[0.0; 3]);
+        assert!(x.abs() < 1e-12 && turn.abs() < 1e-12);
+        assert!((y - 60.0 * 9.81 * 0.1_f64.sin()).abs() < 1e-9);
     }
 
     /// m g sin(slope), and m g cos(slope) per radian.

@@ -4,9 +4,12 @@
 use dynamics::integrate::State;
 use dynamics::{Dual, Dynamics, Point, Scalar, Simulation, acceleration_full_rank};
 
-/// The trolley's mass and gravity are numbers in the code.
+/// The trolley's mass and gravity are numbers in the code. The functions are methods of the struct.
 #[derive(Clone, Copy, Dynamics)]
-#[dynamics(model = "crane.model")]
+#[dynamics(
+    model = "crane.model",
+    functions = "inverse_dynamics, inverse_dynamics_derivatives, forward_dynamics_derivatives"
+)]
 struct Crane<T> {
     /// Mass of the load, kg.
     load: T,
@@ -55,8 +58,30 @@ fn sway(crane: &Crane<f64>) -> (f64, f64) {
     (-slope.re.eps[0], -slope.eps[0].eps[0])
 }
 
+/// The crane linearised where it hangs still: derivatives of the accelerations of trolley and
+/// sway by the angle, and by the force.
+fn linearised(crane: &Crane<f64>) -> [[f64; 2]; 2] {
+    let slopes = crane.forward_dynamics_derivatives(&Point::zero());
+    let by_angle = slopes.forward_dynamics_by_position.map(|row| row[1]);
+    let by_force = slopes.forward_dynamics_by_input.map(|row| row[0]);
+    [by_angle, by_force]
+}
+
+/// The force that accelerates the trolley by `a`, m/s², while the rope hangs straight.
+fn force_to_start(crane: &Crane<f64>, a: f64) -> f64 {
+    // What the trolley needs, so that the load is not accelerated: θ̈ = −a/l.
+    crane.inverse_dynamics(&Point::zero(), &[a, -a / crane.rope])[0]
+}
+
 fn main() -> Result<(), dynamics::constrained::SolveError> {
     let nominal = Crane::nominal();
+    let [[x, sway_by_angle], [_, by_force]] = linearised(&nominal);
+    println!(
+        "hanging still: {x:.2} m/s² and {sway_by_angle:.2} rad/s² per rad, {:.4} rad/s² per N; \
+         {:.0} N start the trolley by 1 m/s²",
+        by_force,
+        force_to_start(&nominal, 1.0),
+    );
     for rope in [3.0, 6.0, 12.0] {
         let crane = Crane { rope, ..nominal };
         let (square, slope) = sway(&crane);
@@ -85,6 +110,34 @@ mod tests {
         let expected = 9.81 / 4.0 * (1.0 + 90.0 / 40.0);
         assert!((square - expected).abs() < 1e-12);
         assert!((slope + expected / 4.0).abs() < 1e-12);
+    }
+
+    /// Ẋ = A X + B u of the textbook: ẍ = m/M g θ + F/M, θ̈ = −ω² θ − F/(M l).
+    #[test]
+    fn linearisation_is_that_of_the_textbook() {
+        let crane = Crane {
+            load: 90.0,
+            rope: 4.0,
+        };
+        let [[x, sway], [x_by_force, sway_by_force]] = linearised(&crane);
+        assert!((x - 90.0 / 40.0 * 9.81).abs() < 1e-12, "{x}");
+        assert!((sway + 9.81 / 4.0 * (1.0 + 90.0 / 40.0)).abs() < 1e-12);
+        assert!((x_by_force - 1.0 / 40.0).abs() < 1e-15);
+        assert!((sway_by_force + 1.0 / (40.0 * 4.0)).abs() < 1e-15);
+    }
+
+    /// The trolley alone is accelerated, and the inverse dynamics undo the linearised ones.
+    #[test]
+    fn inverse_dynamics_undo_forward_dynamics() {
+        let crane = Crane::nominal();
+        assert!((force_to_start(&crane, 1.0) - 40.0).abs() < 1e-12);
+        let [by_angle, _] = linearised(&crane);
+        // τ(θ, a(θ)) stays zero: ∂τ/∂θ at fixed a, and M ∂a/∂θ = −∂τ/∂θ.
+        let hanging = crane.inverse_dynamics_derivatives(&Point::zero(), &[0.0; 2]);
+        let rest = crane.inverse_dynamics(&Point::zero(), &by_angle);
+        for (row, rest) in hanging.inverse_dynamics_by_position.iter().zip(rest) {
+            assert!((row[1] + rest).abs() < 1e-10, "{} {rest}", row[1]);
+        }
     }
 
     /// At first the trolley moves as if the load were not there: θ̈ = -F/(M l).

@@ -1,12 +1,15 @@
 //! C99 source for firmware: one `.h` and one `.c` per model.
 //!
 //! No dependency but `<math.h>`; `double`, or `float` with `DYNAMICS_FLOAT`; no
-//! allocation, no recursion, no loop, no array of variable length, no state. Every
+//! allocation, no recursion, no array of variable length, no state; no loop, but where many
+//! coordinates are solved for ([`solved`](super::solved)), and those of fixed length. Every
 //! name that the linker sees begins with the model's, and no name is one that a standard
 //! header defines as a macro, in whichever order files include them.
 
 mod header_file;
 mod language;
+mod solved;
+mod solver;
 mod source_file;
 
 use super::emission::Emission;

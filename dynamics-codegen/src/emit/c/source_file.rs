@@ -1,8 +1,10 @@
 //! The `.c` file: definitions.
 
+use super::header_file::dimensions;
 use super::language::{C, HELPERS, MATH, argument, real};
 use super::{Lines, Unit, comment};
 use crate::emit::body::{Body, Statement, Term};
+use crate::emit::given::place;
 use crate::emit::plan::Function;
 use crate::emit::split::{Part, Parts};
 use crate::emit::symbols::Argument;
@@ -24,6 +26,7 @@ impl Unit<'_> {
         self.macros(&mut w, &definitions.text);
         self.helpers(&mut w, &definitions.text);
         self.nominal(&mut w);
+        self.solver(&mut w);
         w.text.push_str(definitions.text.trim_end());
         w.text.push('\n');
         w.text
@@ -87,7 +90,10 @@ impl Unit<'_> {
     }
 
     fn definition(&self, w: &mut Lines, function: &Function) {
-        let body = function.body(&self.plan.model, &self.symbols);
+        if let Some(solved) = &function.solved {
+            return self.solved_definition(w, function, solved);
+        }
+        let body = function.body(&self.plan.model, &self.symbols, "->");
         let parts = Parts::of(&body, &self.symbols);
         let (own, before) = parts.parts.split_last().expect("there is a last part");
         for (index, part) in before.iter().enumerate() {
@@ -97,6 +103,9 @@ impl Unit<'_> {
         w.line("{");
         if parts.are_several() {
             w.line(&format!("    {}_real w[{}];", self.prefix, parts.places));
+        }
+        if let Some(giver) = self.plan.giver(function) {
+            w.line(&format!("    {};", self.given(giver)));
         }
         self.prologue(w, function, &body, (own, &parts));
         self.statements(w, &body, own);
@@ -108,7 +117,7 @@ impl Unit<'_> {
                 "out".to_string()
             };
             for (index, result) in results.by_ref().take(quantity.entries.len()).enumerate() {
-                let place = place(&quantity.shape(), index);
+                let place = place(quantity, index);
                 w.line(&format!(
                     "    {target}{place} = {};",
                     self.write(result, &body)
@@ -134,8 +143,11 @@ impl Unit<'_> {
             &format!("Part {number} of {name}; w carries temporaries from part to part."),
         );
         w.line(&format!("static void {prefix}_{name}_part_{number}("));
-        for (_, declaration) in self.argument_list(function, part) {
+        for (_, declaration) in self.argument_list(|argument| part.reads_of(argument)) {
             w.line(&format!("    {declaration},"));
+        }
+        if let Some(giver) = self.plan.giver(function).filter(|_| part.reads_given) {
+            w.line(&format!("    {},", self.given_argument(giver)));
         }
         w.line(&format!("    {prefix}_real w[{places}])"));
         w.line("{");
@@ -148,8 +160,8 @@ impl Unit<'_> {
         w.blank();
     }
 
-    /// The arguments that a part reads: names and declarations.
-    fn argument_list(&self, function: &Function, part: &Part) -> Vec<(&'static str, String)> {
+    /// The arguments that are wanted: names and declarations.
+    fn argument_list(&self, wanted: impl Fn(Argument) -> bool) -> Vec<(&'static str, String)> {
         let (prefix, model) = (&self.prefix, &self.plan.model);
         let stated = |name: &str, length: usize| format!("const {prefix}_real {name}[{length}]");
         let (n, m) = (model.coordinates.len(), model.constraints.len());
@@ -163,10 +175,7 @@ impl Unit<'_> {
             ("a", Argument::Acceleration, stated("a", n)),
             ("lambda", Argument::Multipliers, stated("lambda", m)),
         ];
-        debug_assert!(function.takes_acceleration() || !part.reads_of(Argument::Acceleration));
-        let read = all
-            .into_iter()
-            .filter(|(_, argument, _)| part.reads_of(*argument));
+        let read = all.into_iter().filter(|(_, argument, _)| wanted(*argument));
         read.map(|(name, _, declaration)| (name, declaration))
             .collect()
     }
@@ -181,6 +190,7 @@ impl Unit<'_> {
         (own, parts): (&Part, &Parts),
     ) {
         // C99 allows statements between declarations.
+        let giver = self.plan.giver(function);
         let multipliers = function.takes_multipliers() && !self.plan.model.constraints.is_empty();
         let arguments = [
             ("p", Argument::Parameters, true),
@@ -189,18 +199,56 @@ impl Unit<'_> {
             ("lambda", Argument::Multipliers, multipliers),
         ];
         for (name, argument, there) in arguments {
-            if there && !body.reads_any(|role| role.argument() == argument) {
+            let handed = giver.is_some_and(|giver| giver.takes(argument));
+            if there && !handed && !body.reads_any(|role| role.argument() == argument) {
                 w.line(&format!("    (void){name};"));
             }
         }
+        if let Some(giver) = giver {
+            let none = self.plan.model.constraints.is_empty();
+            let wanted =
+                |argument| giver.takes(argument) && !(none && argument == Argument::Multipliers);
+            let arguments = self.argument_list(wanted);
+            let mut names: Vec<&str> = arguments.iter().map(|(name, _)| *name).collect();
+            names.push("given");
+            w.line(&format!(
+                "    {}_{}({});",
+                self.prefix,
+                giver.name,
+                names.join(", ")
+            ));
+        }
         for (index, part) in parts.parts.iter().enumerate().take(parts.parts.len() - 1) {
-            let arguments = self.argument_list(function, part);
-            let names: Vec<&str> = arguments.iter().map(|(name, _)| *name).collect();
-            let names = [names.as_slice(), &["w"]].concat().join(", ");
+            let arguments = self.argument_list(|argument| part.reads_of(argument));
+            let mut names: Vec<&str> = arguments.iter().map(|(name, _)| *name).collect();
+            names.extend(part.reads_given.then_some("given"));
+            names.push("w");
+            let names = names.join(", ");
             let call = format!("{}_{}_part_{}", self.prefix, function.name, index + 1);
             w.line(&format!("    {call}({names});"));
         }
         self.reading(w, own, body);
+    }
+
+    /// Where the results of the function that another one begins with stand: an array, so
+    /// that its parts name it as it does.
+    fn given(&self, giver: &Function) -> String {
+        match giver.fused {
+            true => format!("{} given[1]", self.result_type(giver)),
+            false => {
+                let dimensions = dimensions(&giver.quantities[0]);
+                format!("{}_real given{dimensions}", self.prefix)
+            }
+        }
+    }
+
+    /// The same as an argument of a part.
+    fn given_argument(&self, giver: &Function) -> String {
+        match giver.fused {
+            true => format!("const {} *given", self.result_type(giver)),
+            // An array of arrays loses nothing but its `const`, which C would not convert to.
+            false => self.given(giver),
+        }
     }
 
     /// Arguments and carried temporaries that a part reads.
@@ -253,15 +301,4 @@ impl Unit<'_> {
         };
         argument(language.write(term, &body.locals))
     }
-}
-
-/// `[1][2]`: where entry `index` of an array stands.
-fn place(shape: &[usize], index: usize) -> String {
-    let mut rest = index;
-    let mut place = String::new();
-    for &length in shape.iter().rev() {
-        place.insert_str(0, &format!("[{}]", rest % length));
-        rest /= length;
-    }
-    place
 }

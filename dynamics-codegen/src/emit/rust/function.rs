@@ -6,6 +6,7 @@ use super::layout::{Array, Writer};
 use super::{Unit, result_name};
 use crate::emit::body::{Body, Circular, Statement, Term};
 use crate::emit::plan::{Function, Quantity};
+use crate::emit::solved::Solved;
 use crate::emit::split::{Part, Parts};
 use crate::emit::symbols::{Argument, Role};
 use crate::emit::written::Language;
@@ -20,12 +21,36 @@ fn shape(quantity: &Quantity) -> String {
     })
 }
 
+/// What a function returns.
+fn result(function: &Function) -> String {
+    match function.fused {
+        true => format!("{}<T>", result_name(function)),
+        false => shape(&function.quantities[0]),
+    }
+}
+
+/// The arguments of a function, as far as they are `wanted`.
+fn handed(function: &Function, wanted: impl Fn(Argument) -> bool) -> Vec<&'static str> {
+    let all = [
+        ("p", Argument::Parameters),
+        ("x", Argument::Point),
+        ("a", Argument::Acceleration),
+        ("lambda", Argument::Multipliers),
+    ];
+    let own = all.into_iter();
+    let own = own.filter(|&(_, argument)| function.takes(argument) && wanted(argument));
+    own.map(|(name, _)| name).collect()
+}
+
 impl Unit<'_> {
     /// A function that computes one quantity.
     pub(super) fn single(&self, w: &mut Writer, function: &Function) {
         let quantity = &function.quantities[0];
-        let body = function.body(&self.plan.model, &self.symbols);
         w.doc(&of_quantity(quantity));
+        if let Some(solved) = &function.solved {
+            return self.solving(w, function, solved, &shape(quantity));
+        }
+        let body = function.body(&self.plan.model, &self.symbols, ".");
         self.function(w, function, &body, &shape(quantity), |w| {
             w.array("", &self.array(quantity, &body.results, &body), "");
         });
@@ -46,11 +71,14 @@ impl Unit<'_> {
         w.blank();
         self.entries(w, function, &name);
         w.blank();
-        let body = function.body(&self.plan.model, &self.symbols);
         w.doc(&Doc::of(format!(
             "{}; shared terms are computed once.",
             function.meaning
         )));
+        if let Some(solved) = &function.solved {
+            return self.solving(w, function, solved, &format!("{name}<T>"));
+        }
+        let body = function.body(&self.plan.model, &self.symbols, ".");
         self.function(w, function, &body, &format!("{name}<T>"), |w| {
             w.block(&format!("{name} {{"), "}", |w| {
                 let mut results = body.results.as_slice();
@@ -67,7 +95,7 @@ impl Unit<'_> {
     /// `impl Entries`: the struct as one list of numbers.
     fn entries(&self, w: &mut Writer, function: &Function, name: &str) {
         w.implementation("::dynamics::Entries<T>", &format!("{name}<T>"), |w| {
-            let length: usize = function.quantities.iter().map(|q| q.entries.len()).sum();
+            let length: usize = function.quantities.iter().map(Quantity::len).sum();
             w.line(format!("const LENGTH: usize = {length};"));
             w.blank();
             w.line("#[inline(always)]");
@@ -85,6 +113,15 @@ impl Unit<'_> {
         });
     }
 
+    /// A function that solves in loops.
+    fn solving(&self, w: &mut Writer, function: &Function, solved: &Solved, result: &str) {
+        let name = format!("pub fn {}<T: Scalar>", function.name);
+        let arguments = self.arguments(function, |_| true);
+        w.function(&name, &arguments, result, |w| {
+            self.solution(w, function, solved);
+        });
+    }
+
     fn function(
         &self,
         w: &mut Writer,
@@ -98,15 +135,28 @@ impl Unit<'_> {
         }
         let parts = Parts::of(body, &self.symbols);
         let name = format!("pub fn {}<T: Scalar>", function.name);
+        let giver = self.plan.giver(function);
         let arguments = self.arguments(function, |argument| {
             body.reads_any(|role| role.argument() == argument)
+                || giver.is_some_and(|giver| giver.takes(argument))
         });
         let (own, before) = parts.parts.split_last().expect("there is a last part");
         w.function(&name, &arguments, result, |w| {
+            if let Some(giver) = giver {
+                let handed = handed(giver, |argument| giver.takes(argument));
+                w.line(format!(
+                    "let given = {}({});",
+                    giver.name,
+                    handed.join(", ")
+                ));
+            }
             if parts.are_several() {
                 w.line(format!("let mut w = [T::zero(); {}];", parts.places));
                 for (index, part) in before.iter().enumerate() {
-                    let handed = self.handed(function, part);
+                    let mut handed = handed(function, |argument| part.reads_of(argument));
+                    handed.extend(part.reads_given.then_some("&given"));
+                    handed.push("&mut w");
+                    let handed = handed.join(", ");
                     w.line(format!("{}_part_{}({handed});", function.name, index + 1));
                 }
             }
@@ -139,6 +189,9 @@ impl Unit<'_> {
         }
         let mut arguments = self.arguments(function, |argument| part.reads_of(argument));
         arguments.retain(|argument| !argument.starts_with('_'));
+        if let Some(giver) = self.plan.giver(function).filter(|_| part.reads_given) {
+            arguments.push(format!("given: &{}", result(giver)));
+        }
         arguments.push(format!("w: &mut [T; {}]", parts.places));
         let name = format!("fn {}_part_{number}<T: Scalar>", function.name);
         w.procedure(&name, &arguments, |w| {
@@ -147,26 +200,6 @@ impl Unit<'_> {
                 w.line(format!("w[{place}] = {};", body.locals[local]));
             }
         });
-    }
-
-    /// What a part is called with.
-    fn handed(&self, function: &Function, part: &Part) -> String {
-        let there = [
-            ("p", Argument::Parameters, true),
-            ("x", Argument::Point, true),
-            ("a", Argument::Acceleration, function.takes_acceleration()),
-            (
-                "lambda",
-                Argument::Multipliers,
-                function.takes_multipliers(),
-            ),
-        ];
-        let own = there
-            .into_iter()
-            .filter(|&(_, argument, there)| there && part.reads_of(argument));
-        let mut names: Vec<&str> = own.map(|(name, ..)| name).collect();
-        names.push("&mut w");
-        names.join(", ")
     }
 
     /// Arguments, carried temporaries and statements of a part.

@@ -113,9 +113,11 @@ impl Writer {
 
     /// `opening function(arguments) closing`.
     pub fn call(&mut self, opening: &str, function: &str, arguments: &[String], closing: &str) {
-        let one_line = arguments.join(", ");
-        if one_line.chars().count() <= CALL_WIDTH {
-            return self.line(format!("{opening}{function}({one_line}){closing}"));
+        let inside = arguments.join(", ");
+        let whole = format!("{opening}{function}({inside}){closing}");
+        let fits = 4 * self.depth + whole.chars().count() <= MAX_WIDTH;
+        if fits && inside.chars().count() <= CALL_WIDTH {
+            return self.line(whole);
         }
         self.block(
             &format!("{opening}{function}("),

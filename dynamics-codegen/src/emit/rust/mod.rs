@@ -17,6 +17,7 @@ mod language;
 mod layout;
 mod library;
 mod parameters;
+mod solved;
 mod system;
 
 pub use library::{DuplicateModel, File, module_name, rust_crate, rust_crate_of, rust_file};
@@ -117,6 +118,7 @@ impl<'a> Unit<'a> {
         w.blank();
         self.model(w);
         w.blank();
+        self.carries(w);
         for function in &self.plan.functions {
             if function.fused {
                 self.fused(w, function);

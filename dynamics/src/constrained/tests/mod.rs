@@ -5,6 +5,7 @@ use nalgebra::{SMatrix, SVector};
 use proptest::prelude::*;
 
 use super::*;
+use crate::linalg::{ancestors, to_rows};
 
 mod cases;
 mod derivatives;
@@ -184,6 +185,22 @@ proptest! {
         let revealed = revealing.solve(&s.force, &s.b).unwrap();
         near(&revealed.a, &a, 1e-10)?;
         near(&revealed.lambda, &lambda, 1e-10)?;
+    }
+
+    /// With a chain's zeros: none.
+    #[test]
+    fn branched_agrees_with_full_rank(s in sample(), ds in sample()) {
+        static CARRIES: [[bool; N]; N] = ancestors([0, 0, 1, 2, 3]);
+        let full = FullRank::new(&s.mass, &s.a);
+        let branched = Branched::new(&to_rows(&s.mass), &to_rows(&s.a), &CARRIES);
+        let expected = full.solve(&s.force, &s.b);
+        let (a, lambda) = branched.motion(s.force.as_ref(), s.b.as_ref());
+        near(&SVector::from(a), &expected.a, 1e-10)?;
+        near(&SVector::from(lambda), &expected.lambda, 1e-10)?;
+        let (expected_a, expected_lambda) = full.derivatives(&ds.mass, &ds.a);
+        let (a, lambda) = branched.derivatives(&to_rows(&ds.mass), &to_rows(&ds.a));
+        near(&from_rows(&a), &expected_a, 1e-10)?;
+        near(&from_rows(&lambda), &expected_lambda, 1e-10)?;
     }
 
     #[test]
