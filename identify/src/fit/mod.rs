@@ -61,7 +61,7 @@ use inertial::inertial;
 use judged::{curves, errors, floor};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use unmeasured::as_if_measured;
+use unmeasured::taken_as_measured;
 
 /// How inertial parameters are treated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -512,7 +512,7 @@ fn split(request: &Request<'_>) -> Result<(Record, Record), FitError> {
     let gauges = Gauge::of(model);
     let select = |log: &Log| {
         let record = log.select_sensed(&coordinates, &inputs, &gauges)?;
-        as_if_measured(request, record)
+        taken_as_measured(request, record)
     };
     let whole = select(request.train)?;
     let (train, test) = match request.test {

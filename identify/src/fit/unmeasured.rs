@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 ///
 /// # Errors
 /// If the sensors do not determine them, or the model cannot be evaluated along the log.
-pub(super) fn as_if_measured(request: &Request<'_>, record: Record) -> Result<Record, FitError> {
+pub(super) fn taken_as_measured(request: &Request<'_>, record: Record) -> Result<Record, FitError> {
     let parameters = request.compiled.model.parameters.iter();
     let values = parameters.zip(request.parameters);
     let values: BTreeMap<String, f64> = values.map(|(p, &value)| (p.name.clone(), value)).collect();
@@ -20,7 +20,7 @@ pub(super) fn as_if_measured(request: &Request<'_>, record: Record) -> Result<Re
     let source = (source.name, source.text, source.library);
     let record = estimated_motion(source, &values, record, Hold::Linear)
         .map_err(|error| FitError::Unmeasured(Box::new(error)))?;
-    Ok(record.as_if_measured())
+    Ok(record.taken_as_measured())
 }
 
 #[cfg(test)]

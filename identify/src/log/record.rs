@@ -243,7 +243,7 @@ fn channels(log: &Log, coordinates: &[String], inputs: &[String]) -> Record {
 impl Record {
     /// With estimates taken for measurements of positions.
     #[must_use]
-    pub(crate) fn as_if_measured(mut self) -> Self {
+    pub(crate) fn taken_as_measured(mut self) -> Self {
         let unmeasured = self
             .sensed
             .take()

@@ -37,7 +37,7 @@ pub(super) fn check(
     };
     for i in (0..n).filter(|&i| !observed.record.is_measured(i)) {
         let (position, velocity) = (sd(i), sd(n + i));
-        let is_open = !(position < UNDETERMINED * UNKNOWN[0]);
+        let is_open = position.is_nan() || position >= UNDETERMINED * UNKNOWN[0];
         let unit = focus.machine.compiled.model.coordinates[i].unit.clone();
         let coordinate = record.coordinates[i].clone();
         if is_open && matters(&dynamics, i) {
