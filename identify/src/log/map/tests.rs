@@ -485,7 +485,7 @@ fn documented_maps_are_maps() {
     let blocks: Vec<&str> = blocks
         .map(|block| block.split("```").next().unwrap())
         .collect();
-    assert_eq!(blocks.len(), 6);
+    assert_eq!(blocks.len(), 7);
     for block in &blocks {
         Map::parse("docs/log-format.md", block).unwrap();
     }
