@@ -327,7 +327,7 @@ mod tests {
         assert!(corpus.of(Kind::Model).len() > 30);
         assert!(corpus.of(Kind::Effect).len() >= 29);
         assert!(corpus.of(Kind::Log).len() >= 9);
-        assert_eq!(corpus.of(Kind::Map).len(), 6);
+        assert_eq!(corpus.of(Kind::Map).len(), 7);
         let models: BTreeSet<usize> = corpus.of(Kind::Log).iter().map(|log| log.host).collect();
         assert!(models.len() >= 4, "{models:?}");
     }
