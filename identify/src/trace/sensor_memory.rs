@@ -39,6 +39,15 @@ impl SensorMemory {
 }
 
 impl Observed {
+    /// Whether some sensor's errors are taken to last.
+    pub(super) fn errs_lastingly(&self) -> bool {
+        self.sensor_memory
+            .0
+            .iter()
+            .flatten()
+            .any(|&memory| memory > 0.0)
+    }
+
     /// What should be known about sensors whose errors last.
     pub(super) fn said_of_sensors(&self) -> impl Iterator<Item = Warning> {
         let prefixes = ["q_", "dq_", "ddq_"].into_iter().zip(&self.sensor_memory.0);

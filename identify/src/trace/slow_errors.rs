@@ -7,7 +7,7 @@ use super::finding::{Verdict, much_remains, verdict};
 use super::outcome::Basis;
 use super::progress::Progress;
 use super::score::Scoring;
-use super::search::select;
+use super::search::{SensorErrors, select};
 use super::selection::Selection;
 use crate::machine::SolveError;
 
@@ -31,16 +31,6 @@ pub(super) fn select_with_slow_errors(
     progress: &dyn Progress,
 ) -> Result<Selection, SolveError> {
     let start = observed.clone();
-    let mut best = select(dictionary, observed, free_hold, progress)?;
-    let faint = best.remaining.share_after < FAINT_SHARE;
-    let over = progress.ended().is_some();
-    if over
-        || best.terms.is_empty()
-        || !faint
-        || verdict(dictionary, &best, much_remains(Basis::Motion, &best)) != Verdict::Unknown
-    {
-        return Ok(best);
-    }
     let prediction_error = |selection: &Selection| {
         let focus = dictionary.focus(&selection.accepted());
         let scoring = Scoring {
@@ -53,6 +43,27 @@ pub(super) fn select_with_slow_errors(
         let score = scoring.score(&record).ok()?;
         Some(score.rollout.errors.total).filter(|error| error.is_finite())
     };
+    let searched = |observed, errors| select(dictionary, observed, free_hold, errors, progress);
+    let mut best = searched(observed, SensorErrors::MayLast)?;
+    if best.observed.errs_lastingly() && progress.ended().is_none() {
+        // Sensors with errors that last are given less weight, and may hide what is there: then the
+        // findings of those taken at their word foretell the motion better.
+        let at_their_word = searched(start.clone(), SensorErrors::White)?;
+        let errors =
+            [&best, &at_their_word].map(|one| prediction_error(one).unwrap_or(f64::INFINITY));
+        if errors[1] < WORTH_IT * errors[0] {
+            best = at_their_word;
+        }
+    }
+    let faint = best.remaining.share_after < FAINT_SHARE;
+    let over = progress.ended().is_some();
+    if over
+        || best.terms.is_empty()
+        || !faint
+        || verdict(dictionary, &best, much_remains(Basis::Motion, &best)) != Verdict::Unknown
+    {
+        return Ok(best);
+    }
     let mut lowest = prediction_error(&best).unwrap_or(f64::INFINITY);
     for factor in LARGER_NOISE {
         if progress.ended().is_some() {
@@ -61,7 +72,7 @@ pub(super) fn select_with_slow_errors(
         let mut noisier = start.clone();
         noisier.scale_noise(factor);
         // Noise under which nothing can be fitted is none.
-        let Ok(selection) = select(dictionary, noisier, free_hold, progress) else {
+        let Ok(selection) = searched(noisier, SensorErrors::White) else {
             continue;
         };
         let Some(error) = prediction_error(&selection) else {

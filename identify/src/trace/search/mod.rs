@@ -31,6 +31,15 @@ pub(super) use beam::as_given;
 pub(super) use channel::is_time;
 pub(super) use fit::Fitted;
 
+/// What sensors' errors are taken to be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SensorErrors {
+    /// Each independent of the one before.
+    White,
+    /// Like the one before, where the model as given and the log say so.
+    MayLast,
+}
+
 /// Searches for the terms that explain `observed` best. What inputs do between samples is part of
 /// the answer if `free_hold`.
 ///
@@ -40,25 +49,20 @@ pub fn select(
     dictionary: &Dictionary,
     mut observed: Observed,
     free_hold: bool,
+    errors: SensorErrors,
     progress: &dyn Progress,
 ) -> Result<Selection, SolveError> {
     progress.enter(Stage::Fit, &[]);
     let part = observed.excerpt(SEARCHED);
     let searched = part.as_ref().unwrap_or(&observed);
     let mut search = Search::begin(dictionary, searched, free_hold, progress)?;
-    if let Some(seen) = with_memory(dictionary, search.best(), searched)? {
+    if errors == SensorErrors::MayLast
+        && let Some(seen) = with_memory(dictionary, search.best(), searched)?
+    {
         search = Search::begin(dictionary, &seen, free_hold, progress)?;
         observed.err_as(&seen);
     }
     search.run()?;
-    if search.best().leaves_forces() {
-        let found = search.best();
-        if let Some(seen) = with_memory(dictionary, found, &found.explanation.observed)? {
-            observed.err_as(&seen);
-            search = search.again(|observed| observed.err_as(&seen))?;
-            search.run()?;
-        }
-    }
     if search.best().leaves_forces()
         && let Some(correlation) = discrepancy::correlation(dictionary, search.best())?
     {
