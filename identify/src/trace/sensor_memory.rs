@@ -12,7 +12,7 @@ use super::settings::MARGIN;
 use super::settle::{Adapt, settle};
 use crate::log::{Warning, median_step};
 use crate::machine::SolveError;
-use crate::regression::{CORRELATION, ChannelErrors, Whitener};
+use crate::regression::{CORRELATION, ChannelErrors};
 
 /// Correlation of each sensor's error with the one before, by derivative and coordinate; zero where white.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,9 +84,8 @@ impl WithoutForces {
         let readings = observed.readings(&focus, values, &dynamics.accelerations());
         let mut noise = fitted.explanation.noise.at_smallest().at_smallest_jitter();
         let settled = settle(&dynamics, &readings, &[], &mut noise, Adapt::Not);
-        let whitener: &Whitener<'_> = &settled.whitener;
         let rows = settled.gram.readings().max(1) as f64;
-        let mut channels = whitener.channel_errors();
+        let mut channels = settled.whitener.channel_errors();
         // What lasts as long as forces do is no noise, but a sensor that misreads.
         let longest = (-median_step(&dynamics.t) / CORRELATION).exp();
         channels.retain(|own| own.memory < longest);

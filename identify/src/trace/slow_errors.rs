@@ -15,12 +15,14 @@ use crate::machine::SolveError;
 const FAINT_SHARE: f64 = 0.01;
 /// Multiples of the sensors' noise to try.
 const LARGER_NOISE: [f64; 2] = [3.0, 10.0];
-/// Larger noise must bring predictions at least this much nearer to the log.
+/// What sees the sensors otherwise, as noisier or as white where their errors seem to last, must bring
+/// predictions at least this much nearer to the log.
 const WORTH_IT: f64 = 0.9;
 /// How long the predictions run that judge between noises, s.
 const JUDGED_HORIZON: f64 = 1.0;
 
-/// Selects under the noise that the sensors show from sample to sample; where what
+/// Selects under the noise that the sensors show from sample to sample, with errors that last where
+/// these seem to, unless white ones foretell the motion clearly better; where what
 /// remains is faint but real, also under larger noise. A real sensor's slow errors (an
 /// encoder that is not quite round) look like faint forces to a filter that believes the
 /// sensor. Which noise is right shows in open-loop predictions along the training log.
