@@ -5,9 +5,11 @@
 //! held against the cubic through two neighbours on each side. One that is far off, by the measure
 //! of what is usual there, is wild if all is usual without it. Corners and steps of a signal
 //! remain: without the first sample after a step its neighbours do not agree either. An input, or
-//! an acceleration, may well jump for a sample and return; if so, a velocity jumps with it.
+//! an acceleration, may well jump for a sample and return; if so, a velocity jumps with it, and that of
+//! an acceleration by as much as it says.
 
 mod answer;
+mod change;
 mod examine;
 mod stretch;
 #[cfg(test)]
@@ -72,8 +74,8 @@ pub(super) fn set_aside(record: &mut Record, log: &Log) -> Vec<Warning> {
     let answers = Answers::new(t, &record.q);
     for (i, name) in record.coordinates.iter().enumerate() {
         if let Some(values) = &mut record.ddq[i] {
-            let column = log.column("ddq_", name);
-            record.aside.ddq[i] = mend(column, values, &Kind::Acceleration(&answers));
+            let kind = Kind::Acceleration(&answers, record.dq[i].as_deref());
+            record.aside.ddq[i] = mend(log.column("ddq_", name), values, &kind);
         }
     }
     let mut doubts = Vec::new();
@@ -101,8 +103,8 @@ pub(super) fn set_aside(record: &mut Record, log: &Log) -> Vec<Warning> {
 enum Kind<'a> {
     /// It goes on as it was.
     Motion,
-    /// It may jump for a sample where the machine is hit.
-    Acceleration(&'a Answers<'a>),
+    /// It may jump for a sample where the machine is hit, and its velocity with it, if that was measured.
+    Acceleration(&'a Answers<'a>, Option<&'a [f64]>),
     /// It may do as it likes, and the machine answers.
     Input(&'a Answers<'a>),
     /// It may do as it likes, and nobody asks the machine.
@@ -118,9 +120,20 @@ impl Kind<'_> {
             let at_end = ends.any(|s| s.start == group.start || s.end == group.end);
             (at_end || steps(values)) && is_usual(values, group)
         };
+        let nothing = vec![false; values.len()];
+        let kept = |velocities: &[f64], group: &Range<usize>| {
+            let stretch = Stretch {
+                t,
+                values,
+                aside: &nothing,
+            };
+            change::agrees(&stretch, velocities, group).unwrap_or(true)
+        };
         let is_real = |group: &Range<usize>| match self {
             Self::Motion => false,
-            Self::Acceleration(answers) => answers.to(group),
+            Self::Acceleration(answers, velocity) => {
+                answers.to(group) && velocity.is_none_or(|v| kept(v, group))
+            }
             Self::Command(_, driven) if *driven != values && follows(driven, group) => true,
             Self::Input(answers) | Self::Command(answers, _) => may_be(group) || answers.to(group),
             Self::Alone => may_be(group),
@@ -134,7 +147,7 @@ impl Kind<'_> {
 
     /// Puts what the other samples say in the place of wild ones.
     fn replace(&self, t: &[f64], values: &mut [f64], wild: &[bool], segments: &[Range<usize>]) {
-        let stays = !matches!(self, Self::Motion | Self::Acceleration(_)) && steps(values);
+        let stays = !matches!(self, Self::Motion | Self::Acceleration(..)) && steps(values);
         let read = values.to_vec();
         for range in segments {
             let stretch = Stretch {
