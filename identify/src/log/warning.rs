@@ -384,8 +384,8 @@ impl fmt::Display for Warning {
             ),
             Self::Filtered { column } => write!(
                 f,
-                "the errors of `{column}` follow one another: it was filtered before it was logged, \
-                 and is left out; the position says more"
+                "the errors of `{column}` follow one another, as after a filter: it is left out, \
+                 for the position says more"
             ),
             Self::AssumedZero { column } => write!(
                 f,

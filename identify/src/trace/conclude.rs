@@ -263,7 +263,8 @@ fn provenance(basis: Basis, scores: [&Score; 2], split: &Split, seed: u64) -> St
     let errors = errors
         .iter()
         .filter(|(_, [before, after])| before.is_finite() && after.is_finite() && before != after);
-    let errors = errors.map(|(kind, [before, after])| format!("{kind} {before:.3} -> {after:.3}"));
+    let errors = errors
+        .map(|(kind, [before, after])| format!("{kind} {} -> {}", short(*before), short(*after)));
     let errors: Vec<String> = errors.collect();
     let held_out = match errors.is_empty() {
         true => String::new(),
@@ -307,7 +308,7 @@ mod tests {
         let said =
             |basis, before: &Score, after: &Score| provenance(basis, [before, after], &split, 1);
         let (before, after) = (score(0.5, f64::NAN, 0.3), score(0.1, f64::NAN, f64::NAN));
-        insta::assert_snapshot!(said(Basis::Motion, &before, &after), @"dynamics trace, a.csv: held-out acceleration error 0.500 -> 0.100 (seed 1)");
+        insta::assert_snapshot!(said(Basis::Motion, &before, &after), @"dynamics trace, a.csv: held-out acceleration error 0.5000 -> 0.1000 (seed 1)");
         insta::assert_snapshot!(said(Basis::Forces, &before, &after), @"dynamics trace, a.csv (seed 1)");
         insta::assert_snapshot!(said(Basis::Motion, &before, &before), @"dynamics trace, a.csv (seed 1)");
     }
