@@ -41,12 +41,15 @@ fn quiet(record: &Record, inputs: impl Iterator<Item = usize>) -> Vec<Quiet> {
     let each = each.into_par_iter().map(|input| {
         let channels = Channels::new(&record.t, &record.u[input], None, None)?;
         let smoothed = Smoother::fit(&channels)?.apply(&channels)?;
+        let taken = smoothed.noise.sd_q;
+        // Where noise is larger than all that is left, nobody knows what of that is the input.
+        let left = match taken > deviation(&smoothed.q) {
+            true => taken,
+            false => rms(&smoothed.sd_q),
+        };
         Ok(Quiet {
             input,
-            noise: InputNoise {
-                taken: smoothed.noise.sd_q,
-                left: rms(&smoothed.sd_q),
-            },
+            noise: InputNoise { taken, left },
             values: smoothed.q,
         })
     });
@@ -62,6 +65,15 @@ impl Observed {
             observed.record.u[quiet.input].clone_from(&quiet.values);
             observed.curve.u[quiet.input].clone_from(&quiet.values);
             observed.input_noise[quiet.input] = quiet.noise;
+        }
+        observed
+    }
+
+    /// The same log where what is left of the noise of inputs is all that they carry.
+    pub(super) fn with_quiet_inputs(&self) -> Self {
+        let mut observed = self.clone();
+        for noise in &mut observed.input_noise {
+            noise.taken = noise.left;
         }
         observed
     }
@@ -123,18 +135,34 @@ impl Observed {
         if self.noisy_inputs().next().is_none() {
             return Ok(());
         }
-        let along = machine.remember(&self.curve, self.hold, values)?;
-        let motions = machine.motion(&along, values)?;
-        for (i, smallest) in noise.smallest.iter_mut().enumerate() {
-            let of_input = |(j, noise): (usize, &InputNoise)| {
-                let squares = motions.iter().map(|m| m.terms.input_matrix[(i, j)].powi(2));
-                squares.sum::<f64>() / motions.len() as f64 * noise.left.powi(2)
-            };
-            let square: f64 = self.input_noise.iter().enumerate().map(of_input).sum();
-            *smallest = smallest.hypot(square.sqrt());
+        let left = self.forces_of_noise((machine, values), |noise| noise.left)?;
+        for (smallest, left) in noise.smallest.iter_mut().zip(left) {
+            *smallest = smallest.hypot(left);
         }
         noise.force_sd = noise.force_sd.sup(&noise.smallest);
         Ok(())
+    }
+
+    /// What some noise of the inputs exerts on each coordinate, root mean square along the curve.
+    ///
+    /// # Errors
+    /// If the equation of motion cannot be solved along the curve.
+    pub(super) fn forces_of_noise(
+        &self,
+        (machine, values): (&Machine, &[f64]),
+        sd: impl Fn(&InputNoise) -> f64,
+    ) -> Result<Vec<f64>, SolveError> {
+        let along = machine.remember(&self.curve, self.hold, values)?;
+        let terms = machine.terms(&along, values);
+        let of_coordinate = |i: usize| {
+            let of_input = |(j, noise): (usize, &InputNoise)| {
+                let squares = terms.iter().map(|terms| terms.input_matrix[(i, j)].powi(2));
+                squares.sum::<f64>() / terms.len() as f64 * sd(noise).powi(2)
+            };
+            let each = self.input_noise.iter().enumerate();
+            each.map(of_input).sum::<f64>().sqrt()
+        };
+        Ok((0..machine.coordinate_count()).map(of_coordinate).collect())
     }
 
     /// Another log of the same machine, without noise of the same inputs.

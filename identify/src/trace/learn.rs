@@ -9,9 +9,11 @@ use super::forces;
 use super::judge::trained;
 use super::outcome::Basis;
 use super::progress::{Progress, Stage};
-use super::selection::Selection;
-use super::settings::GLANCE;
+use super::search::{Task, is_on_a_body};
+use super::selection::{Selection, Term};
+use super::settings::{GLANCE, MAX_TERMS};
 use super::slow_errors::select_with_slow_errors;
+use super::subject::Subject;
 use crate::machine::SolveError;
 
 /// More terms than this are suspicious: one wrong length looks like many effects.
@@ -20,6 +22,9 @@ const FEW_TERMS: usize = 2;
 /// Fewer findings than this are better looked for in the motion, which is known more exactly, as
 /// long as they explain it.
 const MANY: usize = 5;
+
+/// Findings leave this share of what is missing where they explain nearly all of it.
+const NEARLY_NOTHING: f64 = 0.1;
 
 /// What was selected, and out of what.
 pub(super) struct Learnt {
@@ -59,17 +64,26 @@ impl Learner<'_> {
     pub fn learn(&self, dictionary: Dictionary) -> Result<Learnt, TraceError> {
         let located = |source| TraceError::at(source, &self.observed.record.t);
         let immobile = is_immobile(&dictionary, self.observed);
-        let by_forces = forces::learn(&dictionary, self.observed, self.seed)?;
+        // Smoothed inputs leave errors that follow one another: noise is known here, and not taken off.
+        let logged = Observed {
+            input_noise: self.felt.input_noise.clone(),
+            ..self.observed.clone()
+        };
+        let by_forces = forces::learn(&dictionary, &logged, self.seed)?;
         let (basis, selection) = match by_forces {
-            Some(forces) if immobile => (Basis::Forces, forces),
+            Some(forces) if immobile || is_plain(&dictionary, &forces) => (Basis::Forces, forces),
             // One sensor that misreads makes forces everywhere: what explains the motion with
-            // less is right.
-            Some(forces) if forces.terms.len() >= MANY => match self.by_motion(&dictionary) {
-                Ok(motion) if motion.explains_with_less(&forces) => (Basis::Motion, motion),
-                _ => (Basis::Forces, forces),
-            },
+            // a few terms is right. Far more of them would take longer than anyone waits.
+            Some(forces) if forces.terms.len() >= MANY => {
+                match self.by_motion(&dictionary, None, FEW_TERMS) {
+                    Ok(motion) if motion.explains_with_less(&forces) => (Basis::Motion, motion),
+                    _ => (Basis::Forces, forces),
+                }
+            }
             few => {
-                let motion = self.by_motion(&dictionary).map_err(located)?;
+                let motion = self
+                    .by_motion(&dictionary, few.as_ref(), MAX_TERMS)
+                    .map_err(located)?;
                 let nearer = few.filter(|forces| {
                     motion.forces_remain() && self.is_nearer(&dictionary, forces, &motion)
                 });
@@ -80,7 +94,9 @@ impl Learner<'_> {
             }
         };
         // What effects do not explain, or many only together, may be a number of the description.
-        let is_suspicious = selection.forces_remain() || selection.terms.len() > FEW_TERMS;
+        let is_plain = matches!(basis, Basis::Forces) && is_plain(&dictionary, &selection);
+        let is_suspicious =
+            !is_plain && (selection.forces_remain() || selection.terms.len() > FEW_TERMS);
         let described = match is_suspicious && !immobile && self.progress.ended().is_none() {
             true => self.by_description(&selection),
             false => None,
@@ -117,9 +133,21 @@ impl Learner<'_> {
         is_driven(dictionary, &forces.observed) && leaves_less() && foretells()
     }
 
-    fn by_motion(&self, dictionary: &Dictionary) -> Result<Selection, SolveError> {
-        let observed = self.felt.clone();
-        select_with_slow_errors(dictionary, observed, self.free_hold, self.progress)
+    /// What the motion says, beginning with what was suggested, and going on to so many terms.
+    fn by_motion(
+        &self,
+        dictionary: &Dictionary,
+        suggested: Option<&Selection>,
+        at_most: usize,
+    ) -> Result<Selection, SolveError> {
+        let task = Task {
+            dictionary,
+            free_hold: self.free_hold,
+            suggested,
+            at_most,
+            progress: self.progress,
+        };
+        select_with_slow_errors(task, self.felt.clone())
     }
 
     /// What the log says where all numbers of the model's robot description may be wrong, if
@@ -137,18 +165,36 @@ impl Learner<'_> {
         };
         // Neither compiles where the model has names of its own like the description's.
         let numbers = Dictionary::of_parameters(&opened, self.ranges).ok()?;
-        let alone = self.by_motion(&numbers).ok()?;
+        let at_most = match selection.terms.len() >= MANY {
+            true => FEW_TERMS,
+            false => MAX_TERMS,
+        };
+        let alone = self.by_motion(&numbers, None, at_most).ok()?;
         if !is_better(&alone) {
             return None;
         }
         let dictionary = Dictionary::new(&opened, self.ranges).ok()?;
-        let selection = self.by_motion(&dictionary).ok()?;
+        let selection = self.by_motion(&dictionary, None, MAX_TERMS).ok()?;
         is_better(&selection).then_some(Learnt {
             dictionary,
             selection,
             basis: Basis::Motion,
         })
     }
+}
+
+/// Whether many findings are what real drives have, friction and rotors, with one load at most, and nearly
+/// nothing remains beside them: neither a sensor nor a description that is wrong looks like that.
+fn is_plain(dictionary: &Dictionary, forces: &Selection) -> bool {
+    let subject = |term: &Term| &dictionary.candidates[term.candidate].subject;
+    let subjects = forces.terms.iter().map(subject);
+    let is_load = |subject: &&Subject| {
+        matches!(subject, Subject::Parameter(_)) || is_on_a_body(dictionary, subject)
+    };
+    let remaining = &forces.remaining;
+    forces.terms.len() >= MANY
+        && subjects.filter(is_load).count() <= 1
+        && remaining.share_after < NEARLY_NOTHING * remaining.share_before
 }
 
 /// Whether inputs exert forces on each coordinate.

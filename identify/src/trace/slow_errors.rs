@@ -1,13 +1,11 @@
 //! Selection where a sensor's slow errors look like faint forces.
 
 use super::corrected::corrected;
-use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use super::finding::{Verdict, much_remains, verdict};
 use super::outcome::Basis;
-use super::progress::Progress;
 use super::score::Scoring;
-use super::search::{SensorErrors, select};
+use super::search::{SensorErrors, Task, select};
 use super::selection::Selection;
 use crate::machine::SolveError;
 
@@ -27,11 +25,14 @@ const JUDGED_HORIZON: f64 = 1.0;
 /// encoder that is not quite round) look like faint forces to a filter that believes the
 /// sensor. Which noise is right shows in open-loop predictions along the training log.
 pub(super) fn select_with_slow_errors(
-    dictionary: &Dictionary,
+    task: Task<'_>,
     observed: Observed,
-    free_hold: bool,
-    progress: &dyn Progress,
 ) -> Result<Selection, SolveError> {
+    let Task {
+        dictionary,
+        progress,
+        ..
+    } = task;
     let start = observed.clone();
     let prediction_error = |selection: &Selection| {
         let focus = dictionary.focus(&selection.accepted());
@@ -45,7 +46,7 @@ pub(super) fn select_with_slow_errors(
         let score = scoring.score(&record).ok()?;
         Some(score.rollout.errors.total).filter(|error| error.is_finite())
     };
-    let searched = |observed, errors| select(dictionary, observed, free_hold, errors, progress);
+    let searched = |observed, errors| select(task, observed, errors);
     let mut best = searched(observed, SensorErrors::MayLast)?;
     if best.observed.errs_lastingly() && progress.ended().is_none() {
         // Sensors with errors that last are given less weight, and may hide what is there: then the

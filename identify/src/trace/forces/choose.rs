@@ -143,6 +143,42 @@ impl Choice<'_> {
         all
     }
 
+    /// The candidates of some terms.
+    pub fn candidates(&self, terms: &[Chosen]) -> Vec<usize> {
+        let each = terms.iter();
+        each.map(|term| self.options[term.option].candidate)
+            .collect()
+    }
+
+    /// Candidates that are one law with another and have fewer numbers.
+    pub fn plainer_than(&self, candidate: usize) -> Vec<usize> {
+        let others = self.nested.iter().filter_map(|&(a, b)| match candidate {
+            c if c == a => Some(b),
+            c if c == b => Some(a),
+            _ => None,
+        });
+        let size = |candidate: usize| self.dictionary.candidates[candidate].size();
+        others
+            .filter(|&other| size(other) < size(candidate))
+            .collect()
+    }
+
+    /// The option of a candidate that is most like a term, by how well its columns explain the term's.
+    pub fn most_like(&self, term: &Chosen, candidate: usize) -> Option<usize> {
+        let theirs: Vec<usize> = self.own_columns(term).collect();
+        let likeness = |option: usize| -> f64 {
+            let columns = self.options[option].columns.iter().copied();
+            let own: Vec<usize> = columns.filter(|&c| self.visible[c]).collect();
+            let (part, _) = self.part(&[&own[..], &theirs].concat());
+            let base: Vec<usize> = (0..own.len()).collect();
+            let each = 0..theirs.len();
+            each.map(|i| part.explained_by(own.len() + i, &base)).sum()
+        };
+        let shapes = (0..self.options.len()).filter(|&o| self.options[o].candidate == candidate);
+        let rated = shapes.map(|option| (option, likeness(option)));
+        rated.max_by(|a, b| a.1.total_cmp(&b.1)).map(|best| best.0)
+    }
+
     /// The options of candidates that reach no further.
     fn within(&self, reach: usize) -> Vec<usize> {
         let near = |&option: &usize| self.reaches[self.options[option].candidate] <= reach;
@@ -173,9 +209,17 @@ impl Choice<'_> {
     fn price(&self, term: &Chosen) -> f64 {
         let option = &self.options[term.option];
         let shapes = self.dictionary.candidates[option.candidate].shapes[option.shape].len();
-        let parameters = (term.kept.len() + shapes) as f64;
+        self.price_of_numbers(term.kept.len() + shapes)
+    }
+
+    /// The price of a candidate with all its parameters.
+    pub fn price_of(&self, candidate: usize) -> f64 {
+        self.price_of_numbers(self.dictionary.candidates[candidate].size())
+    }
+
+    fn price_of_numbers(&self, numbers: usize) -> f64 {
         let search = (self.dictionary.candidates.len() as f64).ln() + MARGIN;
-        0.5 * parameters * self.equations.effective().ln() + search
+        0.5 * numbers as f64 * self.equations.effective().ln() + search
     }
 
     /// The part of the products that some columns need: of more than a thousand a handful.
@@ -183,7 +227,8 @@ impl Choice<'_> {
         (self.gram.part(columns), (0..columns.len()).collect())
     }
 
-    fn state(&self, terms: Vec<Chosen>) -> State {
+    /// Some terms with what they leave.
+    pub fn state(&self, terms: Vec<Chosen>) -> State {
         let (part, all) = self.part(&self.columns(&terms));
         let left = 0.5 * part.fit(&all).misfit;
         State {

@@ -10,7 +10,7 @@ use crate::trace::score::with_noise;
 
 /// What noise of the log's sensors alone leaves of the balance of forces of a machine that obeys
 /// its model, with forces `beside` it, along the log: per coordinate, a value per kept sample. Noise of the forces
-/// themselves, and of channels that somebody has filtered, is not known.
+/// themselves is known where the machine did not feel it, that of channels that somebody has filtered is not.
 ///
 /// # Errors
 /// If the log cannot be smoothed, or an equation of motion has no solution along it.
@@ -35,7 +35,7 @@ pub(super) fn left_by_noise(
     beside: Option<&Beside<'_>>,
     seed: u64,
 ) -> Result<Forces, TraceError> {
-    // Of the channels that are some sensor's: noise of the others is not known.
+    // Of the channels that are some sensor's, and of inputs whose noise is known.
     let sensed = &observed.record;
     let located = |error| TraceError::at(error, &sensed.t);
     let obeying = balance.obeying(sensed, machine, values, beside);

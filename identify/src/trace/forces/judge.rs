@@ -2,6 +2,7 @@
 
 use super::balance::{Balance, Forces};
 use super::floor::left_by_noise;
+use super::known;
 use crate::log::{Record, rms, share_of_news};
 use crate::regression::{BLOCKS, Hold};
 use crate::trace::dictionary::Dictionary;
@@ -32,6 +33,7 @@ pub(in crate::trace) fn judge(
     let (machine, values) = (&models.patched.focus.machine, &models.patched.values);
     let balance = Balance::new(test, hold)?;
     let exerted = balance.exerted(machine, values).map_err(located)?;
+    let exerted = known(exerted, &selection.observed, (machine, values)).map_err(located)?;
     let scale: Vec<f64> = exerted.iter().map(|force| deviation(force)).collect();
     let missing = |model: &Judged<'_>| balance.missing(&model.focus.machine, &model.values);
     let [given, patched] = [&models.given, &models.patched].map(missing);
@@ -57,14 +59,18 @@ pub(in crate::trace) fn judge(
         look(&models.given, &given)?,
         look(&models.patched, &patched)?,
     );
-    let observed = Observed::new(test.clone(), hold)?;
+    let observed = Observed {
+        input_noise: selection.observed.input_noise.clone(),
+        ..Observed::new(test.clone(), hold)?
+    };
     let scoring = models.patched.scoring(hold, request.horizon);
     let mut floor = match scoring.noise_floor(&observed, true, request.seed) {
         Ok(floor) => floor,
         Err(ScoreError::Smooth(error)) => return Err(error.into()),
         Err(ScoreError::Solve(_)) => motionless(test, request.horizon)?.score,
     };
-    let forces = left_by_noise((&balance, &observed), (machine, values), None, request.seed)?;
+    let quiet = observed.with_quiet_inputs();
+    let forces = left_by_noise((&balance, &quiet), (machine, values), None, request.seed)?;
     floor.force = errors(&forces);
     let explained = Models::without_each(dictionary, selection).map(|(subject, model)| {
         let (machine, values) = (&model.focus.machine, &model.values);

@@ -13,6 +13,8 @@ mod equations;
 mod floor;
 mod judge;
 mod nested;
+mod own_shapes;
+mod plainer;
 mod settle;
 
 pub(crate) use floor::force_floor;
@@ -22,23 +24,28 @@ use super::corrected::corrected;
 use super::dictionary::{Dictionary, Shape};
 use super::error::TraceError;
 use super::estimate::Observed;
-use super::finding::{Rival, says_no_strength};
+use super::finding::says_no_strength;
 use super::refine::Estimate;
 use super::remaining::{Remaining, of_balance};
 use super::screen::{ShapedCandidate, options};
 use super::selection::{Selection, Term};
 use super::settings::WORTH_IT;
 use crate::log::rms;
-use crate::machine::SolveError;
+use crate::machine::{Machine, SolveError};
 use balance::{Balance, Forces};
 use choose::{Choice, State, reaches};
 use equations::Equations;
 use floor::left_by_noise;
+use own_shapes::terms;
+use plainer::Explained;
 use rayon::prelude::*;
 use settle::Settled;
 
 /// Damping of the fit of everything at once.
 const EVERYTHING: f64 = 1e-6;
+/// A term below this share of what the inputs exert, wherever it acts, is not worth a name: no torque is
+/// measured that exactly.
+const WORTH_A_NAME: f64 = 1e-3;
 /// How often scales are adapted to what everything together leaves.
 const ROUNDS: usize = 2;
 
@@ -80,13 +87,21 @@ pub(super) fn learn(
     if state.terms.is_empty() || state.left > (1.0 - WORTH_IT) * before {
         return Ok(None);
     }
-    let mut terms = terms(&choice, &state);
-    let mut values = values(&choice, &state);
+    let first = values(&choice, &state);
+    let explained = Explained::new((&choice, &balance), state.terms, first).map_err(located)?;
+    let explained = explained.plainer(&choice, &balance);
+    let considered = choice.considered();
+    let mut terms = terms(choice, (&balance, &missing, columns), &explained).map_err(located)?;
+    let mut values = explained.settled.values;
     let (accepted, settled) = loop {
         let accepted: Vec<usize> = terms.iter().map(|term| term.candidate).collect();
         let settled = settle::settle(dictionary, &balance, &equations, &accepted, values);
         let settled = settled.map_err(located)?;
-        let Some(idle) = undetermined(dictionary, &accepted, &settled) else {
+        let idle = match undetermined(dictionary, &accepted, &settled) {
+            None => negligible(dictionary, &balance, &accepted, &settled).map_err(located)?,
+            idle => idle,
+        };
+        let Some(idle) = idle else {
             break (accepted, settled);
         };
         let Term { candidate, .. } = terms.remove(idle);
@@ -102,6 +117,7 @@ pub(super) fn learn(
     let own = focus.values(&settled.values);
     let left = balance.missing(&focus.machine, &own).map_err(located)?;
     let exerted = balance.exerted(&focus.machine, &own).map_err(located)?;
+    let exerted = known(exerted, observed, (&focus.machine, &own)).map_err(located)?;
     let looked = (&balance, observed);
     let by_noise = left_by_noise(looked, (&focus.machine, &own), None, seed)?;
     let unexplained =
@@ -114,20 +130,20 @@ pub(super) fn learn(
             covariance: settled.covariance,
             cost: settled.left,
             rows: rows as usize,
-            unexplained: share(&left, &exerted).powi(2),
+            unexplained: share(&left, &by_noise, &exerted).powi(2),
         },
         values: settled.values,
         held_otherwise: None,
         reduced_misfit: 2.0 * settled.left / rows,
         nominal_misfit: 2.0 * before / rows,
         remaining: Remaining {
-            share_before: share(&missing, &exerted),
-            share_after: share(&left, &exerted),
+            share_before: share(&missing, &by_noise, &exerted),
+            share_after: share(&left, &by_noise, &exerted),
             evidence: 0.0,
             forces: unexplained(&left),
         },
         given_forces: unexplained(&missing),
-        considered: choice.considered(),
+        considered,
         observed: observed.clone(),
     }))
 }
@@ -140,6 +156,36 @@ fn undetermined(dictionary: &Dictionary, accepted: &[usize], settled: &Settled) 
     let is_idle =
         |&candidate: &usize| says_no_strength(dictionary, candidate, &settled.values, known);
     accepted.iter().rposition(is_idle)
+}
+
+/// The weakest of some terms, strongest first, that exerts next to nothing beside the inputs on any
+/// coordinate.
+fn negligible(
+    dictionary: &Dictionary,
+    balance: &Balance,
+    accepted: &[usize],
+    settled: &Settled,
+) -> Result<Option<usize>, SolveError> {
+    let focus = dictionary.focus(accepted);
+    let missing = |values: &[f64]| balance.missing(&focus.machine, &focus.values(values));
+    let with = missing(&settled.values)?;
+    let exerted = balance.exerted(&focus.machine, &focus.values(&settled.values))?;
+    for (i, &candidate) in accepted.iter().enumerate().rev() {
+        let mut values = settled.values.clone();
+        for &parameter in &dictionary.candidates[candidate].parameters {
+            values[parameter] = dictionary.defaults[parameter];
+        }
+        let without = missing(&values)?;
+        let mut each = with.iter().zip(&without).zip(&exerted);
+        let is_small = each.all(|((with, without), exerted)| {
+            let own: Vec<f64> = with.iter().zip(without).map(|(a, b)| a - b).collect();
+            rms(&own) <= WORTH_A_NAME * rms(exerted)
+        });
+        if is_small {
+            return Ok(Some(i));
+        }
+    }
+    Ok(None)
 }
 
 /// What a selection leaves of the forces that were measured, in the band in which the log shows
@@ -180,22 +226,6 @@ fn values(choice: &Choice<'_>, state: &State) -> Vec<f64> {
         }
     }
     values
-}
-
-/// The terms with what they are worth and what would do as well, strongest first.
-fn terms(choice: &Choice<'_>, state: &State) -> Vec<Term> {
-    let rival = |(candidate, better): (usize, f64)| {
-        Rival::new(&choice.dictionary.candidates[candidate].subject, better)
-    };
-    let each = state.terms.iter().zip(choice.questioned(state));
-    let terms = each.map(|(term, (evidence, rivals))| Term {
-        candidate: choice.options[term.option].candidate,
-        evidence,
-        rivals: rivals.into_iter().map(rival).collect(),
-    });
-    let mut terms: Vec<Term> = terms.collect();
-    terms.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    terms
 }
 
 /// The columns of all options, shape after shape, as [`options`] counts them.
@@ -263,11 +293,32 @@ fn weighed(mut equations: Equations, options: &[ShapedCandidate]) -> Equations {
     equations
 }
 
-/// Root mean square over coordinates of forces as shares of others; not a number where none of
-/// these acts.
-fn share(forces: &Forces, of: &Forces) -> f64 {
-    let pairs = forces.iter().zip(of).filter(|(_, of)| rms(of) > 0.0);
-    let squares: Vec<f64> = pairs.map(|(f, of)| (rms(f) / rms(of)).powi(2)).collect();
+/// What inputs exert, and nothing where noise that the machine did not feel is larger than all that is
+/// left of them: there the log does not say what acts.
+pub(super) fn known(
+    mut exerted: Forces,
+    observed: &Observed,
+    (machine, values): (&Machine, &[f64]),
+) -> Result<Forces, SolveError> {
+    let noise = observed.forces_of_noise((machine, values), |noise| noise.taken)?;
+    for (force, noise) in exerted.iter_mut().zip(noise) {
+        if rms(force) < noise {
+            force.fill(0.0);
+        }
+    }
+    Ok(exerted)
+}
+
+/// Root mean square over coordinates of forces, beyond what noise leaves of them, as shares of others;
+/// not a number where none of these acts.
+fn share(forces: &Forces, by_noise: &Forces, of: &Forces) -> f64 {
+    let each = forces.iter().zip(by_noise).zip(of);
+    let acting = each.filter(|(_, of)| rms(of) > 0.0);
+    let squares = acting.map(|((force, noise), of)| {
+        let beyond = rms(force).powi(2) - rms(noise).powi(2);
+        beyond.max(0.0) / rms(of).powi(2)
+    });
+    let squares: Vec<f64> = squares.collect();
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }
 
@@ -275,7 +326,6 @@ fn share(forces: &Forces, of: &Forces) -> f64 {
 mod tests {
     use super::*;
     use crate::log::Log;
-    use crate::machine::Machine;
     use crate::regression::Hold;
     use dynamics_codegen::{Library, compile};
     use std::fmt::Write;
@@ -308,8 +358,10 @@ mod tests {
         assert!(rms(&exerted[0]) > 1.0 && rms(&missing[1]) > 0.1);
         assert!(exerted[1].iter().all(|force| *force == 0.0));
         let of_driven = rms(&missing[0]) / rms(&exerted[0]);
-        assert!((share(&missing, &exerted) / of_driven - 1.0).abs() < 1e-12);
         let nothing = vec![vec![0.0; exerted[0].len()]; 2];
-        assert!(share(&missing, &nothing).is_nan());
+        assert!((share(&missing, &nothing, &exerted) / of_driven - 1.0).abs() < 1e-12);
+        assert!(share(&missing, &nothing, &nothing).is_nan());
+        // What noise leaves is no force.
+        assert_eq!(share(&missing, &missing, &exerted), 0.0);
     }
 }

@@ -1,5 +1,6 @@
 //! The search: from the best hypothesis to its neighbours, until none of them is better.
 
+use super::Task;
 use super::explored::Explored;
 use super::fit::{Fitted, bar, by_score, fit, fit_with, reset, sharpened};
 use super::hypothesis::Hypothesis;
@@ -17,6 +18,7 @@ use crate::trace::linearised::first_noise;
 use crate::trace::progress::{Progress, Stage};
 use crate::trace::refine::{Effort, Explanation};
 use crate::trace::screen::Considered;
+use crate::trace::selection::Selection;
 use crate::trace::settings::{BEAM, KEPT, NEAR_MISS, SAME_FIT, SPARED, TIE};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
@@ -38,6 +40,8 @@ pub struct Search<'a> {
     pub progress: &'a dyn Progress,
     /// Whether the log says what inputs do between samples.
     pub free_hold: bool,
+    /// Hypotheses of so many terms are not gone on from.
+    at_most: usize,
     /// The model as given, under each assumption about inputs that is open.
     pub given: Vec<Arc<Fitted>>,
     /// Everything that was fitted.
@@ -59,16 +63,19 @@ impl<'a> Search<'a> {
     ///
     /// # Errors
     /// If the equation of motion cannot be solved along the curve.
-    pub fn begin(
-        dictionary: &'a Dictionary,
-        observed: &Observed,
-        free_hold: bool,
-        progress: &'a dyn Progress,
-    ) -> Result<Self, SolveError> {
+    pub fn begin(task: Task<'a>, observed: &Observed) -> Result<Self, SolveError> {
+        let Task {
+            dictionary,
+            free_hold,
+            at_most,
+            progress,
+            ..
+        } = task;
         let mut search = Self {
             dictionary,
             progress,
             free_hold,
+            at_most,
             given: Vec::new(),
             explored: Explored::default(),
             fresh: Arc::default(),
@@ -92,6 +99,43 @@ impl<'a> Search<'a> {
         Ok(search)
     }
 
+    /// The same task once more, with what this has found in place of what was suggested.
+    fn task(&self, free_hold: bool) -> Task<'a> {
+        Task {
+            dictionary: self.dictionary,
+            free_hold,
+            suggested: None,
+            at_most: self.at_most,
+            progress: self.progress,
+        }
+    }
+
+    /// Fits what the balance of forces says before anything else, under each assumption about inputs.
+    ///
+    /// # Errors
+    /// If the equation of motion cannot be solved along the curve.
+    pub fn try_suggested(&mut self, suggested: Option<&Selection>) -> Result<(), SolveError> {
+        let Some(suggested) = suggested else {
+            return Ok(());
+        };
+        let given = self.given.clone();
+        // What each candidate is worth by itself is known from here on, as of any search.
+        self.enter(Stage::Screen);
+        let at = Neighbourhood::new(self.dictionary, &given[0], &[], self.free_hold)?;
+        self.fresh = at.considered.into();
+        self.enter(Stage::Fit);
+        for given in given {
+            let proposal = Proposal {
+                hypothesis: given.hypothesis.exchange(&[], &suggested.accepted()),
+                values: suggested.values.clone(),
+                promise: given.score,
+                within_reach: f64::INFINITY,
+            };
+            self.try_all(&given, vec![proposal]);
+        }
+        Ok(())
+    }
+
     /// The model as given beside the log of a hypothesis, with inputs as they are there.
     ///
     /// # Errors
@@ -110,7 +154,7 @@ impl<'a> Search<'a> {
         let mut observed = self.given[0].explanation.observed.clone();
         observed.hold = found.hypothesis.hold;
         seen(&mut observed);
-        let mut search = Self::begin(self.dictionary, &observed, self.free_hold, self.progress)?;
+        let mut search = Self::begin(self.task(self.free_hold), &observed)?;
         let likely = self.explored.kept().iter().map(|kept| Proposal {
             hypothesis: kept.hypothesis.clone(),
             values: kept.explanation.values.clone(),
@@ -136,7 +180,7 @@ impl<'a> Search<'a> {
             hold: found.hypothesis.hold,
             ..whole.clone()
         };
-        let given = Self::begin(dictionary, &observed, false, self.progress)?;
+        let given = Self::begin(self.task(false), &observed)?;
         self.enter(Stage::Settle);
         let start = Explanation {
             observed,
@@ -236,7 +280,10 @@ impl<'a> Search<'a> {
     fn next(&self) -> Option<Next> {
         let kept = self.explored.kept();
         let best = self.best();
-        let is_expanded = |fitted: &Arc<Fitted>| self.expanded.contains(&fitted.hypothesis);
+        let is_expanded = |fitted: &Arc<Fitted>| {
+            let Fitted { hypothesis, .. } = fitted.as_ref();
+            hypothesis.candidates().len() >= self.at_most || self.expanded.contains(hypothesis)
+        };
         let mut as_good = kept.iter().filter(|k| k.score < best.score + SPARED);
         if !as_good.any(is_expanded) {
             return Some(Next::Expand(Arc::clone(best)));

@@ -30,6 +30,7 @@ use beam::Search;
 pub(super) use beam::as_given;
 pub(super) use channel::is_time;
 pub(super) use fit::Fitted;
+pub(super) use moves::merge::is_on_a_body;
 
 /// What sensors' errors are taken to be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,28 +41,42 @@ pub enum SensorErrors {
     MayLast,
 }
 
-/// Searches for the terms that explain `observed` best. What inputs do between samples is part of
-/// the answer if `free_hold`.
+/// What is searched in, and how.
+#[derive(Clone, Copy)]
+pub struct Task<'a> {
+    /// What may be missing.
+    pub dictionary: &'a Dictionary,
+    /// Whether what inputs do between samples is part of the answer.
+    pub free_hold: bool,
+    /// What the balance of forces says, which is cheap to ask: it is fitted first.
+    pub suggested: Option<&'a Selection>,
+    /// Hypotheses of so many terms are not gone on from.
+    pub at_most: usize,
+    /// Who is told how far the work is.
+    pub progress: &'a dyn Progress,
+}
+
+/// Searches for the terms that explain `observed` best.
 ///
 /// # Errors
 /// If the equation of motion cannot be solved along the curve.
 pub fn select(
-    dictionary: &Dictionary,
+    task: Task<'_>,
     mut observed: Observed,
-    free_hold: bool,
     errors: SensorErrors,
-    progress: &dyn Progress,
 ) -> Result<Selection, SolveError> {
-    progress.enter(Stage::Fit, &[]);
+    let Task { dictionary, .. } = task;
+    task.progress.enter(Stage::Fit, &[]);
     let part = observed.excerpt(SEARCHED);
     let searched = part.as_ref().unwrap_or(&observed);
-    let mut search = Search::begin(dictionary, searched, free_hold, progress)?;
+    let mut search = Search::begin(task, searched)?;
     if errors == SensorErrors::MayLast
         && let Some(seen) = with_memory(dictionary, search.best(), searched)?
     {
-        search = Search::begin(dictionary, &seen, free_hold, progress)?;
+        search = Search::begin(task, &seen)?;
         observed.err_as(&seen);
     }
+    search.try_suggested(task.suggested)?;
     search.run()?;
     if search.best().leaves_forces()
         && let Some(correlation) = discrepancy::correlation(dictionary, search.best())?
