@@ -14,3 +14,5 @@ mod robots;
 mod rolling;
 #[path = "contacts/sliding.rs"]
 mod sliding;
+#[path = "contacts/thrown.rs"]
+mod thrown;

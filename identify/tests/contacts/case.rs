@@ -15,6 +15,7 @@ pub struct Moved {
     pub v: Vec<f64>,
     /// Sweeps of the solver.
     pub sweeps: usize,
+    pub relaxed: usize,
 }
 
 impl Case {
@@ -102,6 +103,7 @@ impl Case {
             q: row(&state.q),
             v: row(&state.v),
             sweeps: stepping.sweeps(),
+            relaxed: stepping.relaxed(),
         }
     }
 }

@@ -4,6 +4,28 @@ use crate::case::Case;
 
 /// A quadruped of twelve joints on its feet, with springs and dampers for motors.
 pub fn quadruped() -> Case {
+    Case::new(&text())
+}
+
+/// The same that may land on its back, its hips and its knees, too.
+pub fn tumbling() -> Case {
+    let mut text = text();
+    for leg in ["FL", "FR", "HL", "HR"] {
+        text += &format!(
+            "contact knee_{leg}: sphere({leg}_LOWER_LEG, 0.02) on plane_z(world) {{ friction: 0.8; }}\n"
+        );
+    }
+    for corner in 0..8 {
+        let side = |bit: usize, half: f64| if corner & bit == 0 { half } else { -half };
+        let (x, y, z) = (side(1, 0.2), side(2, 0.1), side(4, 0.03));
+        text += &format!(
+            "contact base_{corner}: point(base_link * translate({x}, {y}, {z})) on plane_z(world) {{ friction: 0.5; }}\n"
+        );
+    }
+    Case::new(&text)
+}
+
+fn text() -> String {
     let mut text = "
         model standing;
         urdf \"solo12.urdf\" { base: floating; inputs: none; }
@@ -15,14 +37,14 @@ pub fn quadruped() -> Case {
         let back = if leg.starts_with('H') { -1.0 } else { 1.0 };
         for (joint, rest) in [("HAA", 0.0), ("HFE", 0.7 * back), ("KFE", -1.4 * back)] {
             text += &format!(
-                "force {leg}_{joint} = -stiff*({leg}_{joint} - ({rest})) - slow*dot({leg}_{joint});\n"
+                "potential stiff/2*({leg}_{joint} - ({rest}))^2;\nforce {leg}_{joint} = -slow*dot({leg}_{joint});\n"
             );
         }
         text += &format!(
             "contact foot_{leg}: sphere({leg}_FOOT, 0.016) on plane_z(world) {{ friction: 0.8; }}\n"
         );
     }
-    Case::new(&text)
+    text
 }
 
 /// Where it is dropped from.

@@ -18,14 +18,8 @@ const HALVINGS: usize = 200;
 /// What is none: of that interval relative to its end, of `f` relative to the impulse.
 const NARROW: f64 = 1e-15;
 
-/// The impulse on a contact with mobility `w`, velocity `q` without it and friction `mu`; what it was
-/// before does not matter.
-pub(super) fn impulse(
-    w: &Matrix3<f64>,
-    q: &Vector3<f64>,
-    mu: f64,
-    _before: &Vector3<f64>,
-) -> Vector3<f64> {
+/// The impulse on a contact with mobility `w`, velocity `q` without it and friction `mu`.
+pub(super) fn impulse(w: &Matrix3<f64>, q: &Vector3<f64>, mu: f64) -> Vector3<f64> {
     if q.z >= 0.0 {
         return Vector3::zeros();
     }
@@ -39,18 +33,11 @@ pub(super) fn impulse(
     }
 }
 
-/// A step towards the impulse under the associated law, whose velocity is in the dual of the friction
-/// cone: against the velocity, and back onto the cone.
-pub(super) fn associated(
-    w: &Matrix3<f64>,
-    q: &Vector3<f64>,
-    mu: f64,
-    before: &Vector3<f64>,
-) -> Vector3<f64> {
-    let p = before - (w * before + q) / w.trace();
+/// The nearest impulse within the friction cone.
+pub(super) fn onto(p: &Vector3<f64>, mu: f64) -> Vector3<f64> {
     let size = p.xy().norm();
     if size <= mu * p.z {
-        return p;
+        return *p;
     }
     if mu * size <= -p.z {
         return Vector3::zeros();
@@ -156,7 +143,7 @@ mod tests {
             mu in 0.0..3.0_f64,
         ) {
             let (w, q) = (mobility(entries), Vector3::from(q));
-            let p = impulse(&w, &q, mu, &Vector3::zeros());
+            let p = impulse(&w, &q, mu);
             let u = w * p + q;
             let (slip, friction) = (u.xy(), p.xy());
             prop_assert!(p.z >= 0.0 && u.z >= -1e-9, "presses {p}, moves {u}");

@@ -5,10 +5,13 @@
 //! (`pₙ ≥ 0`), only where the gap is closed, and friction holds or slows within Coulomb's cone
 //! `|pₜ| ≤ μ pₙ`. [`Stepping`] moves a machine so.
 
+mod associated;
 mod cone;
+mod newton;
 mod pressed;
 mod solve;
 mod step;
+mod sweeps;
 mod terms;
 mod view;
 

@@ -110,13 +110,12 @@ impl<'a> Stepping<'a> {
         Ok(gaps.fold(0.0_f64, |most, (a, b)| most.max((a[0] - b[0]).abs())))
     }
 
-    /// Sweeps over the contacts so far: what the solutions cost.
+    /// Sweeps over the contacts and steps of Newton's method so far: what the solutions cost.
     pub fn sweeps(&self) -> usize {
         self.sweeps
     }
 
-    /// How many solutions are those of the associated law, where sweeps of Coulomb's went round in
-    /// circles.
+    /// How many solutions are those of the associated law, where none of Coulomb's was found.
     pub fn relaxed(&self) -> usize {
         self.relaxed
     }

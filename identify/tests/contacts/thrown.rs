@@ -1,0 +1,114 @@
+//! Bodies thrown anyhow: more contacts than hold them, and always a next step.
+
+use crate::case::Case;
+use crate::robots::tumbling;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// A box that may land on each of its eight corners.
+fn cornered_box() -> Case {
+    let mut text =
+        "model thrown; urdf \"../tests/data/models/box.urdf\" { base: floating; }".to_string();
+    for corner in 0..8 {
+        let side = |bit: usize, half: f64| if corner & bit == 0 { half } else { -half };
+        let (x, y, z) = (side(1, 0.2), side(2, 0.1), side(4, 0.05));
+        text += &format!(
+            "contact c{corner}: point(box * translate({x}, {y}, {z})) on plane_z(world) \
+             {{ friction: 0.5; restitution: 0.3; }}"
+        );
+    }
+    Case::new(&text)
+}
+
+/// Anyhow in the air, 10 cm above the floor.
+fn thrown(case: &Case, seed: u64) -> (Vec<f64>, Vec<f64>) {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let names = &case.machine.compiled.model.coordinates;
+    let mut number = || -> Vec<f64> {
+        let numbers = names.iter().map(|_| random.random_range(-1.0..1.0));
+        numbers.collect()
+    };
+    let (mut q, mut v) = (number(), number());
+    let place = |end: &str| names.iter().position(|c| c.name.ends_with(end)).unwrap();
+    let unit = ["_qx", "_qy", "_qz", "_qw"].map(place);
+    let size = unit.iter().map(|&i| q[i] * q[i]).sum::<f64>().sqrt();
+    unit.iter().for_each(|&i| q[i] /= size);
+    // A unit quaternion turns across itself.
+    let along: f64 = unit.iter().map(|&i| q[i] * v[i]).sum();
+    unit.iter().for_each(|&i| v[i] -= along * q[i]);
+    let height = place("_z");
+    q[height] = 0.0;
+    q[height] = 0.1 - case.contacts(0.0, &q, &v).gap.min();
+    (q, v)
+}
+
+/// What a fall of two seconds shows.
+#[derive(Debug, Default)]
+struct Fall {
+    /// The lowest gap, m.
+    lowest: f64,
+    /// The largest rise of the energy in one step, J.
+    rise: f64,
+    /// The fastest coordinate in the end.
+    speed: f64,
+    sweeps: usize,
+    relaxed: usize,
+}
+
+/// Steps of 1 ms.
+const STEPS: usize = 2000;
+
+fn fall(case: &Case, seed: u64) -> Fall {
+    let (q, v) = thrown(case, seed);
+    let mut fall = Fall::default();
+    let mut before = case.energy(&q, &v);
+    let end = case.run((&q, &v), 1e-3, STEPS, |t, q, v, _| {
+        let energy = case.energy(q, v);
+        fall.rise = fall.rise.max(energy - before);
+        before = energy;
+        fall.lowest = fall.lowest.min(case.contacts(t, q, v).gap.min());
+    });
+    fall.speed = end.v.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    (fall.sweeps, fall.relaxed) = (end.sweeps, end.relaxed);
+    fall
+}
+
+/// Every step has an answer, nothing sinks in, and the energy rises by the error of the midpoint rule at
+/// most, of joules.
+fn is_sound(fall: &Fall) {
+    assert!(fall.lowest > -1e-6 && fall.rise < 1e-7, "{fall:?}");
+    assert!(fall.sweeps < 50 * STEPS && fall.relaxed < 5, "{fall:?}");
+}
+
+#[test]
+fn a_box_comes_to_rest() {
+    let case = cornered_box();
+    for seed in 0..4 {
+        let fall = fall(&case, seed);
+        is_sound(&fall);
+        assert!(fall.speed < 1e-9, "{fall:?}");
+    }
+}
+
+#[test]
+fn a_quadruped_tumbles() {
+    is_sound(&fall(&tumbling(), 0));
+}
+
+#[test]
+#[ignore = "10⁵ steps; its figures stand in docs/accuracy.md"]
+fn a_hundred_thousand_steps() {
+    for (name, case, throws) in [("box", cornered_box(), 30), ("quadruped", tumbling(), 20)] {
+        let mut worst = Fall::default();
+        for seed in 0..throws {
+            let fall = fall(&case, seed);
+            is_sound(&fall);
+            worst.lowest = worst.lowest.min(fall.lowest);
+            worst.rise = worst.rise.max(fall.rise);
+            worst.speed = worst.speed.max(fall.speed);
+            worst.sweeps += fall.sweeps;
+            worst.relaxed += fall.relaxed;
+        }
+        println!("{name}, {throws} throws of {STEPS} steps: {worst:?}");
+    }
+}
