@@ -7,17 +7,21 @@
 //!    (Newton); one without restitution slows to `wₙ ≥ −g/h`, with which it arrives at the end of
 //!    the step. What happens, happens at the beginning: outside of the plane, so that no energy
 //!    comes from being inside.
-//! 2. *contact*: `v⁺ = v′ + h a + P Jᵀ p` with `wₙ ≥ −g/h`, by the midpoint rule: `a`, `P` and `J`
-//!    are those halfway, where the same equation over half of the step has led.
+//! 2. *contact*: `v⁺ = v′ + h a + P Jᵀ p` by the midpoint rule: `a`, `P` and `J` are those halfway,
+//!    where the same equation over half of the step has led. Positions move with the mean of `v′` and
+//!    `v⁺`; normally it is that mean which ends on the plane: `(wₙ′ + wₙ⁺)/2 ≥ −g/h`.
 //! 3. *projection*: before the next step, what is inside of a plane by curvature is moved onto it,
 //!    and onto the holonomic constraints, by the shortest way in the metric of `M`. Velocities stay.
 //!
-//! Impulses never give energy: `p·(w⁺ + w⁻)/2 ≤ 0`. Without restitution that follows from the laws;
-//! with it, several contacts with friction could gain (Kane's example), and get back less.
+//! Impulses never give energy: `p·(w⁺ + w⁻)/2 ≤ 0`. Without restitution that follows from the laws
+//! for an impact; with it, several contacts with friction could gain (Kane's example), and get back
+//! less. Over a step, friction that ends a slip and then holds against forces would push along it
+//! on the mean; it is mixed with that of the mean velocities, which cannot.
 //!
 //! Moreau's method with the projection of Acary (Comput. Methods Appl. Mech. Eng. 256, 2013).
 
 use super::solve::Problem;
+use super::terms::ContactTerms;
 use super::view::View;
 use crate::machine::rollout::remembered;
 use crate::machine::{Machine, Rollout, RolloutOptions, Simulated, SolveError};
@@ -203,10 +207,11 @@ impl<'a> Stepping<'a> {
             return Ok(None);
         }
         let nothing = DVector::zeros(3 * contacts.len());
-        let mut impulse = self.solve(view, &contacts.velocity, &floor, nothing.clone())?;
-        if view.work(&impulse) > 0.0 {
-            let soft = self.solve(view, &contacts.velocity, &floors(0.0), nothing)?;
-            impulse = view.without_gain(soft, &impulse);
+        let before = &contacts.velocity;
+        let mut impulse = self.solve(view, before, &floor, nothing.clone())?;
+        if view.gains(&impulse, before) {
+            let soft = self.solve(view, before, &floors(0.0), nothing)?;
+            impulse = view.without_gain(soft, &impulse, before);
         }
         self.impulse += &impulse;
         let velocity = &view.response * impulse;
@@ -240,7 +245,12 @@ impl<'a> Stepping<'a> {
         // At the end `J` has turned on by half of the step: `J̇ v = −b`.
         let turned = &there.contacts.bias * (-h / 2.0);
         let free_contacts = &there.contacts.velocity + moved + turned;
-        let impulse = self.solve(&there, &free_contacts, &floor, impulse * 2.0)?;
+        let impulse = self.held(
+            &there,
+            &view.contacts,
+            &free_contacts,
+            (&floor, impulse * 2.0),
+        )?;
         let velocity = free + &there.response * &impulse;
         move_by(&mut state.q, &(&view.velocity + &velocity), h / 2.0);
         put(&mut state.v, &velocity);
@@ -249,6 +259,28 @@ impl<'a> Stepping<'a> {
         self.impulse += &impulse;
         self.pressed = impulse;
         Ok(())
+    }
+
+    /// Impulses over a step in which contacts that moved as in `before` would move with `free`, and may
+    /// move with `floor` along their normals on the mean.
+    fn held(
+        &mut self,
+        there: &View,
+        before: &ContactTerms,
+        free: &DVector<f64>,
+        (floor, guess): (&DVector<f64>, DVector<f64>),
+    ) -> Result<DVector<f64>, SolveError> {
+        // What approached faster than that does not come back.
+        let end = |i: usize| floor[i] - (before.approach(i) - floor[i]).max(0.0);
+        let end = DVector::from_fn(floor.len(), |i, _| end(i));
+        let impulse = self.solve(there, free, &end, guess)?;
+        let mean = (free + &before.velocity) / 2.0;
+        if !there.gains(&impulse, &mean) {
+            return Ok(impulse);
+        }
+        let both = DVector::from_fn(floor.len(), |i, _| end[i] + before.approach(i));
+        let soft = self.solve(there, &(&mean * 2.0), &both, impulse.clone())?;
+        Ok(there.without_gain(soft, &impulse, &mean))
     }
 
     /// Part 3: the state moved out of planes and onto constraints, and what it looks like there.

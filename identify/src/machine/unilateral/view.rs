@@ -5,6 +5,9 @@ use crate::machine::{Motion, SolveError, States};
 use dynamics_codegen::model::ConstraintKind;
 use nalgebra::{DMatrix, DVector};
 
+/// Work below this share of what impulses do by themselves is rounding.
+const GAIN: f64 = 1e-9;
+
 /// What a step needs to know of a state.
 pub(super) struct View {
     pub states: States,
@@ -73,19 +76,31 @@ impl View {
         off
     }
 
-    /// `p·(w⁺ + w⁻)/2`: what impulses do to the energy, as seen from the planes, J.
-    pub fn work(&self, impulse: &DVector<f64>) -> f64 {
-        impulse.dot(&self.contacts.velocity) + impulse.dot(&(&self.mobility * impulse)) / 2.0
+    /// `p·(w⁺ + w⁻)/2`: what impulses do to the energy, as seen from the planes, J. Without them
+    /// the mean of `w⁺` and `w⁻` would be `mean`.
+    pub fn work(&self, impulse: &DVector<f64>, mean: &DVector<f64>) -> f64 {
+        impulse.dot(mean) + impulse.dot(&(&self.mobility * impulse)) / 2.0
+    }
+
+    /// Whether impulses give energy, rounding aside.
+    pub fn gains(&self, impulse: &DVector<f64>, mean: &DVector<f64>) -> bool {
+        let size = impulse.dot(&(&self.mobility * impulse));
+        self.work(impulse, mean) > GAIN * size
     }
 
     /// On the way from `soft` impulses, which take energy, to `hard` ones, which give some: the last
     /// that give none. The laws' cone is convex, and the work a parabola.
-    pub fn without_gain(&self, soft: DVector<f64>, hard: &DVector<f64>) -> DVector<f64> {
+    pub fn without_gain(
+        &self,
+        soft: DVector<f64>,
+        hard: &DVector<f64>,
+        mean: &DVector<f64>,
+    ) -> DVector<f64> {
         let way = hard - &soft;
         let there = &self.mobility * &way;
         let square = way.dot(&there) / 2.0;
-        let slope = way.dot(&self.contacts.velocity) + soft.dot(&there);
-        let taken = self.work(&soft).min(0.0);
+        let slope = way.dot(mean) + soft.dot(&there);
+        let taken = self.work(&soft, mean).min(0.0);
         let root = (slope * slope - 4.0 * square * taken).max(0.0).sqrt();
         let share = (root - slope) / (2.0 * square);
         let share = if share.is_finite() {
