@@ -104,8 +104,9 @@ impl Wish<'_, '_> {
                 rate,
                 max_step,
                 impulses: false,
+                exact_impacts: false,
             };
-            run.rows(&state, count, |t, row| {
+            run.rows(&state, count, |t, row, _| {
                 anyhow::ensure!(!is_interrupted.load(Ordering::SeqCst), "interrupted");
                 motion.t.push(t);
                 motion.rows.extend_from_slice(row);

@@ -5,7 +5,7 @@ use crate::mistake::Mistake;
 use crate::model::ModelArguments;
 use crate::noise::{Channel, Noise};
 use crate::output;
-use crate::simulation::{Controller, Recorder, Run, Signal};
+use crate::simulation::{Controller, ImpactList, Recorder, Run, Signal};
 use crate::start;
 use crate::state::State;
 use clap::Args;
@@ -67,6 +67,11 @@ pub struct Arguments {
     #[arg(long)]
     impulses: bool,
 
+    /// Let impacts that end free motion happen at their instants, found to round-off, and list them
+    /// in this file: `t,contact,approach,impulse_x,impulse_y,impulse_z`
+    #[arg(long, value_name = "FILE.csv")]
+    impacts: Option<PathBuf>,
+
     /// Where the log goes
     #[arg(long, value_name = "LOG.csv")]
     out: PathBuf,
@@ -119,11 +124,18 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(controller) = &controller {
         signal = signal.commanded(controller.inputs.clone(), controller.interval);
     }
-    if arguments.impulses && model.contacts.is_empty() {
-        let mistake = Mistake::new("`--impulses` shows contacts, and the model has none");
+    let asked = [
+        ("--impulses", arguments.impulses),
+        ("--impacts", arguments.impacts.is_some()),
+    ];
+    let asked = asked.iter().find(|(_, asked)| *asked);
+    if let (Some((option, _)), true) = (asked, model.contacts.is_empty()) {
+        let mistake = Mistake::new(format!("`{option}` shows contacts, and the model has none"));
         return Err(mistake.help("declare what may touch: `contact`").into());
     }
     let mut log = Recorder::create(&arguments.out, model, arguments.impulses)?;
+    let impacts = arguments.impacts.as_deref();
+    let mut impacts = impacts.map(ImpactList::create).transpose()?;
     let run = Run {
         machine: &machine,
         parameters: &state.parameters,
@@ -134,14 +146,19 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         rate: arguments.rate,
         max_step: arguments.max_step,
         impulses: arguments.impulses,
+        exact_impacts: impacts.is_some(),
     };
     let progress = progress(rows);
-    run.rows(&state, rows, |t, values| {
+    run.rows(&state, rows, |t, values, hits| {
         progress.inc(1);
+        if let Some(impacts) = &mut impacts {
+            impacts.add(model, hits)?;
+        }
         log.row(t, values)
     })?;
     progress.finish_and_clear();
     log.finish()?;
+    impacts.map(ImpactList::finish).transpose()?;
     let name = arguments.out.display();
     let noisy = model.sensors.iter().any(|sensor| sensor.noise > 0.0);
     let seed = if arguments.noise.is_empty() && !noisy {

@@ -3,6 +3,7 @@
 mod control_file;
 mod controller;
 mod gauges;
+mod impacts;
 mod mover;
 mod readings;
 mod recorder;
@@ -10,6 +11,7 @@ mod run;
 mod signal;
 
 pub use controller::Controller;
+pub use impacts::ImpactList;
 pub use recorder::Recorder;
 pub use run::Run;
 pub use signal::Signal;

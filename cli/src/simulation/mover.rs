@@ -4,7 +4,7 @@ use super::signal::{Side, Signal};
 use crate::mistake::Mistake;
 use crate::start::stopped;
 use identify::machine::{
-    Machine, Rollout, RolloutOptions, Simulated, SolveError, Stepping, SteppingOptions,
+    Impact, Machine, Rollout, RolloutOptions, Simulated, SolveError, Stepping, SteppingOptions,
 };
 
 /// A machine in motion.
@@ -16,11 +16,17 @@ pub(super) enum Mover<'a> {
 }
 
 impl<'a> Mover<'a> {
-    /// With steps of at most `max_step` s.
-    pub fn new(machine: &'a Machine, parameters: &'a [f64], max_step: f64) -> Self {
+    /// With steps of at most `max_step` s, and impacts at their instants if they shall be exact.
+    pub fn new(
+        machine: &'a Machine,
+        parameters: &'a [f64],
+        max_step: f64,
+        exact_impacts: bool,
+    ) -> Self {
         if machine.contact_count() > 0 {
             let options = SteppingOptions {
                 max_step,
+                exact_impacts,
                 ..SteppingOptions::default()
             };
             return Self::Touching(Box::new(Stepping::new(machine, parameters, options)));
@@ -62,6 +68,14 @@ impl<'a> Mover<'a> {
         match self {
             Self::Free(rollout) => rollout.advance(simulated, &[t], duration, from, to),
             Self::Touching(stepping) => stepping.advance(simulated, t, duration, from, to),
+        }
+    }
+
+    /// Impacts since they were last taken, if they are exact.
+    pub fn take_impacts(&mut self) -> Vec<Impact> {
+        match self {
+            Self::Free(_) => Vec::new(),
+            Self::Touching(stepping) => stepping.take_impacts(),
         }
     }
 

@@ -7,7 +7,7 @@ use super::signal::{INSTANT, Side};
 use super::{Controller, Signal};
 use crate::noise::Channel;
 use crate::state::State;
-use identify::machine::{Machine, Simulated};
+use identify::machine::{Impact, Machine, Simulated};
 
 /// What moves, how it is driven, and how it is seen.
 pub struct Run<'a> {
@@ -29,12 +29,14 @@ pub struct Run<'a> {
     pub max_step: f64,
     /// Whether rows show the contacts' impulses.
     pub impulses: bool,
+    /// Whether impacts are looked for at their instants.
+    pub exact_impacts: bool,
 }
 
 impl Run<'_> {
     /// Simulates from `state` on and hands over `rows` rows: the time, then positions and velocities
     /// as their sensors read them, accelerations, inputs, what the `sensor` statements show and, if
-    /// asked for, the impulses of the contacts since the row before.
+    /// asked for, the impulses of the contacts since the row before; and the impacts since then, if they are exact.
     ///
     /// # Errors
     /// If the motion ends on the way, or a row is refused.
@@ -42,9 +44,14 @@ impl Run<'_> {
         mut self,
         state: &State,
         rows: usize,
-        mut seen: impl FnMut(f64, &[f64]) -> anyhow::Result<()>,
+        mut seen: impl FnMut(f64, &[f64], &[Impact]) -> anyhow::Result<()>,
     ) -> anyhow::Result<()> {
-        let mut mover = Mover::new(self.machine, self.parameters, self.max_step);
+        let mut mover = Mover::new(
+            self.machine,
+            self.parameters,
+            self.max_step,
+            self.exact_impacts,
+        );
         let readings = Readings::new(self.machine, self.parameters);
         let column = |values: &[f64]| values.iter().map(|&value| vec![value]).collect();
         let mut simulated = Simulated {
@@ -96,7 +103,7 @@ impl Run<'_> {
                     true => shown.chain(impulses).collect(),
                     false => shown.collect(),
                 };
-                seen(t, &shown)?;
+                seen(t, &shown, &mover.take_impacts())?;
                 row += 1;
             }
         }

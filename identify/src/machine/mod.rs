@@ -25,7 +25,7 @@ pub(crate) use shifted::shifted;
 pub use solve::{Factorisation, SolveError};
 pub use states::{History, States};
 pub use trail::{Memory, Trail};
-pub use unilateral::{ContactTerms, Pressed, Stepping, SteppingOptions};
+pub use unilateral::{ContactTerms, Impact, Pressed, Stepping, SteppingOptions};
 
 use dynamics_codegen::derive::{Sensitivity, Variable};
 use dynamics_codegen::model::ConstraintKind;

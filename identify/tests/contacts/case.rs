@@ -1,7 +1,9 @@
 //! A model in motion, with what tests ask of it.
 
 use dynamics_codegen::{Library, System, Tape, compile};
-use identify::machine::{ContactTerms, Machine, Simulated, States, Stepping, SteppingOptions};
+use identify::machine::{
+    ContactTerms, Impact, Machine, Simulated, States, Stepping, SteppingOptions,
+};
 
 pub struct Case {
     pub machine: Machine,
@@ -105,5 +107,25 @@ impl Case {
             sweeps: stepping.sweeps(),
             relaxed: stepping.relaxed(),
         }
+    }
+
+    /// Impacts at their instants on the way from `q, v`.
+    pub fn impacts(&self, (q, v): (&[f64], &[f64]), h: f64, steps: usize) -> Vec<Impact> {
+        let options = SteppingOptions {
+            max_step: h,
+            exact_impacts: true,
+            ..SteppingOptions::default()
+        };
+        let mut stepping = Stepping::new(&self.machine, &self.parameters, options);
+        let column = |values: &[f64]| values.iter().map(|&x| vec![x]).collect();
+        let u: Vec<Vec<f64>> = vec![vec![0.0]; self.machine.input_count()];
+        let mut state = Simulated {
+            q: column(q),
+            v: column(v),
+            z: Vec::new(),
+        };
+        let moved = stepping.advance(&mut state, 0.0, h * steps as f64, &u, &u);
+        moved.unwrap_or_else(|error| panic!("{error}"));
+        stepping.take_impacts()
     }
 }

@@ -182,3 +182,47 @@ fn no_impact_gives_energy() {
         assert!(hit, "nothing was hit");
     }
 }
+
+/// The `n`th of its bounces comes at `t₀ (1 + 2 (e + … + eⁿ))`, to the last digits, and so long as it flies
+/// for longer than a step every one is listed.
+#[test]
+fn bounces_are_found_at_their_instants() {
+    let (height, e) = (1.0_f64, 0.8_f64);
+    let t0 = (2.0 * height / G).sqrt();
+    let case = Case::new(BALL).with("e", e);
+    let impacts = case.impacts((&[height + 0.1], &[0.0]), 1e-3, 4100);
+    assert!(impacts.len() >= 25, "only {} bounces", impacts.len());
+    let (mut expected, mut speed) = (t0, G * t0);
+    for (n, impact) in impacts.iter().take(25).enumerate() {
+        assert!(
+            (impact.t - expected).abs() < 1e-12 && (impact.approach + speed).abs() < 1e-11,
+            "bounce {n}: {impact:?} in place of {speed} m/s at {expected} s"
+        );
+        let given = 0.4 * speed * (1.0 + e);
+        assert!((impact.impulse[2] - given).abs() < 1e-11 && impact.contact == 0);
+        speed *= e;
+        expected += 2.0 * speed / G;
+    }
+}
+
+/// A rod that falls flat hits with both ends at once, and each takes half.
+#[test]
+fn what_touches_together_hits_together() {
+    let case = Case::new(
+        "
+        model rod;
+        coordinate z: m;
+        coordinate phi: rad;
+        body rod { frame: translate(0, 0, z) * rotate_y(phi); mass: 1; inertia: diag(0, 0.1, 0); }
+        gravity (0, 0, -9.81);
+        contact left:  point(rod * translate(-0.5, 0, 0)) on plane_z(world);
+        contact right: point(rod * translate(0.5, 0, 0)) on plane_z(world);
+        ",
+    );
+    let impacts = case.impacts((&[0.3, 0.0], &[0.0, 0.0]), 1e-3, 1000);
+    let (t, speed) = ((0.6 / G).sqrt(), (0.6 * G).sqrt());
+    assert_eq!(impacts.len(), 2, "{impacts:?}");
+    for impact in &impacts {
+        assert!((impact.t - t).abs() < 1e-12 && (impact.impulse[2] - speed / 2.0).abs() < 1e-9);
+    }
+}

@@ -96,7 +96,7 @@ fn a_quadruped_tumbles() {
 }
 
 #[test]
-#[ignore = "10⁵ steps; its figures stand in docs/accuracy.md"]
+#[ignore = "10⁵ steps; its figures stand in docs/control.md"]
 fn a_hundred_thousand_steps() {
     for (name, case, throws) in [("box", cornered_box(), 30), ("quadruped", tumbling(), 20)] {
         let mut worst = Fall::default();

@@ -7,14 +7,19 @@
 
 mod associated;
 mod cone;
+mod impact;
+mod lasting;
+mod located;
 mod newton;
 mod pressed;
+mod projection;
 mod solve;
 mod step;
 mod sweeps;
 mod terms;
 mod view;
 
+pub use located::Impact;
 pub use pressed::Pressed;
 pub use step::{Stepping, SteppingOptions};
 pub use terms::ContactTerms;

@@ -18,14 +18,15 @@
 //! less. Over a step, friction that ends a slip and then holds against forces would push along it
 //! on the mean; it is mixed with that of the mean velocities, which cannot.
 //!
+//! Asked for ([`SteppingOptions::exact_impacts`]), an impact that ends free motion happens at its instant.
+//!
 //! Moreau's method with the projection of Acary (Comput. Methods Appl. Mech. Eng. 256, 2013).
 
+use super::located::Impact;
 use super::solve::Problem;
-use super::terms::ContactTerms;
 use super::view::View;
-use crate::machine::rollout::remembered;
 use crate::machine::{Machine, Rollout, RolloutOptions, Simulated, SolveError};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 /// How to step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,6 +35,9 @@ pub struct SteppingOptions {
     pub max_step: f64,
     /// Baumgarte's `ω` of the constraints, rad/s.
     pub stabilisation: f64,
+    /// Whether an impact that ends free motion is looked for, to round-off of its time
+    /// ([`Stepping::take_impacts`]). It costs some ten evaluations of the motion a step.
+    pub exact_impacts: bool,
 }
 
 impl Default for SteppingOptions {
@@ -41,28 +45,39 @@ impl Default for SteppingOptions {
         Self {
             max_step: 1e-3,
             stabilisation: RolloutOptions::default().stabilisation,
+            exact_impacts: false,
         }
     }
 }
 
-/// A contact that approaches slower than this is pressed, not hit, m/s.
-const RESTING: f64 = 1e-6;
-/// This far inside of a plane, or off a constraint, is not worth a projection, m.
-const INSIDE: f64 = 1e-11;
-/// A projection that moves a coordinate further is followed by another one.
-const FAR: f64 = 1e-8;
-/// Projections in one step at most.
-const PROJECTIONS: usize = 20;
+/// Inputs over a stretch of time, linear from one end to the other.
+pub(super) struct Drive<'u> {
+    start: f64,
+    duration: f64,
+    from: &'u [Vec<f64>],
+    to: &'u [Vec<f64>],
+}
+
+impl Drive<'_> {
+    /// One column each, at a time.
+    pub fn at(&self, t: f64) -> Vec<Vec<f64>> {
+        let share = (t - self.start) / self.duration;
+        let both = self.from.iter().zip(self.to);
+        both.map(|(a, b)| vec![a[0] + share * (b[0] - a[0])])
+            .collect()
+    }
+}
 
 /// A machine with contacts in motion.
 pub struct Stepping<'a> {
-    machine: &'a Machine,
-    parameters: &'a [f64],
+    pub(super) machine: &'a Machine,
+    pub(super) parameters: &'a [f64],
     options: SteppingOptions,
-    free: Rollout<'a>,
+    pub(super) free: Rollout<'a>,
     /// Of the last step, where the next solution is looked for, N s.
-    pressed: DVector<f64>,
-    impulse: DVector<f64>,
+    pub(super) pressed: DVector<f64>,
+    pub(super) impulse: DVector<f64>,
+    pub(super) impacts: Vec<Impact>,
     sweeps: usize,
     relaxed: usize,
 }
@@ -85,6 +100,7 @@ impl<'a> Stepping<'a> {
             ),
             pressed: nothing.clone(),
             impulse: nothing,
+            impacts: Vec::new(),
             sweeps: 0,
             relaxed: 0,
         }
@@ -95,6 +111,12 @@ impl<'a> Stepping<'a> {
     pub fn take_impulse(&mut self) -> DVector<f64> {
         let nothing = DVector::zeros(self.impulse.len());
         std::mem::replace(&mut self.impulse, nothing)
+    }
+
+    /// Impacts since they were last taken, in the order of time, where
+    /// [`SteppingOptions::exact_impacts`] asks for them.
+    pub fn take_impacts(&mut self) -> Vec<Impact> {
+        std::mem::take(&mut self.impacts)
     }
 
     /// Moves a state out of planes and onto the holonomic constraints, as before every step. By
@@ -125,7 +147,7 @@ impl<'a> Stepping<'a> {
     }
 
     /// Advances one window from `start` by `duration` seconds, with inputs linear between
-    /// `u_start` and `u_end`: as [`Rollout::advance`].
+    /// `u_start` and `u_end`: as [`Rollout::advance`]. It ends outside of all planes.
     ///
     /// # Errors
     /// If the equation of motion, or a contact problem on the way, has no solution.
@@ -139,201 +161,68 @@ impl<'a> Stepping<'a> {
     ) -> Result<(), SolveError> {
         let steps = (duration / self.options.max_step).ceil().max(1.0) as usize;
         let h = duration / steps as f64;
-        let input = |share: f64| -> Vec<Vec<f64>> {
-            let both = u_start.iter().zip(u_end);
-            both.map(|(a, b)| vec![a[0] + share * (b[0] - a[0])])
-                .collect()
+        let drive = Drive {
+            start,
+            duration,
+            from: u_start,
+            to: u_end,
         };
         if state.z.len() != self.machine.state_count() {
             let at = self.free.states(state, vec![start], u_start.to_vec());
             state.z = self.machine.initial_states(&at, self.parameters);
         }
         for step in 0..steps {
-            let shares = [0.0, 0.5, 1.0].map(|part| (step as f64 + part) / steps as f64);
-            let times = shares.map(|share| start + share * duration);
-            self.step(state, h, times, &shares.map(input))?;
+            let t = start + step as f64 / steps as f64 * duration;
+            match self.options.exact_impacts {
+                true => self.step_to_impacts(state, (t, h), &drive)?,
+                false => self.step(state, (t, h), &drive)?,
+            }
+        }
+        if self.pressed.amax() > 0.0 {
+            self.projected(state, start + duration, u_end)?;
         }
         Ok(())
     }
 
-    /// One step; times and inputs at its beginning, middle and end.
-    fn step(
+    /// One step of `h` s from `t` on.
+    pub(super) fn step(
         &mut self,
         state: &mut Simulated,
-        h: f64,
-        times: [f64; 3],
-        inputs: &[Vec<Vec<f64>>; 3],
+        (t, h): (f64, f64),
+        drive: &Drive<'_>,
     ) -> Result<(), SolveError> {
-        let view = self.projected(state, times[0], &inputs[0])?;
+        let input = drive.at(t);
+        let view = self.projected(state, t, &input)?;
         let entered = view.entered(h);
         if !entered.contains(&true) {
-            self.pressed.fill(0.0);
-            let at = [times[0]];
-            return self.free.advance(state, &at, h, &inputs[0], &inputs[2]);
+            return self.fly(state, (t, h), drive);
         }
         let view = match self.struck(&view, &entered, h)? {
             None => view,
-            Some(velocity) => {
-                put(&mut state.v, &velocity);
-                self.view(state, times[0], &inputs[0])?
+            Some(impulse) => {
+                self.collide(state, &view, &impulse);
+                self.view(state, t, &input)?
             }
         };
-        self.press(state, &view, h, times[1], &inputs[1])
+        let middle = t + h / 2.0;
+        self.press(state, &view, h, (middle, &drive.at(middle)))
     }
 
-    /// Part 1: velocities behind the impact, if there is one.
-    fn struck(
-        &mut self,
-        view: &View,
-        entered: &[bool],
-        h: f64,
-    ) -> Result<Option<DVector<f64>>, SolveError> {
-        let contacts = &view.contacts;
-        let floors = |bounce: f64| -> DVector<f64> {
-            let floor = |i: usize| {
-                let (approach, e) = (contacts.approach(i), contacts.restitution[i]);
-                let bounces = bounce * e > 0.0 && entered[i] && approach < -RESTING;
-                if bounces {
-                    -bounce * e * approach
-                } else {
-                    -contacts.gap[i] / h
-                }
-            };
-            DVector::from_fn(contacts.len(), |i, _| floor(i))
-        };
-        let floor = floors(1.0);
-        let hit = |i: usize| contacts.approach(i) < floor[i] - RESTING;
-        if !(0..contacts.len()).any(hit) {
-            return Ok(None);
-        }
-        let nothing = DVector::zeros(3 * contacts.len());
-        let before = &contacts.velocity;
-        let mut impulse = self.solve(view, before, &floor, nothing.clone())?;
-        if view.gains(&impulse, before) {
-            let soft = self.solve(view, before, &floors(0.0), nothing)?;
-            impulse = view.without_gain(soft, &impulse, before);
-        }
-        self.impulse += &impulse;
-        let velocity = &view.response * impulse;
-        Ok(Some(velocity + &view.velocity))
-    }
-
-    /// Part 2: the rest of the step, under forces and contact forces.
-    fn press(
+    /// Free motion for `h` s from `t` on.
+    pub(super) fn fly(
         &mut self,
         state: &mut Simulated,
-        view: &View,
-        h: f64,
-        middle: f64,
-        input: &[Vec<f64>],
+        (t, h): (f64, f64),
+        drive: &Drive<'_>,
     ) -> Result<(), SolveError> {
-        let floor = -&view.contacts.gap / h;
-        let free = &view.contacts.velocity + view.contact_acceleration() * (h / 2.0);
-        let guess = &self.pressed / 2.0;
-        let impulse = self.solve(view, &free, &floor, guess)?;
-        let halfway = &view.velocity + &view.motion.acceleration * (h / 2.0);
-        let halfway = halfway + &view.response * &impulse;
-        let mut half = state.clone();
-        move_by(&mut half.q, &(&view.velocity + &halfway), h / 4.0);
-        put(&mut half.v, &halfway);
-        let rates = self.free.rates(&view.states);
-        half.z = remembered(&state.z, [(&state.z, &rates); 2], h / 2.0);
-
-        let there = self.view(&half, middle, input)?;
-        let free = &view.velocity + &there.motion.acceleration * h;
-        let moved = &there.contacts.jacobian * (&free - &halfway);
-        // At the end `J` has turned on by half of the step: `J̇ v = −b`.
-        let turned = &there.contacts.bias * (-h / 2.0);
-        let free_contacts = &there.contacts.velocity + moved + turned;
-        let impulse = self.held(
-            &there,
-            &view.contacts,
-            &free_contacts,
-            (&floor, impulse * 2.0),
-        )?;
-        let velocity = free + &there.response * &impulse;
-        move_by(&mut state.q, &(&view.velocity + &velocity), h / 2.0);
-        put(&mut state.v, &velocity);
-        let rates = self.free.rates(&there.states);
-        state.z = remembered(&state.z, [(&half.z, &rates); 2], h);
-        self.impulse += &impulse;
-        self.pressed = impulse;
-        Ok(())
-    }
-
-    /// Impulses over a step in which contacts that moved as in `before` would move with `free`, and may
-    /// move with `floor` along their normals on the mean.
-    fn held(
-        &mut self,
-        there: &View,
-        before: &ContactTerms,
-        free: &DVector<f64>,
-        (floor, guess): (&DVector<f64>, DVector<f64>),
-    ) -> Result<DVector<f64>, SolveError> {
-        // What approached faster than that does not come back.
-        let end = |i: usize| floor[i] - (before.approach(i) - floor[i]).max(0.0);
-        let end = DVector::from_fn(floor.len(), |i, _| end(i));
-        let impulse = self.solve(there, free, &end, guess)?;
-        let mean = (free + &before.velocity) / 2.0;
-        if !there.gains(&impulse, &mean) {
-            return Ok(impulse);
-        }
-        let both = DVector::from_fn(floor.len(), |i, _| end[i] + before.approach(i));
-        let soft = self.solve(there, &(&mean * 2.0), &both, impulse.clone())?;
-        Ok(there.without_gain(soft, &impulse, &mean))
-    }
-
-    /// Part 3: the state moved out of planes and onto constraints, and what it looks like there.
-    fn projected(
-        &mut self,
-        state: &mut Simulated,
-        t: f64,
-        input: &[Vec<f64>],
-    ) -> Result<View, SolveError> {
-        let mut view = self.view(state, t, input)?;
-        for _ in 0..PROJECTIONS {
-            let off = view.off_constraints(self.machine.constraint_kinds());
-            let inside = view.contacts.gap.iter().any(|&gap| gap < -INSIDE);
-            if !inside && off.amax() <= INSIDE {
-                break;
-            }
-            let shift = self.shift(&view, off)?;
-            move_by(&mut state.q, &shift, 1.0);
-            let gaps = &view.contacts.gap + view.normals() * &shift;
-            if shift.amax() <= FAR {
-                // What the shift changes in everything else is its square.
-                view.contacts.gap = gaps;
-                break;
-            }
-            view = self.view(state, t, input)?;
-        }
-        Ok(view)
-    }
-
-    /// `δq = M⁻¹ (Aᵀ η + Jₙᵀ μ)` with `A δq = −c` and `g + Jₙ δq ≥ 0 ⟂ μ ≥ 0`.
-    fn shift(&mut self, view: &View, off: DVector<f64>) -> Result<DVector<f64>, SolveError> {
-        let n = view.velocity.len();
-        let onto = DMatrix::from_column_slice(off.len(), 1, (-off).as_slice());
-        let (onto, _) = view.motion.factorisation.solve(DMatrix::zeros(n, 1), &onto);
-        let onto: DVector<f64> = onto.column(0).into_owned();
-        let gaps = &view.contacts.gap + view.normals() * &onto;
-        let mut distance = DVector::zeros(3 * gaps.len());
-        gaps.iter()
-            .enumerate()
-            .for_each(|(i, gap)| distance[3 * i + 2] = *gap);
-        let smooth = DVector::zeros(gaps.len());
-        let problem = Problem {
-            mobility: &view.mobility,
-            velocity: &distance,
-            friction: &smooth,
-        };
-        let out = self.solution(&problem, DVector::zeros(distance.len()))?;
-        Ok(onto + &view.response * out)
+        self.pressed.fill(0.0);
+        self.free
+            .advance(state, &[t], h, &drive.at(t), &drive.at(t + h))
     }
 
     /// Impulses under which contacts that move with `free` without them move with at least `floor`
     /// along their normals.
-    fn solve(
+    pub(super) fn solve(
         &mut self,
         view: &View,
         free: &DVector<f64>,
@@ -353,7 +242,7 @@ impl<'a> Stepping<'a> {
         self.solution(&problem, guess)
     }
 
-    fn solution(
+    pub(super) fn solution(
         &mut self,
         problem: &Problem<'_>,
         guess: DVector<f64>,
@@ -365,7 +254,12 @@ impl<'a> Stepping<'a> {
         Ok(solution.impulse)
     }
 
-    fn view(&self, state: &Simulated, t: f64, input: &[Vec<f64>]) -> Result<View, SolveError> {
+    pub(super) fn view(
+        &self,
+        state: &Simulated,
+        t: f64,
+        input: &[Vec<f64>],
+    ) -> Result<View, SolveError> {
         let states = self.free.states(state, vec![t], input.to_vec());
         let states = self.machine.at_rest(&states, self.parameters);
         let stabilised = |_: usize, terms: &mut _| self.free.stabilise(terms);
@@ -378,13 +272,13 @@ impl<'a> Stepping<'a> {
 }
 
 /// One column per value, of one window.
-fn put(columns: &mut [Vec<f64>], values: &DVector<f64>) {
+pub(super) fn put(columns: &mut [Vec<f64>], values: &DVector<f64>) {
     let both = columns.iter_mut().zip(values.iter());
     both.for_each(|(column, value)| column[0] = *value);
 }
 
 /// Adds `h` times the values.
-fn move_by(columns: &mut [Vec<f64>], values: &DVector<f64>, h: f64) {
+pub(super) fn move_by(columns: &mut [Vec<f64>], values: &DVector<f64>, h: f64) {
     let both = columns.iter_mut().zip(values.iter());
     both.for_each(|(column, value)| column[0] += h * value);
 }
