@@ -59,5 +59,9 @@ pub const EVERYTHING: &str = "tests/data/models/type.model";
 /// A model of so many coordinates that its motion is solved for in loops: a fixture.
 pub const MANY: &str = "tests/data/models/limbs.model";
 
+/// A model with contacts of all kinds, two of them held by constraints, one of which comes and goes
+/// and has friction: a fixture.
+pub const TOUCHING: &str = "tests/data/models/touching.model";
+
 /// A model with sensors of all kinds: a fixture of the tests.
 pub const SENSED: &str = "tests/data/models/sensed.model";

@@ -9,6 +9,9 @@ use integration_tests::{models, random};
 /// The generated module of a model that has everything.
 #[path = "fixtures/type__.rs"]
 pub mod fixture;
+/// And of one with contacts.
+#[path = "fixtures/touching.rs"]
+pub mod contacts;
 
 const STATES: usize = 60;
 /// Relative to the largest entry of the quantity.
@@ -231,6 +234,7 @@ fn names_len(model: &dynamics_codegen::Model) -> usize {
 
 mod modules {
     pub use super::fixture as everything;
+    pub use super::contacts as touching;
     pub use generated::*;
 }
 
@@ -238,6 +242,11 @@ agree! {
     everything (Type) from models::EVERYTHING =>
         mass_matrix bias_force applied_force input_matrix force
         constraint_jacobian constraint_bias constraint_residual constraint_rate
+        outputs output_rates output_jacobian output_bias;
+    touching (Touching) from models::TOUCHING =>
+        mass_matrix bias_force applied_force input_matrix force
+        constraint_jacobian constraint_bias constraint_residual constraint_rate
+        contact_gap contact_velocity contact_jacobian contact_bias contact_coefficients
         outputs output_rates output_jacobian output_bias;
     bead (Bead) from "models/bead.model" =>
         mass_matrix bias_force applied_force input_matrix force

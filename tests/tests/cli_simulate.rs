@@ -375,3 +375,86 @@ fn access_rights_and_links_are_kept() {
     assert!(folder.path().join("link.csv").is_symlink());
     assert_eq!(files(folder.path()), ["link.csv", "new.csv", "old.csv"]);
 }
+
+const BALL: &str = "
+model ball;
+coordinate z: m;
+body ball { frame: translate(0, 0, z); mass: 0.4; }
+gravity (0, 0, -9.81);
+contact floor: sphere(ball, 0.1) on plane_z(world) { restitution: 0.8; }
+";
+
+/// The closed form of a ball's bounces, to 1e-12 s, and the impulses both ways.
+#[test]
+fn impacts_are_listed_at_their_instants() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = write(&folder, "ball.model", BALL);
+    let list = folder.path().join("impacts.csv");
+    let flags = [
+        "--init",
+        r#"{"q": {"z": 1.1}}"#,
+        "--duration",
+        "4.1",
+        "--impulses",
+        "--impacts",
+        list.to_str().unwrap(),
+    ];
+    let (heading, rows, _) = simulate(&folder, &model, &flags);
+    assert_eq!(
+        heading[4..],
+        ["impulse_floor_x", "impulse_floor_y", "impulse_floor_z"]
+    );
+    let text = fs::read_to_string(&list).unwrap();
+    let mut lines = text.lines();
+    let heading = lines.next().unwrap();
+    assert_eq!(heading, "t,contact,approach,impulse_x,impulse_y,impulse_z");
+    let impacts: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    assert!(impacts.len() > 25, "{text}");
+    let number = |cell: &str| cell.parse::<f64>().unwrap();
+    let mut expected = (2.0_f64 / 9.81).sqrt();
+    let mut speed = 9.81 * expected;
+    let mut given = 0.0;
+    for impact in &impacts {
+        assert!(
+            (number(impact[0]) - expected).abs() < 1e-12,
+            "{impact:?}: {expected}"
+        );
+        assert_eq!(impact[1], "floor");
+        given += number(impact[5]);
+        speed *= 0.8;
+        expected += 2.0 * speed / 9.81;
+    }
+    // What the log shows of them until the last one is the same.
+    let last = number(impacts.last().unwrap()[0]);
+    let shown: f64 = rows
+        .iter()
+        .filter(|row| row[0] < last)
+        .map(|row| row[6])
+        .sum();
+    assert!((given - number(impacts.last().unwrap()[5]) - shown).abs() < 1e-9);
+}
+
+#[test]
+fn impacts_need_contacts_and_a_file_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let model = write(&folder, "ball.model", BALL);
+    let out = folder.path().join("log.csv");
+    let out = out.to_str().unwrap();
+    let asked = |model: &str| {
+        let flags = ["--impacts", out, "--out", out, "--duration", "1"];
+        let start = [&["simulate", model, "--init"][..], &[r#"{"q": [1.1]}"#]].concat();
+        refuse(&[start, flags.to_vec()].concat(), "")
+    };
+    insta::assert_snapshot!(asked(&model), @"
+    error: `--impacts` and `--out` name the same file
+     |
+    help: give the impacts a file of their own
+    ");
+    let free = BALL.split("contact").next().unwrap();
+    let free = write(&folder, "free.model", free);
+    insta::assert_snapshot!(asked(&free), @"
+    error: `--impacts` shows contacts, and the model has none
+     |
+    help: declare what may touch: `contact`
+    ");
+}

@@ -216,7 +216,7 @@ fn deviation(compiled: &Compiled, path: &str, precision: Precision) -> f64 {
 
 fn all() -> Vec<(String, Compiled)> {
     let mut models = models::all();
-    for fixture in [models::EVERYTHING, models::SENSED] {
+    for fixture in [models::EVERYTHING, models::SENSED, models::TOUCHING] {
         models.push((fixture.to_string(), models::read(fixture)));
     }
     models

@@ -124,15 +124,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(controller) = &controller {
         signal = signal.commanded(controller.inputs.clone(), controller.interval);
     }
-    let asked = [
-        ("--impulses", arguments.impulses),
-        ("--impacts", arguments.impacts.is_some()),
-    ];
-    let asked = asked.iter().find(|(_, asked)| *asked);
-    if let (Some((option, _)), true) = (asked, model.contacts.is_empty()) {
-        let mistake = Mistake::new(format!("`{option}` shows contacts, and the model has none"));
-        return Err(mistake.help("declare what may touch: `contact`").into());
-    }
+    arguments.check_contacts(model)?;
     let mut log = Recorder::create(&arguments.out, model, arguments.impulses)?;
     let impacts = arguments.impacts.as_deref();
     let mut impacts = impacts.map(ImpactList::create).transpose()?;
@@ -219,6 +211,24 @@ fn progress(rows: usize) -> ProgressBar {
 }
 
 impl Arguments {
+    /// What is asked of contacts can be given.
+    fn check_contacts(&self, model: &Model) -> Result<(), Mistake> {
+        let asked = [
+            ("--impulses", self.impulses),
+            ("--impacts", self.impacts.is_some()),
+        ];
+        let asked = asked.iter().find(|(_, asked)| *asked);
+        if let (Some((option, _)), true) = (asked, model.contacts.is_empty()) {
+            let message = format!("`{option}` shows contacts, and the model has none");
+            return Err(Mistake::new(message).help("declare what may touch: `contact`"));
+        }
+        if self.impacts.as_ref() == Some(&self.out) {
+            let mistake = Mistake::new("`--impacts` and `--out` name the same file");
+            return Err(mistake.help("give the impacts a file of their own"));
+        }
+        Ok(())
+    }
+
     fn read_inputs(&self, path: &Path, model: &Model, state: &State) -> Result<Inputs, Mistake> {
         if state.u.is_some() {
             let message = "the inputs are given twice: by `--inputs` and by `u` in `--init`";

@@ -149,3 +149,51 @@ fn planes_move() {
         end.v[1]
     );
 }
+
+/// A ball that cannot turn, on a floor: a contact, or the constraint that comes and goes in its place, with
+/// friction as an effect.
+fn puck(held: &str) -> Case {
+    Case::new(&format!(
+        "
+        model puck;
+        coordinate x: m;
+        coordinate z: m;
+        input stance: 1;
+        body puck {{ frame: translate(x, 0, z); mass: 0.7; }}
+        gravity (0, 0, -9.81);
+        contact foot: sphere(puck, 0.05) on plane_z(world) {{ friction: 0.3; }}
+        {held}
+        "
+    ))
+}
+
+#[test]
+fn friction_of_a_held_contact_is_an_effect() {
+    let held = puck(
+        "constraint down when stance - 0.5: gap(foot) == 0;
+        effect contact_friction(down) { mu = 0.3, v_s = 1e-3 }",
+    );
+    let motion = |stance: f64| {
+        let mut states = held.states(0.0, &[0.0, 0.05], &[0.8, 0.0]);
+        states.u = vec![vec![stance]];
+        let motion = held.machine.motion(&states, &held.parameters);
+        motion.unwrap().remove(0)
+    };
+    // The floor carries the weight, and friction is in proportion.
+    let down = motion(1.0);
+    assert!((down.multiplier[0] - 0.7 * G).abs() < 1e-12);
+    assert!((down.acceleration[0] + 0.3 * G).abs() < 1e-12);
+    assert!(down.acceleration[1].abs() < 1e-12);
+    // Lifted, it falls.
+    let up = motion(0.0);
+    assert_eq!(up.multiplier[0], 0.0);
+    assert!(up.acceleration[0].abs() < 1e-12 && (up.acceleration[1] + G).abs() < 1e-12);
+    // So long as it slides, the contact by itself does the same.
+    let (q, v) = ([0.0, 0.05], [0.8, 0.0]);
+    let (mut worst, free) = (0.0_f64, puck(""));
+    free.run((&q, &v), 1e-3, 200, |t, q, v, _| {
+        let (x, speed) = (0.8 * t - 0.15 * G * t * t, 0.8 - 0.3 * G * t);
+        worst = worst.max((q[0] - x).abs()).max((v[0] - speed).abs());
+    });
+    assert!(worst < 1e-9, "off by {worst:e}");
+}
