@@ -6,12 +6,12 @@ use dynamics_codegen::emit::{self, Quantity, quantities};
 use dynamics_codegen::{Compiled, Tape};
 use integration_tests::{models, random};
 
-/// The generated module of a model that has everything.
-#[path = "fixtures/type__.rs"]
-pub mod fixture;
 /// And of one with contacts.
 #[path = "fixtures/touching.rs"]
 pub mod contacts;
+/// The generated module of a model that has everything.
+#[path = "fixtures/type__.rs"]
+pub mod fixture;
 
 const STATES: usize = 60;
 /// Relative to the largest entry of the quantity.
@@ -233,8 +233,8 @@ fn names_len(model: &dynamics_codegen::Model) -> usize {
 }
 
 mod modules {
-    pub use super::fixture as everything;
     pub use super::contacts as touching;
+    pub use super::fixture as everything;
     pub use generated::*;
 }
 
