@@ -226,3 +226,28 @@ fn what_touches_together_hits_together() {
         assert!((impact.t - t).abs() < 1e-12 && (impact.impulse[2] - speed / 2.0).abs() < 1e-9);
     }
 }
+
+/// Between steep walls with friction nothing bounces, whatever the restitution: it jams.
+#[test]
+fn a_ball_jams_in_a_wedge() {
+    let case = Case::new(
+        "
+        model wedge;
+        coordinate x: m;
+        coordinate z: m;
+        coordinate a: rad;
+        body ball { frame: translate(x, 0, z) * rotate_y(a); mass: 0.4; inertia: diag(1e-3, 1e-3, 1e-3); }
+        gravity (0, 0, -9.81);
+        contact left:  sphere(ball, 0.1) on plane_z(world * rotate_y(1.4)) { friction: 1.5; restitution: 0.5; }
+        contact right: sphere(ball, 0.1) on plane_z(world * rotate_y(-1.4)) { friction: 1.5; restitution: 0.5; }
+        ",
+    );
+    let start = ([0.0, 1.0, 0.0], [0.3, -2.0, 5.0]);
+    let mut before = case.energy(&start.0, &start.1);
+    let end = case.run((&start.0, &start.1), 1e-3, 1000, |_, q, v, _| {
+        let energy = case.energy(q, v);
+        assert!(energy < before + 1e-7, "gains {:e} J", energy - before);
+        before = energy;
+    });
+    assert!(end.v.iter().all(|v| v.abs() < 1e-9), "moves: {:?}", end.v);
+}

@@ -24,7 +24,7 @@ impl Stepping<'_> {
                 if bounces {
                     -bounce * e * approach
                 } else {
-                    -contacts.gap[i] / h
+                    -contacts.gap[i].max(0.0) / h
                 }
             };
             DVector::from_fn(contacts.len(), |i, _| floor(i))
@@ -36,12 +36,17 @@ impl Stepping<'_> {
         }
         let nothing = DVector::zeros(3 * contacts.len());
         let before = &contacts.velocity;
-        let mut impulse = self.solve(view, before, &floor, nothing.clone())?;
-        if view.gains(&impulse, before) {
-            let soft = self.solve(view, before, &floors(0.0), nothing)?;
-            impulse = view.without_gain(soft, &impulse, before);
+        let hard = self.solve(view, before, &floor, nothing.clone());
+        let gains = |impulse: &DVector<f64>| view.gains(impulse, before);
+        if hard.as_ref().is_ok_and(|impulse| !gains(impulse)) {
+            return hard.map(Some);
         }
-        Ok(Some(impulse))
+        let soft = self.solve(view, before, &floors(0.0), nothing)?;
+        Ok(Some(match hard {
+            Ok(hard) => view.without_gain(soft, &hard, before),
+            // Friction can hold what should bounce: in a steep wedge.
+            Err(_) => soft,
+        }))
     }
 
     /// What a state is behind an impact.

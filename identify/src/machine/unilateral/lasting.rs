@@ -16,7 +16,8 @@ impl Stepping<'_> {
         h: f64,
         (middle, input): (f64, &[Vec<f64>]),
     ) -> Result<(), SolveError> {
-        let floor = -&view.contacts.gap / h;
+        // What is inside is moved out without a velocity.
+        let floor = view.contacts.gap.map(|gap| -gap.max(0.0) / h);
         let free = &view.contacts.velocity + view.contact_acceleration() * (h / 2.0);
         let guess = &self.pressed / 2.0;
         let impulse = self.solve(view, &free, &floor, guess)?;
