@@ -156,6 +156,10 @@ pub fn stopped(error: SolveError, t: f64) -> Mistake {
             "at t = {t} s the forces do not settle: they depend on multipliers or states that find no balance"
         ))
         .help("lower friction coefficients: with this much, the contact has no or several motions"),
+        SolveError::Pinched { .. } => Mistake::new(format!(
+            "at t = {t} s no motion keeps the contacts out of all planes"
+        ))
+        .help("make room between planes that touch the same body from two sides"),
         SolveError::NotFinite { .. } => {
             Mistake::new(format!("at t = {t} s the motion is not finite"))
                 .help("lower `--max-step`, or look for forces that grow without bound")

@@ -457,3 +457,29 @@ fn impacts_need_contacts_and_a_file_of_their_own() {
     help: declare what may touch: `contact`
     ");
 }
+
+/// A ball in a slit that is narrower than it is.
+#[test]
+fn a_contact_without_room_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let roof =
+        "contact roof: sphere(ball, 0.1) on plane_z(world * translate(0, 0, 0.19) * rotate_x(pi));";
+    let model = write(&folder, "slit.model", &format!("{BALL}{roof}"));
+    let out = folder.path().join("log.csv");
+    let arguments = [
+        "simulate",
+        &model,
+        "--init",
+        r#"{"q": {"z": 0.1}}"#,
+        "--duration",
+        "1",
+        "--out",
+        out.to_str().unwrap(),
+    ];
+    insta::assert_snapshot!(refuse(&arguments, ""), @"
+    error: at t = 0 s no motion keeps the contacts out of all planes
+     |
+    help: make room between planes that touch the same body from two sides
+    ");
+    assert!(!out.exists());
+}

@@ -373,6 +373,10 @@ fn unsolved<'t>(error: SolveError, model: &Model, text: impl Fn(usize) -> Text<'
             "the forces do not settle here: they depend on multipliers that find no balance".into(),
             "lower friction coefficients: with this much, the contact has no or several motions",
         ),
+        SolveError::Pinched { .. } => (
+            "no motion keeps the contacts out of all planes here".into(),
+            "make room between planes that touch the same body from two sides",
+        ),
         SolveError::NotFinite { .. } => (
             "the equation of motion is not finite here".into(),
             "look for a division by zero, or a root or logarithm of something negative",

@@ -46,6 +46,15 @@ pub enum SolveError {
         /// Which state.
         sample: usize,
     },
+    /// No motion keeps a contact out of all planes: two of them meet where it is.
+    #[error(
+        "sample {sample}: no motion keeps the contacts out of all planes; make room between planes \
+         that touch the same body from two sides"
+    )]
+    Pinched {
+        /// Which state.
+        sample: usize,
+    },
     /// An acceleration is not a number.
     #[error("sample {sample}: the acceleration is not finite; check parameters and state")]
     NotFinite {
@@ -61,6 +70,7 @@ impl SolveError {
         | Self::Indefinite { sample, .. }
         | Self::Inconsistent { sample, .. }
         | Self::Unsettled { sample }
+        | Self::Pinched { sample }
         | Self::NotFinite { sample }) = self;
         sample
     }
@@ -79,6 +89,7 @@ impl SolveError {
             | Self::Indefinite { sample, .. }
             | Self::Inconsistent { sample, .. }
             | Self::Unsettled { sample }
+            | Self::Pinched { sample }
             | Self::NotFinite { sample } => {
                 *sample = number(*sample);
             }

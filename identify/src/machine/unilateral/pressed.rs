@@ -44,7 +44,7 @@ impl Machine {
         let pressed = samples.map(|(sample, (motion, contacts))| {
             let at = states.slice(sample..sample + 1);
             let view = View::new(at, motion, contacts).map_err(|error| error.offset(sample))?;
-            view.pressed().ok_or(SolveError::Unsettled { sample })
+            view.pressed().ok_or(SolveError::Pinched { sample })
         });
         pressed.collect()
     }

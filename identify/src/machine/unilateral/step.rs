@@ -247,8 +247,8 @@ impl<'a> Stepping<'a> {
         problem: &Problem<'_>,
         guess: DVector<f64>,
     ) -> Result<DVector<f64>, SolveError> {
-        let unsettled = SolveError::Unsettled { sample: 0 };
-        let solution = problem.solve(guess).ok_or(unsettled)?;
+        let pinched = SolveError::Pinched { sample: 0 };
+        let solution = problem.solve(guess).ok_or(pinched)?;
         self.sweeps += solution.sweeps;
         self.relaxed += usize::from(solution.relaxed);
         Ok(solution.impulse)
