@@ -20,17 +20,23 @@ Command = Callable[..., str]
 
 
 @pytest.fixture(scope="session")
-def command() -> Command:
-    """Runs the command line and returns what it prints."""
+def program() -> Path:
+    """The command line to compare with."""
     target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
     named = os.environ.get("DYNAMICS_PROGRAM")
     built = [target / profile / "dynamics" for profile in ("debug", "release")]
-    there = [Path(named)] if named else [program for program in built if program.exists()]
+    there = [Path(named)] if named else [path for path in built if path.exists()]
     if not there:
         pytest.fail("no command line to compare with: cargo build -p dynamics-cli")
+    return there[0]
+
+
+@pytest.fixture(scope="session")
+def command(program: Path) -> Command:
+    """Runs the command line and returns what it prints."""
 
     def run(*arguments: object, stdin: str = "") -> str:
-        line = [str(there[0]), *(str(argument) for argument in arguments)]
+        line = [str(program), *(str(argument) for argument in arguments)]
         done = subprocess.run(line, input=stdin, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
         return str(done.stdout)
