@@ -1,6 +1,6 @@
 //! Evidence and full gradient beside its own lower bound.
 //!
-//! `cargo bench -p gp --bench evidence` prints, for 7 outputs with 21 inputs
+//! `cargo bench -p eqmotion-gp --bench evidence` prints, for 7 outputs with 21 inputs
 //! (154 hyper-parameters: 7 × (21 length-scales + 1 variance)), the wall time of
 //! one evidence and gradient, of one `faer` Cholesky and inverse of the same
 //! size, and their ratio. Sizes can be given: `-- 100 300`.

@@ -1,6 +1,6 @@
 //! Training of the surface particle, and many points through inducing inputs.
 //!
-//! `cargo bench -p gp --bench training` prints the wall time of training at 100
+//! `cargo bench -p eqmotion-gp --bench training` prints the wall time of training at 100
 //! observations with 5 restarts (force prior, known mean, known parameters and
 //! estimated ones), and of one variational bound with gradient at 20 000 points
 //! with 7 outputs, 154 hyper-parameters and 100 inducing inputs. Names pick parts:

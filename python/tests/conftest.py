@@ -27,7 +27,7 @@ def program() -> Path:
     built = [target / profile / "dynamics" for profile in ("debug", "release")]
     there = [Path(named)] if named else [path for path in built if path.exists()]
     if not there:
-        pytest.fail("no command line to compare with: cargo build -p dynamics-cli")
+        pytest.fail("no command line to compare with: cargo build -p eqmotion-cli")
     return there[0]
 
 

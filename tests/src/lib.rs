@@ -8,5 +8,4 @@ pub mod models;
 pub mod object_code;
 pub mod random;
 pub mod reference;
-pub mod shared;
 pub mod swing;

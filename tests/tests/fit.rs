@@ -4,7 +4,7 @@ use dynamics_codegen::{Library, compile, compile_bytes, model_of_urdf};
 use identify::fit::{Doubt, Fit, FitError, Inertia, Reason, Request, Source, fit, written};
 use identify::log::Log;
 use identify::machine::{Machine, States};
-use integration_tests::{random, shared};
+use integration_tests::random;
 use rand::RngExt as _;
 use std::fmt::Write;
 use std::path::Path;
@@ -19,7 +19,7 @@ fn library(path: &Path) -> Library {
 /// the wrist that one motor drives together. Judged by the last third of the log.
 #[test]
 fn a_measured_arm_gives_away_friction_rotors_and_coupling() {
-    let Some(urdf) = shared::file("data/measured/tx40/tx40.urdf") else {
+    let Some(urdf) = left_out::shared("data/measured/tx40/tx40.urdf") else {
         return;
     };
     let (text, library) = (model_of_urdf("tx40.urdf"), library(&urdf));

@@ -38,7 +38,7 @@ fn libraries() -> &'static Libraries {
     LIBRARIES.get_or_init(|| {
         Libraries::build(
             &root(),
-            &["generated", "dynamics"],
+            &["generated", "eqmotion"],
             &folder().join("target"),
         )
     })

@@ -6,7 +6,7 @@ use dynamics_codegen::derive::Variable;
 use dynamics_codegen::graph::ExprId;
 use dynamics_codegen::{Compiled, Library, System, Tape, compile};
 use identify::machine::{Machine, States};
-use integration_tests::{files::root, models, reference::Deviations, shared};
+use integration_tests::{files::root, models, reference::Deviations};
 use serde_json::Value;
 use std::path::Path;
 
@@ -221,7 +221,7 @@ fn robots_of_others_agree_with_pinocchio() {
             continue;
         }
         let urdf = expected["urdf"].as_str().expect("a file name");
-        let Some(urdf) = shared::file(&format!("data/urdf/{urdf}")) else {
+        let Some(urdf) = left_out::shared(&format!("data/urdf/{urdf}")) else {
             continue;
         };
         check(&urdf, &expected);
@@ -234,7 +234,7 @@ fn robots_of_others_agree_with_pinocchio() {
 /// What is wrong with them is said, with the line.
 #[test]
 fn faulty_robots_are_refused() {
-    let Some(folder) = shared::file("data/urdf/reject") else {
+    let Some(folder) = left_out::shared("data/urdf/reject") else {
         return;
     };
     let mut texts = Vec::new();
@@ -263,7 +263,7 @@ fn faulty_robots_are_refused() {
 /// The Wheelbot against a derivation that shares nothing with ours.
 #[test]
 fn the_wheelbot_agrees_with_an_independent_derivation() {
-    let Some(path) = shared::file("oracles/wheelbot.json") else {
+    let Some(path) = left_out::shared("oracles/wheelbot.json") else {
         return;
     };
     let oracle = read(&path);

@@ -3,9 +3,8 @@
 use dynamics_codegen::Library;
 use identify::log::{Log, Map};
 use identify::trace::{Basis, Finding, Outcome, Request, Score, Verdict, trace};
-use integration_tests::shared;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
@@ -228,16 +227,9 @@ fn the_same_seed_gives_the_same_outcome() {
 /// The free swing of a real pendulum, read where it is; the last third is held out.
 #[test]
 fn friction_of_a_real_pendulum() {
-    let path = Path::new(ROOT).join("../../shared/data/measured/pendulum_single/log.csv.gz");
-    if !path.exists() {
-        assert!(
-            std::env::var_os("CI").is_none(),
-            "{} is missing",
-            path.display()
-        );
-        println!("skipped: {} is not here", path.display());
+    let Some(path) = left_out::shared("data/measured/pendulum_single/log.csv.gz") else {
         return;
-    }
+    };
     let text = std::fs::read_to_string(format!("{ROOT}/data/measured/pendulum_single.model"));
     let log = Log::read(&path).unwrap();
     let outcome = run(
@@ -267,7 +259,7 @@ fn friction_of_a_real_pendulum() {
 /// ripple, which is no reason to say nothing.
 #[test]
 fn friction_of_a_real_axis() {
-    let Some(model) = shared::file("data/measured/emps/emps.model") else {
+    let Some(model) = left_out::shared("data/measured/emps/emps.model") else {
         return;
     };
     let text = std::fs::read_to_string(&model).expect("a model");
@@ -295,7 +287,7 @@ fn friction_of_a_real_axis() {
 /// either.
 #[test]
 fn friction_of_a_real_double_pendulum() {
-    let Some(model) = shared::file("data/measured/multiarm_double/double.model") else {
+    let Some(model) = left_out::shared("data/measured/multiarm_double/double.model") else {
         return;
     };
     let text = std::fs::read_to_string(&model).expect("a model");
@@ -322,7 +314,7 @@ fn friction_of_a_real_double_pendulum() {
 /// inertia, so that the model as given cannot move. The last third is held out.
 #[test]
 fn everything_that_a_real_arm_lacks() {
-    let Some(urdf) = shared::file("data/measured/tx40/tx40.urdf") else {
+    let Some(urdf) = left_out::shared("data/measured/tx40/tx40.urdf") else {
         return;
     };
     let text = "model tx40;\nurdf \"tx40.urdf\";";
@@ -375,7 +367,7 @@ fn everything_that_a_real_arm_lacks() {
 /// pendulum by hand, which no effect is; the delay is found all the same, on the channel.
 #[test]
 fn the_delay_of_a_real_drive() {
-    let Some(log) = shared::file("data/measured/dfki_pendulum/log.csv.gz") else {
+    let Some(log) = left_out::shared("data/measured/dfki_pendulum/log.csv.gz") else {
         return;
     };
     let text = std::fs::read_to_string(format!("{ROOT}/data/measured/dfki_pendulum.model"));

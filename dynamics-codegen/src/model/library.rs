@@ -49,12 +49,12 @@ pub enum LibraryError {
 
 macro_rules! builtin {
     ($($name:literal),* $(,)?) => {
-        &[$(($name, include_str!(concat!("../../../models/effects/", $name, ".model")))),*]
+        &[$(($name, include_str!(concat!("../../effects/", $name, ".model")))),*]
     };
 }
 
-/// The templates under `models/effects/`, compiled in. A test asserts that the
-/// list is the folder's content.
+/// The templates under `models/effects/`, compiled in; `effects` is a link to that folder, so that the
+/// package on the registry has them, too. A test asserts that the list is the folder's content.
 const BUILTIN: &[(&str, &str)] = builtin![
     "armature",
     "asymmetric_coulomb",

@@ -1,7 +1,7 @@
 //! Operation counts, each shared subexpression once: the goals are figures of
 //! published tools after the same elimination.
 
-use crate::support::{Loaded, load, shared};
+use crate::support::{Loaded, load};
 use dynamics_codegen::graph::ExprId;
 use dynamics_codegen::tree::{Frame, Layout, Mechanism, Options};
 
@@ -12,7 +12,7 @@ struct Counted {
 
 impl Counted {
     fn new(path: &str, layout: Layout) -> Option<Self> {
-        let robot = urdf_rs::read_file(shared(path)?).expect("a robot");
+        let robot = urdf_rs::read_file(left_out::shared(path)?).expect("a robot");
         let mut loaded = load(&robot, None);
         let options = Options {
             layout,
@@ -108,7 +108,7 @@ fn panda() {
 /// Each of the three measures pays, on its own.
 #[test]
 fn every_measure_saves_operations() {
-    let Some(path) = shared("oracles/iiwa.urdf") else {
+    let Some(path) = left_out::shared("oracles/iiwa.urdf") else {
         return;
     };
     let robot = urdf_rs::read_file(path).expect("a robot");

@@ -1,6 +1,6 @@
 //! Laws that hold for any tree, and what its description may not contain.
 
-use crate::support::{self, deviation, load, multiply, rotation, shared};
+use crate::support::{self, deviation, load, multiply, rotation};
 use dynamics_codegen::graph::{ExprId, Graph, SymbolId};
 use dynamics_codegen::tree::{
     Body, Coordinate, Floating, Frame, Inertia, Joint, Layout, Mechanism, Options, Placement, Tree,
@@ -132,7 +132,7 @@ fn gripper(constant: bool) -> Sample {
 }
 
 fn iiwa() -> Option<Sample> {
-    let robot = urdf_rs::read_file(shared("oracles/iiwa.urdf")?).expect("a robot");
+    let robot = urdf_rs::read_file(left_out::shared("oracles/iiwa.urdf")?).expect("a robot");
     let loaded = load(&robot, None);
     Some(Sample {
         graph: loaded.graph,

@@ -1,6 +1,6 @@
 //! Trees against Pinocchio's numbers (conventions: `meta` in the files).
 
-use crate::support::{Loaded, deviation, load, numbers, shared};
+use crate::support::{Loaded, deviation, load, numbers};
 use dynamics_codegen::graph::ExprId;
 use dynamics_codegen::tree::{Frame, Mechanism, Options};
 use serde_json::Value;
@@ -12,8 +12,8 @@ struct Case {
 }
 
 fn case(name: &str, urdf: &str, snap: Option<f64>) -> Option<Case> {
-    let oracle = shared(&format!("oracles/oracle_{name}.json"))?;
-    let urdf = shared(&format!("oracles/{urdf}.urdf"))?;
+    let oracle = left_out::shared(&format!("oracles/oracle_{name}.json"))?;
+    let urdf = left_out::shared(&format!("oracles/{urdf}.urdf"))?;
     let text = std::fs::read_to_string(oracle).expect("readable");
     let oracle: Value = serde_json::from_str(&text).expect("valid");
     let robot = urdf_rs::read_file(urdf).expect("a robot");

@@ -4,7 +4,6 @@
 use dynamics_codegen::graph::{ExprId, Graph, SymbolId};
 use dynamics_codegen::tree::{Body, Coordinate, Inertia, Joint, Placement, Tree};
 use serde_json::Value;
-use std::path::PathBuf;
 use urdf_rs::{JointType, Robot};
 
 /// A tree with its symbols, in the order of the coordinates.
@@ -39,22 +38,6 @@ impl Loaded {
         let found = self.names.iter().position(|n| n == name);
         found.unwrap_or_else(|| panic!("no body {name}"))
     }
-}
-
-/// A file beside the repository; `None` where there is none and no CI demands it.
-pub fn shared(path: &str) -> Option<PathBuf> {
-    let full = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-        .join("../../shared")
-        .join(path);
-    if full.exists() {
-        return Some(full);
-    }
-    assert!(
-        std::env::var_os("CI").is_none(),
-        "{path} is missing beside the repository"
-    );
-    println!("skipped: {path} is not here");
-    None
 }
 
 /// Four symbols per coordinate: `q, v, a, u`.

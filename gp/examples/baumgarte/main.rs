@@ -1,6 +1,6 @@
 //! Motion of a trained GP² over time, with and without Baumgarte's stabilisation.
 //!
-//! `cargo run --release -p gp --example baumgarte` trains the particle of
+//! `cargo run --release -p eqmotion-gp --example baumgarte` trains the particle of
 //! `docs/gp.md`, puts it 2 cm off its surface, as a noisy measurement would, and
 //! moves it for ten seconds with the integrators of the crate `dynamics`. Without
 //! stabilisation the distance stays and grows; with `b̃ = b − 2ζω ċ − ω² c` (thesis

@@ -1,6 +1,6 @@
 //! Figures 5.5 to 5.7 of the thesis.
 //!
-//! `cargo run --release -p gp --example figures_5_5_to_5_7 -- [folder]` writes SVG files
+//! `cargo run --release -p eqmotion-gp --example figures_5_5_to_5_7 -- [folder]` writes SVG files
 //! into the folder (`target/figures` when none is given) and prints what they show:
 //!
 //! - `figure_5_5.svg`: samples of GP² and of an SE-GP before and after 60

@@ -1,6 +1,6 @@
 //! From a model file to a predicted constraint force: the code of `docs/gp.md`.
 //!
-//! `cargo run -p gp --example guide`. The model is in `particle.rs`.
+//! `cargo run -p eqmotion-gp --example guide`. The model is in `particle.rs`.
 
 mod particle;
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! The robot-arm study of thesis 5.3: iiwa with its tool tip sliding on a plane.
 //!
-//! `cargo run --release -p gp --example robot_arm -- [folder] [--quick] [--seed=N]`
+//! `cargo run --release -p eqmotion-gp --example robot_arm -- [folder] [--quick] [--seed=N]`
 //! simulates two runs (seeds `N`, 21 unless given, and `N + 1`), trains seven models and
 //! a network on ever more points, prints and draws Figs. 5.9 to 5.14
 //! into the folder (`target/figures` when none is given), and fails when what must

@@ -1,6 +1,6 @@
 //! Table 5.1 of the thesis from the published observations.
 //!
-//! `cargo run --release -p gp --example table_5_1 [runs] [row]` fits the seven models
+//! `cargo run --release -p eqmotion-gp --example table_5_1 [runs] [row]` fits the seven models
 //! to ten sets of 100 observations of three systems and prints RMSE (mean over
 //! outputs, in normalised units, against noise-free truth on a grid; mean, min,
 //! max over the sets) and the largest constraint error `|A a - b|` in raw

@@ -10,7 +10,7 @@ use super::full::{call_iiwa7, call_iiwa7_plane, call_panda, call_wheelbot};
 use super::{Call, largest};
 use dynamics::nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use integration_tests::reference::Deviations;
-use integration_tests::{files::root, models, shared};
+use integration_tests::{files::root, models};
 use serde_json::Value;
 use std::path::Path;
 
@@ -102,7 +102,7 @@ fn check_arm(name: &str, call: Call<f64>, expected: &Value, names: &Names) {
 #[test]
 fn iiwa7_agrees_with_pinocchio() {
     // The model rounds what the oracle of this name has rounded.
-    let Some(path) = shared::file("oracles/oracle_iiwa_snap.json") else {
+    let Some(path) = left_out::shared("oracles/oracle_iiwa_snap.json") else {
         return;
     };
     let names = Names {
@@ -131,7 +131,7 @@ fn panda_agrees_with_pinocchio() {
 #[test]
 fn an_arm_on_a_plane_agrees_with_pinocchio() {
     const TOOL: f64 = 0.12;
-    let Some(path) = shared::file("oracles/oracle_iiwa_snap.json") else {
+    let Some(path) = left_out::shared("oracles/oracle_iiwa_snap.json") else {
         return;
     };
     let oracle = read(&path);
@@ -236,7 +236,7 @@ impl Wheelbot<'_> {
 
 #[test]
 fn the_wheelbot_agrees_with_an_independent_derivation() {
-    let Some(path) = shared::file("oracles/wheelbot.json") else {
+    let Some(path) = left_out::shared("oracles/wheelbot.json") else {
         return;
     };
     let oracle = read(&path);

@@ -1,11 +1,11 @@
 //! Published robots, read where they are.
 
-use super::{Options, read_text, shared};
+use super::{Options, read_text};
 use crate::diagnostic::{Report, Severity};
 use crate::urdf::{Robot, merge_fixed};
 
 fn read_shared(path: &str) -> Option<(Option<Robot>, Report)> {
-    let text = std::fs::read_to_string(shared(path)?).unwrap();
+    let text = std::fs::read_to_string(left_out::shared(path)?).unwrap();
     Some(read_text(&text, Options::default()))
 }
 
@@ -27,7 +27,7 @@ const ROBOTS: [(&str, usize, usize, usize); 12] = [
 
 #[test]
 fn every_robot_is_read() {
-    let Some(folder) = shared("data/urdf") else {
+    let Some(folder) = left_out::shared("data/urdf") else {
         return;
     };
     let mut count = 0;
@@ -134,7 +134,8 @@ fn placements_and_inertias_are_those_of_pinocchio() {
             None,
         ),
     ] {
-        let (Some(model), Some(oracle)) = (shared(model), shared(oracle)) else {
+        let (Some(model), Some(oracle)) = (left_out::shared(model), left_out::shared(oracle))
+        else {
             return;
         };
         let text = std::fs::read_to_string(model).unwrap();

@@ -12,7 +12,6 @@ mod welding;
 use super::{Options, Robot, read_with};
 use crate::diagnostic::{Report, Severity};
 use crate::source::Sources;
-use std::path::PathBuf;
 
 /// Reads a text that messages call `robot.urdf`.
 fn read_text(text: &str, options: Options) -> (Option<Robot>, Report) {
@@ -44,39 +43,6 @@ fn headlines(text: &str) -> Vec<String> {
         Severity::Warning => format!("warning: {}", d.message),
     };
     found.iter().map(line).collect()
-}
-
-/// A file in the folder of shared data; `None` if that folder is not there,
-/// which is a failure where `CI` is set.
-fn shared(path: &str) -> Option<PathBuf> {
-    found(path, std::env::var_os("CI").is_some())
-}
-
-fn found(path: &str, must_be_there: bool) -> Option<PathBuf> {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-        .join("../../shared")
-        .join(path);
-    if path.exists() {
-        return Some(path);
-    }
-    assert!(
-        !must_be_there,
-        "{} is missing, and CI is set",
-        path.display()
-    );
-    println!("skipped: {} is missing", path.display());
-    None
-}
-
-#[test]
-#[should_panic(expected = "is missing, and CI is set")]
-fn missing_data_is_a_failure_in_ci() {
-    found("no/such/file", true);
-}
-
-#[test]
-fn missing_data_skips_elsewhere() {
-    assert_eq!(found("no/such/file", false), None);
 }
 
 /// An `<inertial>` that a body can have.

@@ -1,6 +1,6 @@
 //! Our own URDFs have the figures of the published ones.
 
-use super::{Options, read_text, shared};
+use super::{Options, read_text};
 use crate::urdf::{Joint, JointKind, Robot};
 use std::path::Path;
 
@@ -22,7 +22,7 @@ fn read_silently(path: &Path) -> Robot {
 fn pair(model: &str, published: &str, rename: impl Fn(&str) -> String) -> Option<[Robot; 2]> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../models");
     let ours = read_silently(&folder.join(model));
-    let text = std::fs::read_to_string(shared(published)?).unwrap();
+    let text = std::fs::read_to_string(left_out::shared(published)?).unwrap();
     let (theirs, report) = read_text(
         &text,
         Options {
@@ -101,7 +101,7 @@ fn iiwa7_has_the_figures_of_the_scenarios_and_the_names_of_their_logs() {
         .map(|b| b.joint.as_ref().unwrap().name.as_str())
         .collect();
     assert_eq!(names, ["j1", "j2", "j3", "j4", "j5", "j6", "j7"]);
-    let Some(log) = shared("data/scenarios/o03_iiwa7/test.csv") else {
+    let Some(log) = left_out::shared("data/scenarios/o03_iiwa7/test.csv") else {
         return;
     };
     let header = std::fs::read_to_string(log).unwrap();

@@ -1,7 +1,7 @@
 //! Fixed joints welded away.
 
 use super::reading::{Z, close};
-use super::{INERTIAL, robot, shared};
+use super::{INERTIAL, robot};
 use crate::urdf::{IDENTITY, Inertia, JointKind, Placement, Robot, merge_fixed};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -191,7 +191,7 @@ fn the_hand_of_the_panda_is_welded_to_its_wrist() {
 
 #[test]
 fn sixty_links_of_the_anymal_are_welded_to_its_trunk() {
-    let Some(path) = shared("data/urdf/anymal_c.urdf") else {
+    let Some(path) = left_out::shared("data/urdf/anymal_c.urdf") else {
         return;
     };
     let text = std::fs::read_to_string(path).unwrap();
