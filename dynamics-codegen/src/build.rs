@@ -32,6 +32,7 @@ use std::path::{Path, PathBuf};
 /// Shown in full both by `{}` and by `{:?}`, since the latter is what Rust prints when
 /// `main` returns an error.
 #[derive(thiserror::Error)]
+#[non_exhaustive]
 pub enum Error {
     /// A file that is not there, or may not be read.
     #[error("cannot read `{}`: {reason}", path.display())]

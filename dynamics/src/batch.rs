@@ -44,6 +44,7 @@ pub struct Columns<'a, E, const N: usize, const U: usize, const Z: usize> {
 
 /// Columns that do not fit together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ColumnError {
     /// A column of the states is not as long as that of time.
     State {

@@ -15,6 +15,7 @@ use std::collections::{BTreeMap, HashMap};
 
 /// Why a model has no such function.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ItemError {
     /// It would have no entry.
     #[error("`{item}` is empty: the model has no {lacks}")]

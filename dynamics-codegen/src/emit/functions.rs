@@ -40,6 +40,7 @@ pub struct Functions {
 
 /// What is wrong with a list of functions.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum FunctionError {
     /// A name that is not in the table of [`Functions`]; where none is like it,
     /// [`help`](FunctionError::help) lists those that are.

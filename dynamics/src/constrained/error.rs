@@ -8,6 +8,7 @@ use crate::Real;
 
 /// A quantity of the equation of motion, for messages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Quantity {
     /// `M`.
     Mass,
@@ -38,6 +39,7 @@ impl fmt::Display for Quantity {
 
 /// Why no acceleration could be found. Rows and columns count from 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum SolveError {
     /// An element is NaN or infinite.
     NotFinite {

@@ -4,6 +4,7 @@ use core::fmt;
 
 /// Error of [`DormandPrince`](super::DormandPrince); `E` is that of the right-hand side.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum IntegrationError<E> {
     /// The right-hand side failed.
     Rate {

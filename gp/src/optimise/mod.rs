@@ -9,6 +9,7 @@ use std::cell::RefCell;
 
 /// How to minimise.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Algorithm {
     /// L-BFGS-B (Zhu, Byrd, Lu and Nocedal 1997) with Moré–Thuente line search.
     Lbfgs {
@@ -77,6 +78,7 @@ impl Algorithm {
 
 /// Why a run ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Reason {
     /// The projected gradient is below its tolerance.
     GradientTolerance,

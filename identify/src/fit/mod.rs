@@ -188,6 +188,7 @@ pub struct Fit {
 
 /// Why a log could not be fitted.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum FitError {
     /// The log cannot be used.
     #[error(transparent)]

@@ -25,6 +25,7 @@ pub struct Source<'a> {
 
 /// Why a fit cannot be written into a model.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Unwritable {
     /// Nothing that predicts was found.
     #[error("the fit makes the model worse: nothing of it is written")]

@@ -9,6 +9,7 @@ const LISTED: usize = 10;
 
 /// Why a log could not be used.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum LogError {
     /// The file could not be opened or read.
     #[error(
@@ -139,6 +140,7 @@ impl fmt::Display for Problem {
 
 /// What is wrong: found, expected; [`ProblemKind::mend`] says what to do.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ProblemKind {
     /// The file has no content but blank lines and comments.
     #[error("the file is empty; expected a header line and samples")]

@@ -8,6 +8,7 @@ use std::fmt;
 /// Stamps are in seconds of the log's own time.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Warning {
     /// Rows that repeat the one before in every column were dropped.
     RepeatedRows {

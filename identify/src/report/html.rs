@@ -34,6 +34,7 @@ pub struct Page<'a> {
 
 /// Why a page could not be made.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum PageError {
     /// A figure could not be drawn.
     #[error("a figure of the report could not be drawn: {0}")]

@@ -2,6 +2,7 @@
 
 /// Why states could not be estimated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SmoothError {
     /// A channel is not as long as the time stamps.
     #[error(
