@@ -31,7 +31,7 @@ pub mod state;
 pub mod summary;
 pub mod whole_file;
 
-use clap::Parser;
+use clap::{CommandFactory, Parser};
 use commands::Command;
 use std::io::{self, ErrorKind};
 use std::process::ExitCode;
@@ -63,7 +63,7 @@ const INTERRUPTED: u8 = 130;
 /// Reads the arguments, runs the command, prints what went wrong.
 pub fn main() -> ExitCode {
     match Arguments::try_parse() {
-        Ok(arguments) => conclude(arguments.command.run()),
+        Ok(arguments) => conclude(arguments.command.run(Arguments::command())),
         Err(usage) => {
             // A closed pipe is no reason to complain about the help text.
             usage.print().ok();

@@ -95,7 +95,14 @@ fn operation_counts_agree_with_the_generated_code() {
 
 #[test]
 fn help() {
-    for command in ["check", "eval", "generate", "simulate"] {
+    for command in [
+        "check",
+        "eval",
+        "generate",
+        "simulate",
+        "completions",
+        "man",
+    ] {
         let (help, _) = succeed(&[command, "--help"], "");
         assert!(help.contains("Examples:"), "{command} shows no example");
         let long = help.lines().map(|line| line.chars().count()).max().unwrap();
@@ -103,6 +110,62 @@ fn help() {
     }
     let (help, _) = succeed(&["--help"], "");
     insta::assert_snapshot!(help);
+}
+
+/// The commands that the help lists, but for `help` itself.
+fn commands() -> BTreeSet<String> {
+    let (help, _) = succeed(&["--help"], "");
+    let (_, list) = help.split_once("Commands:\n").unwrap();
+    let (list, _) = list.split_once("\n\n").unwrap();
+    let names = list
+        .lines()
+        .filter_map(|line| line.split_whitespace().next());
+    names.filter(|n| *n != "help").map(str::to_owned).collect()
+}
+
+#[test]
+fn every_command_has_a_manual_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("man1");
+    succeed(&["man", "--out", out.to_str().unwrap()], "");
+    let names = std::fs::read_dir(&out).unwrap();
+    let written: BTreeSet<String> = names
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    let mut expected: BTreeSet<String> = commands();
+    assert!(expected.len() >= 9, "{expected:?}");
+    expected = expected.iter().map(|c| format!("dynamics-{c}.1")).collect();
+    expected.insert("dynamics.1".to_owned());
+    assert_eq!(written, expected);
+    let page = std::fs::read_to_string(out.join("dynamics-trace.1")).unwrap();
+    assert!(page.contains(r"\-\-time\-limit"), "{page}");
+    assert!(page.contains("dynamics\\-trace"), "{page}");
+}
+
+#[test]
+fn a_shell_reads_the_completions() {
+    let (script, _) = succeed(&["completions", "bash"], "");
+    for command in commands() {
+        assert!(
+            script.contains(&format!("dynamics,{command})")),
+            "{command}"
+        );
+    }
+    let file = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(file.path(), &script).unwrap();
+    let line = "source \"$1\"; COMP_WORDS=(dynamics trace --time); COMP_CWORD=2; COMPREPLY=(); \
+                _dynamics dynamics --time trace; echo \"${COMPREPLY[@]}\"";
+    let shell = std::process::Command::new("bash")
+        .args(["--norc", "-c", line, "bash"])
+        .arg(file.path())
+        .output();
+    let answer = shell.expect("bash");
+    let said = String::from_utf8_lossy(&answer.stderr);
+    assert_eq!(
+        String::from_utf8_lossy(&answer.stdout).trim(),
+        "--time-limit",
+        "{said}"
+    );
 }
 
 #[test]

@@ -1,10 +1,12 @@
 //! One command per file.
 
 pub mod check;
+pub mod completions;
 pub mod eval;
 pub mod fit;
 pub mod generate;
 pub mod linearise;
+pub mod man;
 pub mod simulate;
 pub mod trace;
 
@@ -71,14 +73,20 @@ pub enum Command {
     /// accelerations, as output residual, latent force (GP²) and contact-invariant residual,
     /// with all errors in one table.
     Fit(fit::Arguments),
+
+    /// Print what a shell completes of this program's command line
+    Completions(completions::Arguments),
+
+    /// Write manual pages of this program and its commands
+    Man(man::Arguments),
 }
 
 impl Command {
-    /// Runs the command.
+    /// Runs the command; `program` is the description of the whole command line.
     ///
     /// # Errors
     /// Whatever went wrong; a [`Mistake`](crate::mistake::Mistake) if the user can mend it.
-    pub fn run(self) -> anyhow::Result<()> {
+    pub fn run(self, program: clap::Command) -> anyhow::Result<()> {
         match self {
             Self::Check(arguments) => check::run(&arguments),
             Self::Eval(arguments) => eval::run(&arguments),
@@ -87,6 +95,8 @@ impl Command {
             Self::Simulate(arguments) => simulate::run(&arguments),
             Self::Trace(arguments) => trace::run(&arguments),
             Self::Fit(arguments) => fit::run(&arguments),
+            Self::Completions(arguments) => completions::run(&arguments, program),
+            Self::Man(arguments) => man::run(&arguments, program),
         }
     }
 }
