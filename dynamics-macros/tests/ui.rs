@@ -21,6 +21,9 @@ fn bring_models() {
 
 #[test]
 fn mistakes_are_explained() {
+    if left_out::too_slow() {
+        return;
+    }
     bring_models();
     trybuild::TestCases::new().compile_fail("tests/ui/*.rs");
 }

@@ -240,6 +240,9 @@ fn double_agrees_with_the_tape() {
 
 #[test]
 fn float_agrees_to_its_precision() {
+    if left_out::too_slow() {
+        return;
+    }
     for (path, compiled) in all_with_loops() {
         let worst = deviation(&compiled, &path, Precision::Single);
         println!("{path}: {worst:.1e}");
