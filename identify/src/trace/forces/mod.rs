@@ -363,5 +363,12 @@ mod tests {
         assert!(share(&missing, &nothing, &nothing).is_nan());
         // What noise leaves is no force.
         assert_eq!(share(&missing, &missing, &exerted), 0.0);
+        // An input of which noise is more than half says nothing.
+        let mut observed = Observed::new(record, Hold::Linear).unwrap();
+        for (noise, is_known) in [(0.1, true), (10.0, false)] {
+            observed.input_noise[0].taken = noise;
+            let told = known(exerted.clone(), &observed, (&machine, &[])).unwrap();
+            assert_eq!(told[0] == exerted[0], is_known);
+        }
     }
 }

@@ -20,7 +20,11 @@ pub(super) fn terms(
     (balance, missing, columns): (&Balance, &Forces, Vec<Forces>),
     explained: &Explained,
 ) -> Result<Vec<Term>, SolveError> {
-    let (columns, options, chosen) = in_own_shapes(&choice, (balance, columns), explained)?;
+    let OwnShapes {
+        columns,
+        options,
+        terms: chosen,
+    } = in_own_shapes(&choice, (balance, columns), explained)?;
     let equations = choice.equations.alike(missing, &columns);
     let choice = Choice {
         options: &options,
@@ -44,13 +48,20 @@ pub(super) fn terms(
     Ok(terms)
 }
 
+/// All that is asked with.
+struct OwnShapes {
+    columns: Vec<Forces>,
+    options: Vec<ShapedCandidate>,
+    terms: Vec<Chosen>,
+}
+
 /// Columns and options with those of some terms in the shapes in which they explain most, and the terms
 /// with these.
 fn in_own_shapes(
     choice: &Choice<'_>,
     (balance, mut columns): (&Balance, Vec<Forces>),
     explained: &Explained,
-) -> Result<(Vec<Forces>, Vec<ShapedCandidate>, Vec<Chosen>), SolveError> {
+) -> Result<OwnShapes, SolveError> {
     let dictionary = choice.dictionary;
     let mut values = explained.settled.values.clone();
     let accepted = choice.candidates(&explained.terms);
@@ -85,5 +96,9 @@ fn in_own_shapes(
             columns: (first..columns.len()).collect(),
         });
     }
-    Ok((columns, options, terms))
+    Ok(OwnShapes {
+        columns,
+        options,
+        terms,
+    })
 }

@@ -140,3 +140,79 @@ impl Explained {
             .map_or(0.0, |c| 0.5 * x.dot(&c.solve(&x)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trace::dictionary::Dictionary;
+    use crate::trace::forces::choose::reaches;
+    use crate::trace::forces::equations::Equations;
+    use crate::trace::forces::{columns, force_options, nested::nested, weighed};
+    use crate::trace::wheel::{WHEEL, begun, named, rectangular};
+    use std::fmt::Write;
+
+    /// A wheel with dry friction, whose steepness lies between those that are tried.
+    fn rubbing() -> String {
+        let mut text = String::from("t,q_angle,u_motor\n");
+        let mut noise = rectangular(6);
+        for k in 0..2000 {
+            let t = 0.005 * f64::from(k);
+            let q = (3.0 * t).sin() + 0.4 * (7.3 * t).sin();
+            let v = 3.0 * (3.0 * t).cos() + 2.92 * (7.3 * t).cos();
+            let a = -9.0 * (3.0 * t).sin() - 21.316 * (7.3 * t).sin();
+            let u = 0.02 * a + 0.05 * (v / 0.037).tanh() + 1e-3 * noise();
+            writeln!(text, "{t},{},{u}", q + 1e-6 * noise()).unwrap();
+        }
+        text
+    }
+
+    fn names(dictionary: &Dictionary, candidates: &[usize]) -> Vec<String> {
+        let name = |&c: &usize| dictionary.candidates[c].subject.to_string();
+        candidates.iter().map(name).collect()
+    }
+
+    #[test]
+    fn what_is_dry_friction_is_called_so_alone() {
+        let (dictionary, start) = begun(WHEEL, &rubbing(), ["angle", "motor"]);
+        let observed = &start.observed;
+        let balance = Balance::new(&observed.record, observed.hold).unwrap();
+        let missing = balance.missing(&dictionary.machine, &dictionary.defaults);
+        let missing = missing.unwrap();
+        let columns = columns(&dictionary, &balance).unwrap();
+        let options = force_options(&dictionary);
+        let equations = weighed(Equations::new(&missing, &columns), &options);
+        let (gram, visible) = (equations.gram(), equations.visible());
+        let choice = Choice {
+            dictionary: &dictionary,
+            options: &options,
+            nested: nested(&dictionary, &options, (&gram, &visible)),
+            gram,
+            visible,
+            equations: &equations,
+            reaches: reaches(&dictionary),
+        };
+        // A law that is richer than what is there, and one that is not there at all.
+        let terms = ["stribeck(angle)", "spring(angle)"].map(|name| {
+            let candidate = named(&dictionary, name);
+            let option = options.iter().position(|o| o.candidate == candidate);
+            let option = option.unwrap();
+            Chosen {
+                option,
+                kept: (0..options[option].columns.len()).collect(),
+            }
+        });
+        let defaults = dictionary.defaults.clone();
+        let both = Explained::new((&choice, &balance), terms.to_vec(), defaults).unwrap();
+        let left = both.settled.left;
+        let plain = both.plainer(&choice, &balance);
+        let found = choice.candidates(&plain.terms);
+        assert_eq!(names(&dictionary, &found), ["coulomb(angle)"]);
+        assert!(plain.settled.left < left + 10.0);
+        let [f_c, v_s] = &dictionary.candidates[found[0]].parameters[..] else {
+            panic!("two numbers");
+        };
+        let values = &plain.settled.values;
+        assert!((values[*f_c] - 0.05).abs() < 1e-3, "{}", values[*f_c]);
+        assert!((values[*v_s] - 0.037).abs() < 5e-3, "{}", values[*v_s]);
+    }
+}
