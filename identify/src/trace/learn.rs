@@ -84,9 +84,9 @@ impl Learner<'_> {
                 let motion = self
                     .by_motion(&dictionary, few.as_ref(), MAX_TERMS)
                     .map_err(located)?;
-                let nearer = few.filter(|forces| {
-                    motion.forces_remain() && self.is_nearer(&dictionary, forces, &motion)
-                });
+                let errs = motion.forces_remain() || self.felt.noisy_inputs().next().is_some();
+                let nearer =
+                    few.filter(|forces| errs && self.is_nearer(&dictionary, forces, &motion));
                 match nearer {
                     Some(forces) => (Basis::Forces, forces),
                     None => (Basis::Motion, motion),
@@ -110,7 +110,8 @@ impl Learner<'_> {
 
     /// Whether what was found in forces leaves less of them than what was found in motion, and
     /// foretells the motion better, too. A drive that holds a machine to its way exerts against every
-    /// force that no model holds: then inputs are what errs, and not the motion that follows from them.
+    /// force that no model holds: then inputs are what errs, and not the motion that follows from them. So
+    /// they do where their columns carry noise.
     /// Where nothing drives a coordinate there is nothing of that kind, and a part without mass would
     /// leave its forces in perfect balance.
     fn is_nearer(&self, dictionary: &Dictionary, forces: &Selection, motion: &Selection) -> bool {
