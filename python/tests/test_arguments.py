@@ -125,6 +125,8 @@ def odd(rng: np.random.Generator, model: dynamics.Model) -> Any:
 
 def test_ctrl_c_ends_a_simulation() -> None:
     model = dynamics.Model.load(MODELS / "pendulum2.model")
+    # A shell that starts tests in the background has them ignore Ctrl-C.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     timer = threading.Timer(0.5, signal.raise_signal, [signal.SIGINT])
     timer.start()
     begin = time.monotonic()
