@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 fn bring_models() {
     let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent().unwrap();
     let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/models");
-    let to = target.join("tests/trybuild/dynamics-macros/models");
+    let crates = target.join("tests/trybuild");
+    let to = crates.join(env!("CARGO_PKG_NAME")).join("models");
     for folder in ["", "effects"] {
         std::fs::create_dir_all(to.join(folder)).unwrap();
         let entries = std::fs::read_dir(from.join(folder)).unwrap();
