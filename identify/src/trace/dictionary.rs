@@ -253,6 +253,15 @@ impl Dictionary {
         each.flatten().copied().collect()
     }
 
+    /// Values with the parameters of some candidates back where these do nothing.
+    pub fn without(&self, candidates: &[usize], values: &[f64]) -> Vec<f64> {
+        let mut values = values.to_vec();
+        for parameter in self.parameters_of(candidates) {
+            values[parameter] = self.defaults[parameter];
+        }
+        values
+    }
+
     /// Tells strengths from shapes: at its defaults an effect does nothing, so the
     /// derivative by a shape parameter is identically zero there. Where it is so
     /// everywhere, as by an offset out of the plane of a planar machine, the parameter is

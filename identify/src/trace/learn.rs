@@ -11,7 +11,7 @@ use super::outcome::Basis;
 use super::progress::{Progress, Stage};
 use super::search::{Task, is_on_a_body};
 use super::selection::{Selection, Term};
-use super::settings::{GLANCE, MAX_TERMS};
+use super::settings::{GLANCE, MAX_TERMS, NEARLY_NOTHING};
 use super::slow_errors::select_with_slow_errors;
 use super::subject::Subject;
 use crate::machine::SolveError;
@@ -22,9 +22,6 @@ const FEW_TERMS: usize = 2;
 /// Fewer findings than this are better looked for in the motion, which is known more exactly, as
 /// long as they explain it.
 const MANY: usize = 5;
-
-/// Findings leave this share of what is missing where they explain nearly all of it.
-const NEARLY_NOTHING: f64 = 0.1;
 
 /// What was selected, and out of what.
 pub(super) struct Learnt {
@@ -94,9 +91,9 @@ impl Learner<'_> {
             }
         };
         // What effects do not explain, or many only together, may be a number of the description.
-        let is_plain = matches!(basis, Basis::Forces) && is_plain(&dictionary, &selection);
+        let is_settled = basis == Basis::Forces && is_plain(&dictionary, &selection);
         let is_suspicious =
-            !is_plain && (selection.forces_remain() || selection.terms.len() > FEW_TERMS);
+            !is_settled && (selection.forces_remain() || selection.terms.len() > FEW_TERMS);
         let described = match is_suspicious && !immobile && self.progress.ended().is_none() {
             true => self.by_description(&selection),
             false => None,

@@ -71,6 +71,11 @@ pub const WORTH_A_FIT: f64 = 0.5;
 /// Share of the squares of missing forces that effects must explain in the balance of forces, which cannot
 /// tell forces that last from laws.
 pub const WORTH_IT: f64 = 0.5;
+/// Share of what the inputs exert below which a term, wherever it acts, is not named in the balance of
+/// forces: no torque is measured that exactly.
+pub const WORTH_A_NAME: f64 = 1e-3;
+/// Share of what is missing that many findings in the balance leave where motion need not be asked.
+pub const NEARLY_NOTHING: f64 = 0.1;
 
 /// Standard errors, as the gain differs from run to run of a log, by which findings must make data
 /// likelier that nothing was fitted to.

@@ -29,7 +29,7 @@ use super::refine::Estimate;
 use super::remaining::{Remaining, of_balance};
 use super::screen::{ShapedCandidate, options};
 use super::selection::{Selection, Term};
-use super::settings::WORTH_IT;
+use super::settings::{WORTH_A_NAME, WORTH_IT};
 use crate::log::rms;
 use crate::machine::{Machine, SolveError};
 use balance::{Balance, Forces};
@@ -43,9 +43,6 @@ use settle::Settled;
 
 /// Damping of the fit of everything at once.
 const EVERYTHING: f64 = 1e-6;
-/// A term below this share of what the inputs exert, wherever it acts, is not worth a name: no torque is
-/// measured that exactly.
-const WORTH_A_NAME: f64 = 1e-3;
 /// How often scales are adapted to what everything together leaves.
 const ROUNDS: usize = 2;
 
@@ -91,28 +88,13 @@ pub(super) fn learn(
     let explained = Explained::new((&choice, &balance), state.terms, first).map_err(located)?;
     let explained = explained.plainer(&choice, &balance);
     let considered = choice.considered();
-    let mut terms = terms(choice, (&balance, &missing, columns), &explained).map_err(located)?;
-    let mut values = explained.settled.values;
-    let (accepted, settled) = loop {
-        let accepted: Vec<usize> = terms.iter().map(|term| term.candidate).collect();
-        let settled = settle::settle(dictionary, &balance, &equations, &accepted, values);
-        let settled = settled.map_err(located)?;
-        let idle = match undetermined(dictionary, &accepted, &settled) {
-            None => negligible(dictionary, &balance, &accepted, &settled).map_err(located)?,
-            idle => idle,
-        };
-        let Some(idle) = idle else {
-            break (accepted, settled);
-        };
-        let Term { candidate, .. } = terms.remove(idle);
-        if terms.is_empty() {
-            return Ok(None);
-        }
-        values = settled.values;
-        for &parameter in &dictionary.candidates[candidate].parameters {
-            values[parameter] = dictionary.defaults[parameter];
-        }
+    let terms = terms(choice, (&balance, &missing, columns), &explained).map_err(located)?;
+    let values = explained.settled.values;
+    let kept = without_idle(dictionary, (&balance, &equations), terms, values).map_err(located)?;
+    let Some((terms, settled)) = kept else {
+        return Ok(None);
     };
+    let accepted: Vec<usize> = terms.iter().map(|term| term.candidate).collect();
     let focus = dictionary.focus(&accepted);
     let own = focus.values(&settled.values);
     let left = balance.missing(&focus.machine, &own).map_err(located)?;
@@ -123,6 +105,8 @@ pub(super) fn learn(
     let unexplained =
         |left: &Forces| of_balance(dictionary, &balance.t(), left, [&by_noise, &exerted]);
     let rows = equations.effective();
+    let [share_before, share_after] =
+        [&missing, &left].map(|forces| share(forces, &by_noise, &exerted));
     Ok(Some(Selection {
         terms,
         estimate: Estimate {
@@ -130,15 +114,15 @@ pub(super) fn learn(
             covariance: settled.covariance,
             cost: settled.left,
             rows: rows as usize,
-            unexplained: share(&left, &by_noise, &exerted).powi(2),
+            unexplained: share_after.powi(2),
         },
         values: settled.values,
         held_otherwise: None,
         reduced_misfit: 2.0 * settled.left / rows,
         nominal_misfit: 2.0 * before / rows,
         remaining: Remaining {
-            share_before: share(&missing, &by_noise, &exerted),
-            share_after: share(&left, &by_noise, &exerted),
+            share_before,
+            share_after,
             evidence: 0.0,
             forces: unexplained(&left),
         },
@@ -146,6 +130,30 @@ pub(super) fn learn(
         considered,
         observed: observed.clone(),
     }))
+}
+
+/// Terms without those that are idle, the weakest first, and where the others settle from `values`; `None`
+/// where none is left.
+fn without_idle(
+    dictionary: &Dictionary,
+    (balance, equations): (&Balance, &Equations),
+    mut terms: Vec<Term>,
+    mut values: Vec<f64>,
+) -> Result<Option<(Vec<Term>, Settled)>, SolveError> {
+    while !terms.is_empty() {
+        let accepted: Vec<usize> = terms.iter().map(|term| term.candidate).collect();
+        let settled = settle::settle(dictionary, balance, equations, &accepted, values)?;
+        let idle = match undetermined(dictionary, &accepted, &settled) {
+            None => negligible(dictionary, balance, &accepted, &settled)?,
+            idle => idle,
+        };
+        let Some(idle) = idle else {
+            return Ok(Some((terms, settled)));
+        };
+        let Term { candidate, .. } = terms.remove(idle);
+        values = dictionary.without(&[candidate], &settled.values);
+    }
+    Ok(None)
 }
 
 /// The weakest of some terms, strongest first, of which the log does not say how strong it is now that
@@ -171,11 +179,7 @@ fn negligible(
     let with = missing(&settled.values)?;
     let exerted = balance.exerted(&focus.machine, &focus.values(&settled.values))?;
     for (i, &candidate) in accepted.iter().enumerate().rev() {
-        let mut values = settled.values.clone();
-        for &parameter in &dictionary.candidates[candidate].parameters {
-            values[parameter] = dictionary.defaults[parameter];
-        }
-        let without = missing(&values)?;
+        let without = missing(&dictionary.without(&[candidate], &settled.values))?;
         let mut each = with.iter().zip(&without).zip(&exerted);
         let is_small = each.all(|((with, without), exerted)| {
             let own: Vec<f64> = with.iter().zip(without).map(|(a, b)| a - b).collect();

@@ -75,7 +75,7 @@ impl Explained {
         weak.map(|i| {
             let mut others = self.terms.clone();
             others.remove(i);
-            (others, self.reset(choice, i))
+            (others, self.values_without(choice, i))
         })
     }
 
@@ -96,7 +96,7 @@ impl Explained {
                     option,
                     kept: (0..shaped.columns.len()).collect(),
                 };
-                let mut start = self.reset(choice, i);
+                let mut start = self.values_without(choice, i);
                 for &(parameter, value) in &choice.dictionary.candidates[plain].shapes[shaped.shape]
                 {
                     start[parameter] = value;
@@ -107,14 +107,10 @@ impl Explained {
     }
 
     /// Values without a term's.
-    fn reset(&self, choice: &Choice<'_>, term: usize) -> Vec<f64> {
-        let dictionary = choice.dictionary;
+    fn values_without(&self, choice: &Choice<'_>, term: usize) -> Vec<f64> {
         let candidate = choice.candidates(&self.terms)[term];
-        let mut values = self.settled.values.clone();
-        for &parameter in &dictionary.candidates[candidate].parameters {
-            values[parameter] = dictionary.defaults[parameter];
-        }
-        values
+        let values = &self.settled.values;
+        choice.dictionary.without(&[candidate], values)
     }
 
     /// Nats that a term is worth to second order: `½ xᵀ C⁻¹ x` of its strengths and their covariance.

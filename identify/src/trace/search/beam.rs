@@ -2,7 +2,7 @@
 
 use super::Task;
 use super::explored::Explored;
-use super::fit::{Fitted, bar, by_score, fit, fit_with, reset, sharpened};
+use super::fit::{Fitted, bar, by_score, fit, fit_with, sharpened};
 use super::hypothesis::Hypothesis;
 use super::moves::merge::is_on_a_body;
 use super::moves::{EXCHANGE, LEAP, MORE, Move, STEP};
@@ -249,8 +249,7 @@ impl<'a> Search<'a> {
                 return Ok(());
             }
             let without = best.hypothesis.candidates().iter().map(|&term| {
-                let mut values = best.explanation.values.clone();
-                reset(self.dictionary, &mut values, term);
+                let values = self.dictionary.without(&[term], &best.explanation.values);
                 Proposal {
                     hypothesis: best.hypothesis.exchange(&[term], &[]),
                     values,

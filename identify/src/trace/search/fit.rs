@@ -4,7 +4,7 @@
 use super::hypothesis::Hypothesis;
 use super::score::{evidence, prior};
 use crate::machine::SolveError;
-use crate::trace::dictionary::{Candidate, Dictionary};
+use crate::trace::dictionary::Dictionary;
 use crate::trace::refine::{Effort, Estimate, Explanation, refine};
 use crate::trace::settings::{SAME_FIT, SHARP_STEPS, SHARPENINGS, SHARPER, TIE};
 use rayon::prelude::*;
@@ -114,14 +114,6 @@ pub fn bar(best: f64, structure: f64) -> f64 {
 /// The best first.
 pub fn by_score(a: &Fitted, b: &Fitted) -> std::cmp::Ordering {
     a.score.total_cmp(&b.score)
-}
-
-/// Puts the parameters of a candidate back to where it does nothing.
-pub fn reset(dictionary: &Dictionary, values: &mut [f64], candidate: usize) {
-    let Candidate { parameters, .. } = &dictionary.candidates[candidate];
-    for &parameter in parameters {
-        values[parameter] = dictionary.defaults[parameter];
-    }
 }
 
 #[cfg(test)]

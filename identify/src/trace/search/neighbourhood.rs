@@ -1,6 +1,6 @@
 //! What first order says about the hypotheses around a fitted one.
 
-use super::fit::{Fitted, reset};
+use super::fit::Fitted;
 use super::proposal::Proposal;
 use crate::machine::SolveError;
 use crate::regression::{Gram, Whitener};
@@ -105,13 +105,9 @@ impl<'a> Neighbourhood<'a> {
 
     /// The hypothesis with some terms gone and others in their place, begun as given.
     pub fn exchanged(&self, out: &[usize], more: &[usize], values: Vec<f64>) -> Proposal {
-        let mut values = values;
-        for &term in out {
-            reset(self.dictionary, &mut values, term);
-        }
         Proposal {
             hypothesis: self.fitted.hypothesis.exchange(out, more),
-            values,
+            values: self.dictionary.without(out, &values),
             promise: 0.0,
             within_reach: f64::INFINITY,
         }
@@ -254,9 +250,7 @@ impl<'a> Neighbourhood<'a> {
             return None;
         }
         let bounds = &dictionary.machine.compiled.model.parameters;
-        let mut moved = values.clone();
-        out.iter()
-            .for_each(|&term| reset(dictionary, &mut moved, term));
+        let mut moved = dictionary.without(out, values);
         for (&i, step) in others.iter().zip(fit.coefficients.iter()) {
             let parameter = self.screen.base[i];
             let (lower, upper) = (bounds[parameter].lower, bounds[parameter].upper);

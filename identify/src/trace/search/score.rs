@@ -126,10 +126,7 @@ fn force_of(
     values: &[f64],
     states: &States,
 ) -> Vec<f64> {
-    let mut without = values.to_vec();
-    for &parameter in &dictionary.candidates[term].parameters {
-        without[parameter] = dictionary.defaults[parameter];
-    }
+    let without = dictionary.without(&[term], values);
     let [with, without] =
         [values, &without].map(|values| focus.machine.terms(states, &focus.values(values)));
     let each = with.iter().zip(&without);
