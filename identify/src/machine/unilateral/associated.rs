@@ -6,30 +6,25 @@
 //! ½ pᵀ (W + ε) p + qᵀ p
 //! ```
 //!
-//! is least (Anitescu, Math. Program. 105, 2006): a convex problem with one solution, which an interior-point
-//! method finds. They take energy as Coulomb's do, and leave nothing inside of a plane.
+//! is least (Anitescu, Math. Program. 105, 2006): a convex problem with one solution. An interior-point
+//! method finds it to about the root of what its own accuracy is; Newton's method goes on from there.
+//! These impulses take energy as Coulomb's do, and leave nothing inside of a plane.
 
-use super::cone;
+use super::law::Law;
+use super::newton::{self, Outcome};
 use super::solve::Problem;
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
-use nalgebra::{DVector, Vector3};
+use nalgebra::DVector;
 
 /// `ε`, relative to the mobility: what leaves one solution where forces can be shared in many ways.
 const SOFT: f64 = 1e-9;
 /// What the solver is asked for, of numbers about one.
 const ACCURACY: f64 = 1e-11;
 
-/// What solves it.
-pub(super) struct Convex {
-    /// `p`, `3c`.
-    pub impulse: DVector<f64>,
-    /// By how much it misses the law, m/s.
-    pub residual: f64,
-}
-
-/// Solves it for velocities about `scale` m/s. `None` if the solver ends without an answer.
-pub(super) fn solve(problem: &Problem<'_>, scale: f64) -> Option<Convex> {
+/// Solves it for velocities about `scale` m/s, until nothing is missed by more than `settled` m/s or
+/// nothing comes closer. `None` if the solver ends without an answer.
+pub(super) fn solve(problem: &Problem<'_>, scale: f64, settled: f64) -> Option<Outcome> {
     let size = problem.velocity.len();
     let mobility = problem.mobility.trace() / size as f64;
     let upper = (0..size).flat_map(|column| (0..=column).map(move |row| (row, column)));
@@ -55,22 +50,7 @@ pub(super) fn solve(problem: &Problem<'_>, scale: f64) -> Option<Convex> {
     let status = solver.solution.status;
     let found = matches!(status, SolverStatus::Solved | SolverStatus::AlmostSolved);
     let impulse = DVector::from_column_slice(&solver.solution.x) * (scale / mobility);
-    found.then(|| Convex {
-        residual: residual(problem, &impulse),
-        impulse,
-    })
-}
-
-/// By how much impulses change if they go against the velocity and back onto the cone, as a velocity,
-/// m/s.
-fn residual(problem: &Problem<'_>, impulse: &DVector<f64>) -> f64 {
-    let miss = |i: usize| {
-        let p: Vector3<f64> = impulse.fixed_rows::<3>(3 * i).into_owned();
-        let rho = problem.block(i).trace();
-        let z = p - problem.moving(i, impulse) / rho;
-        rho * (p - cone::onto(&z, problem.friction[i])).amax()
-    };
-    (0..problem.friction.len()).map(miss).fold(0.0, f64::max)
+    found.then(|| newton::solve(problem, Law::Associated, impulse, settled))
 }
 
 /// A matrix entry: row, column, value.

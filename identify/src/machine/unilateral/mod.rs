@@ -9,6 +9,7 @@ mod associated;
 mod cone;
 mod impact;
 mod lasting;
+mod law;
 mod located;
 mod newton;
 mod pressed;

@@ -1,22 +1,22 @@
 //! All laws at once, by Newton's method on what is smooth in pieces.
 //!
-//! With `ρ` of every contact, m/s per N s, and `D(r)` the disc of radius `r`, the laws are the zeros of
+//! With `ρ` of every contact, m/s per N s, the laws are the zeros of
 //!
 //! ```text
-//! Fₙ = ρ (pₙ − max(0, zₙ))                     zₙ = pₙ − uₙ/ρ
-//! Fₜ = ρ (pₜ − zₜ brought into D(μ max(0, zₙ)))    zₜ = pₜ − uₜ/ρ
+//! F = ρ (p − g(z))        z = p − u/ρ
 //! ```
 //!
-//! (Alart and Curnier, Comput. Methods Appl. Mech. Eng. 92, 1991). `F` is a velocity: `u` where a
-//! contact sticks, and everywhere by how much the laws are missed.
+//! where `g` is the [`Law`]'s aim (Alart and Curnier, Comput. Methods Appl. Mech. Eng. 92, 1991). `F` is
+//! a velocity: `u` where a contact sticks, and everywhere by how much the laws are missed.
 //!
 //! Where contacts can share a force in more than one way, `W` is singular. What is solved has
 //! `u + ε (p − p₀)` in place of `u`: of all impulses those near to `p₀`, at the price of `ε` times
 //! the way there. From what is found the same is done again, until the price is nothing (proximal
 //! points); where a round fails, the next one has a larger `ε`.
 
+use super::law::Law;
 use super::solve::Problem;
-use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 /// `ε` of the first round, relative to the mobility: as small as rounding allows.
 const PROXIMAL: f64 = 1e-7;
@@ -40,18 +40,19 @@ pub(super) struct Outcome {
     pub steps: usize,
 }
 
-/// From `start` until no law is missed by more than `settled` m/s, or the best on the way.
-pub(super) fn solve(problem: &Problem<'_>, start: DVector<f64>, settled: f64) -> Outcome {
+/// From `start` until no contact misses `law` by more than `settled` m/s, or the best on the way.
+pub(super) fn solve(problem: &Problem<'_>, law: Law, start: DVector<f64>, settled: f64) -> Outcome {
+    let exact = Laws::new(problem, law, 0.0);
     let mut best = Outcome {
-        residual: Laws::new(problem, 0.0).residual(&start),
+        residual: exact.residual(&start),
         impulse: start,
         steps: 0,
     };
     let mut epsilon = PROXIMAL;
     for _ in 0..ROUNDS {
-        let laws = Laws::new(problem, epsilon);
+        let laws = Laws::new(problem, law, epsilon);
         let (impulse, steps) = laws.round(&best.impulse, settled);
-        let residual = Laws::new(problem, 0.0).residual(&impulse);
+        let residual = exact.residual(&impulse);
         best.steps += steps;
         let closer = residual < best.residual / 2.0;
         if residual < best.residual {
@@ -68,6 +69,7 @@ pub(super) fn solve(problem: &Problem<'_>, start: DVector<f64>, settled: f64) ->
 /// The laws of a problem.
 struct Laws<'a> {
     problem: &'a Problem<'a>,
+    law: Law,
     /// `ρ`, per contact.
     rho: Vec<f64>,
     /// `ε/ρ`.
@@ -84,11 +86,12 @@ struct Place {
 }
 
 impl<'a> Laws<'a> {
-    fn new(problem: &'a Problem<'a>, epsilon: f64) -> Self {
+    fn new(problem: &'a Problem<'a>, law: Law, epsilon: f64) -> Self {
         let contacts = 0..problem.friction.len();
         let rho = contacts.map(|i| problem.block(i).trace()).collect();
         Self {
             problem,
+            law,
             rho,
             epsilon,
         }
@@ -141,13 +144,10 @@ impl<'a> Laws<'a> {
         }
         let mut missed = DVector::zeros(impulse.len());
         for (i, rho) in self.rho.iter().enumerate() {
-            let (along, across) = self.aim(i, &impulse, &moving);
-            let (size, most) = (along.norm(), self.problem.friction[i] * across.max(0.0));
-            let share = if size > most { most / size } else { 1.0 };
-            let goal = [share * along.x, share * along.y, across.max(0.0)];
-            for k in 0..3 {
-                missed[3 * i + k] = rho * (impulse[3 * i + k] - goal[k]);
-            }
+            let z = self.aim(i, &impulse, &moving);
+            let goal = self.law.goal(&z, self.problem.friction[i]);
+            let off = (impulse.fixed_rows::<3>(3 * i) - goal) * *rho;
+            missed.fixed_rows_mut::<3>(3 * i).copy_from(&off);
         }
         Place {
             impulse,
@@ -156,36 +156,24 @@ impl<'a> Laws<'a> {
         }
     }
 
-    /// `z` of contact `i`: along its plane, and across.
-    fn aim(&self, i: usize, impulse: &DVector<f64>, moving: &DVector<f64>) -> (Vector2<f64>, f64) {
-        let z = |k: usize| impulse[3 * i + k] - moving[3 * i + k] / self.rho[i];
-        (Vector2::new(z(0), z(1)), z(2))
+    /// `z` of contact `i`.
+    fn aim(&self, i: usize, impulse: &DVector<f64>, moving: &DVector<f64>) -> Vector3<f64> {
+        impulse.fixed_rows::<3>(3 * i) - moving.fixed_rows::<3>(3 * i) / self.rho[i]
     }
 
-    /// `∂F/∂p`, `3c×3c`: of rows that stick `∂u/∂p`, as it is there.
+    /// `∂F/∂p = ρ (1 − ∂g/∂z) + ∂g/∂z ∂u/∂p`, `3c×3c`: of rows that stick `∂u/∂p`, as it is there.
     fn slope(&self, here: &Place) -> DMatrix<f64> {
         let mut slope = self.problem.mobility.clone();
         for row in 0..slope.nrows() {
             slope[(row, row)] += self.epsilon * self.rho[row / 3];
         }
         for (i, &rho) in self.rho.iter().enumerate() {
-            let mu = self.problem.friction[i];
-            let (along, across) = self.aim(i, &here.impulse, &here.moving);
-            let (size, most) = (along.norm(), mu * across.max(0.0));
-            if size > most {
-                let mut aim = -slope.rows(3 * i, 3);
-                (0..3).for_each(|k| aim[(k, 3 * i + k)] += rho);
-                let to = along / size;
-                let turn = (Matrix2::identity() - to * to.transpose()) * (most / size);
-                let grow = if across > 0.0 { mu } else { 0.0 };
-                let mut rows = -turn * aim.rows(0, 2) - to * grow * aim.row(2);
-                (0..2).for_each(|k| rows[(k, 3 * i + k)] += rho);
-                slope.rows_mut(3 * i, 2).copy_from(&rows);
-            }
-            if across <= 0.0 {
-                slope.row_mut(3 * i + 2).fill(0.0);
-                slope[(3 * i + 2, 3 * i + 2)] = rho;
-            }
+            let z = self.aim(i, &here.impulse, &here.moving);
+            let of_goal = self.law.slope(&z, self.problem.friction[i]);
+            let mut rows = of_goal * slope.fixed_rows::<3>(3 * i);
+            let mut own = rows.fixed_columns_mut::<3>(3 * i);
+            own += (Matrix3::identity() - of_goal) * rho;
+            slope.fixed_rows_mut::<3>(3 * i).copy_from(&rows);
         }
         slope
     }

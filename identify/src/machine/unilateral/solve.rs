@@ -6,12 +6,13 @@
 //!    few contacts that is exact after some sweeps. Where more of them press than a body can move (four
 //!    corners of a box), it shifts force from one to the other by the same little amount each time.
 //! 2. [`newton`](super::newton): all laws at once, of the ways to share a force one.
-//! 3. [`associated`](super::associated): a convex problem next to this one, which an interior-point method always solves;
-//!    from there Newton's method again. Coulomb's law may have no solution nearby; then the associated one is taken, whose
-//!    impulses take energy, too.
+//! 3. [`associated`](super::associated): a convex problem next to this one, which always has a solution;
+//!    from there Newton's method again. Coulomb's law may have no solution nearby; then the associated
+//!    one is taken, whose impulses take energy, too.
 //!
 //! An answer misses no law by more than [`TOLERABLE`] of the fastest approach.
 
+use super::law::Law;
 use super::{associated, newton, sweeps};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
@@ -20,8 +21,6 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 const SETTLED: f64 = 1e-11;
 /// The same of an answer.
 const TOLERABLE: f64 = 1e-7;
-/// The same of the associated law: as far as its solver comes.
-const ASSOCIATED: f64 = 1e-5;
 /// A contact whose normal cannot move by this share of the most mobile one's is held by something
 /// else.
 const HELD: f64 = 1e-12;
@@ -80,14 +79,14 @@ impl Problem<'_> {
         if swept.settled {
             return Some(Solution::of(swept.impulse, swept.sweeps));
         }
-        let found = newton::solve(self, swept.impulse, settled);
+        let found = newton::solve(self, Law::Coulomb, swept.impulse, settled);
         let cost = swept.sweeps + found.steps;
         if found.residual <= tolerable {
             return Some(Solution::of(found.impulse, cost));
         }
-        let convex = associated::solve(self, scale)?;
-        let found = newton::solve(self, convex.impulse.clone(), settled);
-        let cost = cost + found.steps;
+        let convex = associated::solve(self, scale, settled)?;
+        let found = newton::solve(self, Law::Coulomb, convex.impulse.clone(), settled);
+        let cost = cost + convex.steps + found.steps;
         if found.residual <= tolerable {
             return Some(Solution::of(found.impulse, cost));
         }
@@ -95,7 +94,7 @@ impl Problem<'_> {
             relaxed: true,
             ..Solution::of(convex.impulse, cost)
         };
-        (convex.residual <= ASSOCIATED * scale).then_some(relaxed)
+        (convex.residual <= tolerable).then_some(relaxed)
     }
 
     /// Contacts that an impulse can move.
@@ -225,8 +224,8 @@ mod tests {
             let velocity = DVector::from_vec(velocity);
             let problem = Problem { mobility: &mobility, velocity: &velocity, friction: &friction };
             let scale = velocity.amax();
-            let found = associated::solve(&problem, scale).unwrap();
-            prop_assert!(found.residual < ASSOCIATED * scale, "misses it by {:e}", found.residual);
+            let found = associated::solve(&problem, scale, SETTLED * scale).unwrap();
+            prop_assert!(found.residual < TOLERABLE * scale, "misses it by {:e}", found.residual);
             let moving = &mobility * &found.impulse + &velocity;
             prop_assert!(found.impulse.dot(&moving) < 1e-6);
         }
