@@ -108,6 +108,7 @@ fn numbers() {
         ("bounds the wrong way round", "parameter d = 1 in 2..1;"),
         ("bounds missing", "parameter d = 1 in ;"),
         ("unknown prior", "parameter d = 1 prior uniform(0, 1);"),
+        ("prior of no width", "parameter d = 1 prior normal(1, 0);"),
         ("too large", "let a = 1e400;"),
         ("too large together", "let a = 1e300*1e300;"),
         ("division by zero", "let a = m/(x - x);"),

@@ -161,11 +161,3 @@ fn inertias_that_no_body_has() {
         is_silent(&[&body(inertia)]);
     }
 }
-
-#[test]
-fn what_is_not_read_yet() {
-    insta::assert_snapshot!(read_aloud(&[(
-        "a prior",
-        "parameter m: kg = 1 in 0.1.. prior normal(1, 0.05);\nkinetic m/2*(dot(x)^2 + dot(y)^2);"
-    )]));
-}

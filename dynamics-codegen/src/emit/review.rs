@@ -390,13 +390,23 @@ pub(super) fn heading(out: &mut String, title: &str, count: usize) -> std::fmt::
 }
 
 fn bounds(p: &Parameter) -> String {
-    match (p.lower.is_finite(), p.upper.is_finite()) {
-        (false, false) => String::new(),
+    let bounds = match (p.lower.is_finite(), p.upper.is_finite()) {
+        (false, false) => None,
         (lower, upper) => {
             let side = |given: bool, value| if given { decimal(value) } else { String::new() };
-            format!("in {}..{}", side(lower, p.lower), side(upper, p.upper))
+            Some(format!(
+                "in {}..{}",
+                side(lower, p.lower),
+                side(upper, p.upper)
+            ))
         }
-    }
+    };
+    let belief = p.belief.map(|belief| {
+        let (mean, sd) = (decimal(belief.mean), decimal(belief.sd));
+        format!("prior normal({mean}, {sd})")
+    });
+    let parts: Vec<String> = bounds.into_iter().chain(belief).collect();
+    parts.join(" ")
 }
 
 /// Rows with their cells in columns; a column in which nothing stands is left out.

@@ -104,6 +104,8 @@ pub struct Parameter {
     pub lower: f64,
     /// The largest value that makes sense (`∞` if not stated).
     pub upper: f64,
+    /// What is believed of it before any log is read, if stated.
+    pub belief: Option<Belief>,
     /// How many values a search tries within the bounds, if stated.
     pub tries: Option<usize>,
     /// Its variable.
@@ -112,6 +114,15 @@ pub struct Parameter {
     pub effect: Option<usize>,
     /// What the model says about it.
     pub doc: String,
+}
+
+/// What is believed of a parameter: a normal distribution, `prior normal(mean, sd)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Belief {
+    /// Its mean, in the parameter's unit.
+    pub mean: f64,
+    /// Its standard deviation, above zero.
+    pub sd: f64,
 }
 
 /// What a constraint contains decides how often it is differentiated.

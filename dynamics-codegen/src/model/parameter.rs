@@ -1,9 +1,9 @@
 //! Parameters: value, bounds, prior, and how many values a search tries.
 
-use super::Parameter;
 use super::builder::Builder;
 use super::names::Binding;
 use super::unit::unit_text;
+use super::{Belief, Parameter};
 use crate::diagnostic::Diagnostic;
 use crate::syntax::{Bounds, Expr, Name, Prior, Unit};
 
@@ -30,9 +30,7 @@ impl Builder<'_> {
         };
         let value = value.unwrap_or(0.0);
         let (lower, upper) = self.range(bounds);
-        if let Some(prior) = prior {
-            self.refuse(prior, name);
-        }
+        let belief = prior.and_then(|prior| self.belief(prior));
         let dimension = unit.and_then(|unit| self.dimension(unit));
         let binding = Binding::Parameter(self.model.parameters.len());
         if !self.bind(name, binding) {
@@ -60,6 +58,7 @@ impl Builder<'_> {
             default: value,
             lower,
             upper,
+            belief,
             tries: None,
             symbol,
             effect: self.effect,
@@ -89,13 +88,17 @@ impl Builder<'_> {
         (lower, upper)
     }
 
-    /// `prior normal(mean, sd)`: part of the language, but nothing makes use of it.
-    fn refuse(&mut self, prior: &Prior, name: &Name) {
-        let at = prior.mean.span.to(prior.sd.span);
-        let message = format!("the prior of `{}` is not read yet", name.text);
-        self.report::<()>(Diagnostic::error(at, message).help(
-            "a search knows bounds alone: state them with `in lower..upper`, or leave the prior for later",
-        ));
+    /// `prior normal(mean, sd)`.
+    pub(super) fn belief(&mut self, prior: &Prior) -> Option<Belief> {
+        let (mean, sd) = (self.number(&prior.mean), self.number(&prior.sd));
+        let (mean, sd) = (mean?, sd?);
+        if sd > 0.0 {
+            return Some(Belief { mean, sd });
+        }
+        let message = format!("a standard deviation is above zero, not {sd}");
+        self.report(Diagnostic::error(prior.sd.span, message).help(
+            "`prior normal(mean, sd)`; what is known exactly is a `constant`, or a parameter that stays as it is",
+        ))
     }
 
     /// `try 20`: how many values a search tries.

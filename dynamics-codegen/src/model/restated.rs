@@ -1,19 +1,28 @@
-//! `parameter link_2_mass = 1.3;`: another value for what a robot description says.
+//! `parameter link_2_mass = 1.3;`: another value for what a robot description says, and what is
+//! believed of it (`prior normal(1.3, 0.1)`).
 //!
 //! The statement has no unit: that of the parameter is known. Bodies are built as soon as the
 //! description is read, so the values must be known before.
 
+use super::Belief;
 use super::builder::Builder;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
-use crate::syntax::{Expr, Name, Statement, StatementKind};
+use crate::syntax::{Expr, Name, Prior, Statement, StatementKind};
 use std::collections::BTreeMap;
 
 /// Values that the model states anew, and whether the description took each.
 #[derive(Debug, Default)]
 pub(super) struct Restated {
-    values: BTreeMap<String, (Span, Expr)>,
+    values: BTreeMap<String, Stated>,
     taken: Vec<Span>,
+}
+
+#[derive(Debug)]
+struct Stated {
+    span: Span,
+    value: Expr,
+    prior: Option<Prior>,
 }
 
 impl Builder<'_> {
@@ -25,30 +34,41 @@ impl Builder<'_> {
                 unit: None,
                 nominal: Some(value),
                 bounds: None,
-                prior: None,
+                prior,
                 tries: None,
             } = &statement.kind
             {
                 let values = &mut self.restated.values;
-                let stated = || (name.span, value.clone());
+                let stated = || Stated {
+                    span: name.span,
+                    value: value.clone(),
+                    prior: prior.as_deref().cloned(),
+                };
                 values.entry(name.text.clone()).or_insert_with(stated);
             }
         }
     }
 
-    /// The value of a link's or joint's parameter: the model's own, or the description's.
-    pub(super) fn stated_for_robot(&mut self, name: &str, lower: f64, described: f64) -> f64 {
-        let Some((span, expr)) = self.restated.values.remove(name) else {
-            return described;
+    /// The value of a link's or joint's parameter, the model's own or the description's, and what is
+    /// believed of it.
+    pub(super) fn stated_for_robot(
+        &mut self,
+        name: &str,
+        lower: f64,
+        described: f64,
+    ) -> (f64, Option<Belief>) {
+        let Some(stated) = self.restated.values.remove(name) else {
+            return (described, None);
         };
-        self.restated.taken.push(span);
-        let value = self.number(&expr).unwrap_or(described);
+        self.restated.taken.push(stated.span);
+        let value = self.number(&stated.value).unwrap_or(described);
+        let belief = stated.prior.and_then(|prior| self.belief(&prior));
         if value < lower {
             let message = format!("the value {value} of `{name}` is below {lower}");
-            self.report::<()>(Diagnostic::error(expr.span, message));
-            return described;
+            self.report::<()>(Diagnostic::error(stated.value.span, message));
+            return (described, belief);
         }
-        value
+        (value, belief)
     }
 
     /// Whether the description took the value of the statement that has this name.

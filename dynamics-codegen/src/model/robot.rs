@@ -553,7 +553,7 @@ impl Builder<'_> {
         value: f64,
     ) -> ExprId {
         let full_name = described.parameter.clone();
-        let value = self.stated_for_robot(&full_name, lower, value);
+        let (value, belief) = self.stated_for_robot(&full_name, lower, value);
         let name = Name {
             text: full_name.clone(),
             span,
@@ -577,6 +577,7 @@ impl Builder<'_> {
             default: value,
             lower,
             upper: f64::INFINITY,
+            belief,
             tries: None,
             symbol,
             effect: None,

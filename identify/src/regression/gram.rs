@@ -145,6 +145,21 @@ impl Gram {
         }
     }
 
+    /// The same with what is believed beforehand of some coefficients: column, mean and standard
+    /// deviation. Each is one more row, which belongs to no block.
+    #[must_use]
+    pub fn believing(&self, beliefs: &[(usize, f64, f64)]) -> Self {
+        let mut gram = self.clone();
+        for &(j, mean, sd) in beliefs {
+            let weight = sd.powi(-2);
+            gram.total[(0, 0)] += weight * mean * mean;
+            gram.total[(0, j + 1)] += weight * mean;
+            gram.total[(j + 1, 0)] += weight * mean;
+            gram.total[(j + 1, j + 1)] += weight;
+        }
+        gram
+    }
+
     /// Least squares on `columns` (without the data).
     pub fn fit(&self, columns: &[usize]) -> Fit {
         fit(&self.total, columns, RIDGE)

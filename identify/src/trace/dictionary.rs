@@ -253,6 +253,17 @@ impl Dictionary {
         each.flatten().copied().collect()
     }
 
+    /// What is believed of some parameters, seen from `values` of all: the place of each of which
+    /// anything is, by how much its mean lies above its value, and the standard deviation.
+    pub fn beliefs(&self, parameters: &[usize], values: &[f64]) -> Vec<(usize, f64, f64)> {
+        let model = &self.machine.compiled.model;
+        let of = |(place, &index): (usize, &usize)| {
+            let belief = model.parameters[index].belief?;
+            Some((place, belief.mean - values[index], belief.sd))
+        };
+        parameters.iter().enumerate().filter_map(of).collect()
+    }
+
     /// Values with the parameters of some candidates back where these do nothing.
     pub fn without(&self, candidates: &[usize], values: &[f64]) -> Vec<f64> {
         let mut values = values.to_vec();

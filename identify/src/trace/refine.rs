@@ -29,7 +29,8 @@ pub struct Estimate {
     pub parameters: Vec<usize>,
     /// Their covariance for sensors as noisy as thought.
     pub covariance: DMatrix<f64>,
-    /// Negative log likelihood up to a constant of the log, nats.
+    /// Negative log likelihood up to a constant of the log, and half the squares by which parameters
+    /// miss what is believed of them, nats.
     pub cost: f64,
     /// Number of readings.
     pub rows: usize,
@@ -50,7 +51,8 @@ impl Estimate {
 pub struct Refined {
     /// The estimates.
     pub estimate: Estimate,
-    /// Products of the parameters' whitened columns: the Hessian of the cost (Gauss–Newton).
+    /// Products of the parameters' whitened columns: the Hessian of the negative log likelihood
+    /// (Gauss–Newton), without what is believed beforehand.
     pub information: DMatrix<f64>,
     /// Per parameter the change that moves the machine, or what its sensors read, as much as it
     /// moves; infinite where nothing of that is seen.
@@ -159,10 +161,13 @@ fn refine_some(
                 Adapt::Not
             };
             let settled = settle(&dynamics, &readings, &all, noise, adapt);
-            let (cost, promised) = (settled.cost(), settled.cost() - settled.cost_of_fit());
-            let fit = settled.fit;
+            let beliefs = dictionary.beliefs(parameters, &explanation.values);
+            let gram = settled.gram.believing(&beliefs);
+            let fit = gram.fit(&all);
+            let missed = 0.5 * (gram.data_misfit() - settled.gram.data_misfit());
+            let cost = settled.cost() + missed;
+            let promised = 0.5 * (gram.data_misfit() - fit.misfit);
             let finite = cost.is_finite() && fit.coefficients.iter().all(|x| x.is_finite());
-            let gram = settled.gram;
             let estimate = Estimate {
                 parameters: parameters.to_vec(),
                 covariance: fit.covariance,
@@ -174,6 +179,7 @@ fn refine_some(
             finite.then(|| Step {
                 from: explanation.clone(),
                 estimate,
+                information: settled.gram.information(&all),
                 dynamics,
                 readings,
                 gram,
@@ -220,7 +226,7 @@ fn refine_some(
         Some(best) => {
             let curve = &best.from.observed.curve;
             let refined = Refined {
-                information: best.gram.information(&all),
+                information: best.information,
                 reach: reach(&best.dynamics, parameters.len(), curve),
                 estimate: best.estimate,
             };
@@ -242,6 +248,8 @@ struct Step {
     dynamics: ErrorDynamics,
     readings: Readings,
     gram: Gram,
+    /// Of the readings alone.
+    information: DMatrix<f64>,
     /// Nats that the linear equation promises.
     promised: f64,
 }

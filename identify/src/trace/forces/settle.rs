@@ -14,7 +14,7 @@ pub(super) struct Settled {
     pub values: Vec<f64>,
     /// Of the candidates' parameters, in their order.
     pub covariance: DMatrix<f64>,
-    /// Half the squares that are left.
+    /// Half the squares that are left, of what is believed of parameters, too.
     pub left: f64,
 }
 
@@ -83,6 +83,8 @@ impl At {
         let missing = balance.missing(&focus.machine, &own)?;
         let columns: Vec<Forces> = balance.added(&focus.machine, &focus.by_parameter, &own)?;
         let gram = equations.alike(&missing, &columns).gram();
+        let beliefs = dictionary.beliefs(&dictionary.parameters_of(accepted), &values);
+        let gram = gram.believing(&beliefs);
         Ok(Self {
             left: 0.5 * gram.data_misfit(),
             gram,
