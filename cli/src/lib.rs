@@ -29,6 +29,7 @@ pub mod stages;
 pub mod start;
 pub mod state;
 pub mod summary;
+pub mod view;
 pub mod whole_file;
 
 use clap::{CommandFactory, Parser};

@@ -6,7 +6,7 @@ use clap::Args;
 use dynamics_codegen::Model;
 use dynamics_codegen::syntax::written_name;
 use dynamics_codegen::tree::Joint;
-use identify::log::{Axis, Gauge, Log, LogError, Map, Seen, Wanted, template};
+use identify::log::{Axis, Gauge, Log, LogError, Map, Record, Seen, Wanted, template};
 use std::path::{Path, PathBuf};
 
 /// The arguments of every command that reads logs.
@@ -113,6 +113,28 @@ impl LogArguments {
         let wanted = wanted(model);
         let log = wanted.read(path, map.as_ref());
         log.map_err(|error| refusal(&error, path, &map, &wanted, model))
+    }
+
+    /// Reads a log for the positions of a model's coordinates; inputs may be missing.
+    ///
+    /// # Errors
+    /// As [`LogArguments::read`].
+    pub fn positions(
+        &self,
+        path: &Path,
+        model: &Model,
+        tell: &dyn Fn(&str),
+    ) -> Result<(Log, Record), Mistake> {
+        let map = self.map_of(path, tell)?;
+        let wanted = Wanted {
+            inputs: Vec::new(),
+            gauges: Vec::new(),
+            ..wanted(model)
+        };
+        let names: Vec<String> = model.coordinates.iter().map(|c| c.name.clone()).collect();
+        let read = wanted.read(path, map.as_ref());
+        let read = read.and_then(|log| log.select(&names, &[]).map(|record| (log, record)));
+        read.map_err(|error| refusal(&error, path, &map, &wanted, model))
     }
 
     /// A log of columns that are no file; `name` is what messages call it.

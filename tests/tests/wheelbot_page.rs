@@ -28,6 +28,7 @@ fn the_robot_and_its_curves_are_drawn() {
         tables: Vec::new(),
         charts: charts(&outcome),
         maps: Vec::new(),
+        clouds: Vec::new(),
         motion: Motion::of(&outcome.rows),
     };
     let page = report::page(&study, "wheelbot balance").unwrap();

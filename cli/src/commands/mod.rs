@@ -9,6 +9,7 @@ pub mod linearise;
 pub mod man;
 pub mod simulate;
 pub mod trace;
+pub mod view;
 
 use clap::Subcommand;
 
@@ -74,6 +75,13 @@ pub enum Command {
     /// with all errors in one table.
     Fit(fit::Arguments),
 
+    /// Look at a log: a page on which the model moves
+    ///
+    /// One file that works offline, with the bodies, frames and contacts of the model in space beside the log's
+    /// columns over time; play, pause, speed, a slider. Of what has no shape the inertia makes one: a body is the box
+    /// of even density that has it.
+    View(view::Arguments),
+
     /// Print what a shell completes of this program's command line
     Completions(completions::Arguments),
 
@@ -95,6 +103,7 @@ impl Command {
             Self::Simulate(arguments) => simulate::run(&arguments),
             Self::Trace(arguments) => trace::run(&arguments),
             Self::Fit(arguments) => fit::run(&arguments),
+            Self::View(arguments) => view::run(&arguments),
             Self::Completions(arguments) => completions::run(&arguments, program),
             Self::Man(arguments) => man::run(&arguments, program),
         }

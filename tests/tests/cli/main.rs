@@ -19,3 +19,4 @@ mod support;
 mod terminal;
 mod trace;
 mod trace_files;
+mod view;

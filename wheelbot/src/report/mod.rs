@@ -2,12 +2,13 @@
 //! robot drawn by the page's own script.
 
 use crate::studies::Study;
+use cli::view;
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior};
-use serde_json::{Value, json};
+use serde_json::json;
 
-/// Decimals of numbers that are drawn.
-const DECIMALS: f64 = 1e5;
+/// The camera's distance from the robot, m.
+const DISTANCE: f64 = 0.75;
 
 /// The page.
 ///
@@ -20,40 +21,26 @@ pub fn page(study: &Study, command: &str) -> Result<String, minijinja::Error> {
     let drawn = json!({
         "charts": study.charts,
         "maps": study.maps,
+        "clouds": study.clouds,
+        "distance": DISTANCE,
         "motion": study.motion,
     });
     let contents = json!({
         "study": study,
         "command": command,
-        "style": include_str!("style.css"),
+        "style": view::STYLE,
         "scripts": [
-            include_str!("space.js"),
+            view::SPACE,
+            view::DRAWING,
             include_str!("robot.js"),
-            include_str!("figures.js"),
-            include_str!("player.js"),
+            view::CURVES,
+            view::PLAYER,
+            include_str!("maps.js"),
         ],
-        "drawn": inside_script(&rounded(drawn)),
+        "drawn": view::inside_script(drawn),
     });
     let template = environment.get_template("page.html")?;
     template.render(Serde(contents))
-}
-
-/// Numbers with as many decimals as are seen.
-fn rounded(value: Value) -> Value {
-    match value {
-        Value::Number(number) => match number.as_f64() {
-            Some(x) if !number.is_i64() => json!((x * DECIMALS).round() / DECIMALS),
-            _ => Value::Number(number),
-        },
-        Value::Array(values) => values.into_iter().map(rounded).collect(),
-        Value::Object(fields) => fields.into_iter().map(|(k, v)| (k, rounded(v))).collect(),
-        other => other,
-    }
-}
-
-/// JSON that cannot end the script element that holds it.
-fn inside_script(value: &Value) -> String {
-    value.to_string().replace('<', "\\u003c")
 }
 
 /// What is printed: findings and tables as text.
@@ -115,10 +102,13 @@ mod tests {
                 curves: vec![("true".into(), vec![0.1234567, 1.0])],
             }],
             maps: Vec::new(),
+            clouds: Vec::new(),
             motion: Motion {
                 interval: 0.01,
                 states: vec![[0.0; 7]; 2],
                 pushes: vec![[0.0; 2]; 2],
+                lifts: vec![0.0; 2],
+                chassis: None,
             },
         }
     }

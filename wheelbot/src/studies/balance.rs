@@ -63,6 +63,7 @@ pub fn study(gains: Gains<f64>, seed: u64) -> Result<Study, StudyError> {
         tables: vec![gain_table(designed), pole_table(designed)?],
         charts: charts(&outcome),
         maps,
+        clouds: Vec::new(),
         motion: Motion::of(rows),
     })
 }

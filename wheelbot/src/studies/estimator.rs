@@ -64,6 +64,7 @@ pub fn study(gains: Gains<f64>, seed: u64) -> Result<Study, StudyError> {
         ],
         charts: curves,
         maps: Vec::new(),
+        clouds: Vec::new(),
         motion: Motion::of(&pushed),
     })
 }

@@ -81,6 +81,7 @@ pub fn study(gains: Gains<f64>, seed: u64) -> Result<Study, StudyError> {
         tables: Vec::new(),
         charts: curves,
         maps: Vec::new(),
+        clouds: Vec::new(),
         motion: Motion::of(rows),
     })
 }

@@ -60,6 +60,7 @@ pub fn study(gains: Gains<f64>, seed: u64) -> Result<Study, StudyError> {
         tables: vec![largest(&sensing)?],
         charts: shown,
         maps: Vec::new(),
+        clouds: Vec::new(),
         motion: Motion::of(rows),
     })
 }

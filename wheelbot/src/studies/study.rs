@@ -16,6 +16,9 @@ pub enum StudyError {
     /// The robot reached a state without a motion.
     #[error("the simulation cannot go on: {0}")]
     Simulation(#[from] SolveError),
+    /// The robot on the floor reached a state without a motion.
+    #[error("the simulation cannot go on: {0}")]
+    Contact(#[from] identify::machine::SolveError),
     /// The model's text is no model.
     #[error("{0}")]
     Model(#[from] Report),
@@ -104,6 +107,19 @@ pub struct Map {
     pub stood: Vec<Vec<bool>>,
 }
 
+/// Runs that ended well or not, over two numbers that were drawn for each.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Cloud {
+    /// What it shows.
+    pub title: String,
+    /// Quantity and unit along each axis.
+    pub axes: [String; 2],
+    /// The two numbers of every run.
+    pub points: Vec<[f64; 2]>,
+    /// Whether it ended well.
+    pub stood: Vec<bool>,
+}
+
 /// The robot's motion for the view: one row per tick.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Motion {
@@ -113,6 +129,30 @@ pub struct Motion {
     pub states: Vec<[f64; 7]>,
     /// Pushes forward and to the left, N.
     pub pushes: Vec<[f64; 2]>,
+    /// Of the wheel's lowest point above the floor, m.
+    pub lifts: Vec<f64>,
+    /// The chassis, where its edges matter.
+    pub chassis: Option<Chassis>,
+}
+
+/// The chassis as a box about the vertical through the hub, m.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Chassis {
+    /// Half of its width.
+    pub half: f64,
+    /// Its lower edges above the hub,
+    pub bottom: f64,
+    /// and its upper ones.
+    pub top: f64,
+}
+
+impl Chassis {
+    /// That of `on_floor.model`.
+    pub const PUBLISHED: Self = Self {
+        half: 0.09524,
+        bottom: 0.00199,
+        top: 0.11 - 0.00199,
+    };
 }
 
 impl Motion {
@@ -125,6 +165,8 @@ impl Motion {
                 .iter()
                 .map(|row| [row.inputs[2], row.inputs[3]])
                 .collect(),
+            lifts: vec![0.0; rows.len()],
+            chassis: None,
         }
     }
 }
@@ -144,6 +186,8 @@ pub struct Study {
     pub charts: Vec<Chart>,
     /// Maps.
     pub maps: Vec<Map>,
+    /// Clouds.
+    pub clouds: Vec<Cloud>,
     /// What the view shows.
     pub motion: Motion,
 }

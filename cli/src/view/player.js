@@ -1,9 +1,8 @@
 // Time: play, pause, speed, slider; one time for the view and all curves.
 
-const drawn = JSON.parse(document.getElementById("drawn").textContent);
-const { motion, charts, maps } = drawn;
+const { motion, charts } = drawn;
 const canvas = document.getElementById("view");
-const camera = new Camera();
+const camera = new Camera(drawn.distance);
 const last = motion.states.length - 1;
 const slider = document.getElementById("time");
 const button = document.getElementById("play");
@@ -11,7 +10,6 @@ let time = 0;
 let playing = false;
 
 const cursors = charts.map((chart) => addChart(chart, motion.interval, (t) => go(t)));
-maps.forEach(addMap);
 slider.max = last;
 
 function show() {
@@ -23,7 +21,7 @@ function show() {
   }
   const context = canvas.getContext("2d");
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  drawRobot(context, camera, width, height, motion, index);
+  drawMotion(context, camera, width, height, motion, index);
   slider.value = index;
   document.getElementById("clock").textContent = `${(index * motion.interval).toFixed(2)} s`;
   cursors.forEach((move) => move(index * motion.interval));
@@ -68,7 +66,7 @@ canvas.addEventListener(
   "wheel",
   (event) => {
     event.preventDefault();
-    camera.distance = Math.min(4, Math.max(0.25, camera.distance * Math.exp(event.deltaY / 600)));
+    camera.distance = Math.min(6 * drawn.distance, Math.max(0.3 * drawn.distance, camera.distance * Math.exp(event.deltaY / 600)));
     show();
   },
   { passive: false },

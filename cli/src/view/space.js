@@ -1,4 +1,6 @@
-// Vectors, turns, and a camera that looks at the robot.
+// Vectors, turns, and a camera.
+
+const drawn = JSON.parse(document.getElementById("drawn").textContent);
 
 const turnX = (a) => [[1, 0, 0], [0, Math.cos(a), -Math.sin(a)], [0, Math.sin(a), Math.cos(a)]];
 const turnY = (a) => [[Math.cos(a), 0, Math.sin(a)], [0, 1, 0], [-Math.sin(a), 0, Math.cos(a)]];
@@ -14,11 +16,11 @@ const unit = (a) => scaled(1 / Math.hypot(...a), a);
 
 // A perspective camera at a distance from a target, seen under azimuth and elevation.
 class Camera {
-  constructor() {
+  constructor(distance) {
     this.azimuth = -0.9;
     this.elevation = 0.3;
-    this.distance = 0.75;
-    this.target = [0, 0, 0.09];
+    this.distance = distance;
+    this.target = [0, 0, 0];
   }
 
   // Fits the camera to a canvas of this size.
@@ -41,7 +43,7 @@ class Camera {
   // Place on the canvas, or nothing behind the camera.
   seen(p) {
     const depth = this.depth(p);
-    if (depth < 0.02) return null;
+    if (depth < 0.03 * this.distance) return null;
     const from = difference(p, this.eye);
     const size = this.focus / depth;
     return [this.middle[0] + size * dot(from, this.right), this.middle[1] - size * dot(from, this.up)];

@@ -1,7 +1,7 @@
-// Curves over time, and maps, as SVG.
+// Curves over time as SVG.
 
 const SVG = "http://www.w3.org/2000/svg";
-const COLOURS = ["#0072b2", "#d55e00", "#009e73"];
+const COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#1c2228"];
 const [WIDTH, HEIGHT] = [600, 150];
 const [LEFT, RIGHT, TOP, BOTTOM] = [52, 10, 8, 22];
 
@@ -70,28 +70,4 @@ function addChart(chart, interval, seek) {
     cursor.setAttribute("x1", x(t));
     cursor.setAttribute("x2", x(t));
   };
-}
-
-// Adds a map: blue where the robot stood.
-function addMap(map) {
-  const figure = document.getElementById("maps").appendChild(document.createElement("figure"));
-  caption(figure, map.title, []);
-  const [size, edge] = [300, 46];
-  const svg = figure.appendChild(element("svg", { viewBox: `0 0 ${size + edge + 10} ${size + edge}` }));
-  const cell = size / map.values.length;
-  map.stood.forEach((row, j) =>
-    row.forEach((stood, i) => {
-      const place = { x: edge + i * cell, y: size - (j + 1) * cell, width: cell + 0.3, height: cell + 0.3 };
-      element("rect", { ...place, fill: stood ? "#0072b2" : "#e6e9ed" }, svg);
-    }),
-  );
-  map.values.forEach((value, k) => {
-    if (k % 6) return;
-    const at = (k + 0.5) * cell;
-    element("text", { x: edge + at, y: size + 16, "text-anchor": "middle" }, svg).textContent = written(value);
-    element("text", { x: edge - 6, y: size - at + 4, "text-anchor": "end" }, svg).textContent = written(value);
-  });
-  element("text", { x: edge + size / 2, y: size + 36, "text-anchor": "middle" }, svg).textContent = map.axes[0];
-  const upright = { x: -size / 2, y: 12, transform: "rotate(-90)", "text-anchor": "middle" };
-  element("text", upright, svg).textContent = map.axes[1];
 }
