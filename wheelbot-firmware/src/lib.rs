@@ -7,7 +7,7 @@
 //!               └─▶ gravity, sphere ─────┘
 //! ```
 //!
-//! [`Firmware::tick`] is the whole of it. No standard library, no allocation, no panic; generic over
+//! [`Firmware::tick`] is the whole of it; [`Jump::tick`] is that of a robot that gets up from the floor first. No standard library, no allocation, no panic; generic over
 //! the number type, so that the simulation in `f32` computes what the robot does.
 //!
 //! Body axes: x forward, y left, z up. Roll `q₁` and pitch `q₂` are zero when the robot stands
@@ -21,6 +21,7 @@ pub mod estimator;
 pub mod euler_rates;
 pub mod gravity;
 pub mod imu;
+pub mod jump;
 pub mod pivot;
 pub mod sphere;
 pub mod tick;
@@ -29,6 +30,7 @@ pub mod wheel;
 
 pub use balance::{Balance, Gains};
 pub use estimator::{Accelerometers, Estimator, Settings, Tilt};
+pub use jump::{Jump, Plan};
 pub use tick::{Firmware, Readings};
 
 /// Seconds from one tick to the next.

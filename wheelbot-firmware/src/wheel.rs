@@ -48,6 +48,11 @@ impl<T: Scalar> Wheel<T> {
         self.unfiltered = rate;
     }
 
+    /// Counts the angle from here on.
+    pub fn restart(&mut self) {
+        self.start = self.before.unwrap_or(self.start);
+    }
+
     /// Turn since the controller was switched on, rad.
     pub fn angle(&self) -> T {
         let counts = self.before.unwrap_or(self.start);

@@ -6,13 +6,14 @@
 //!                                                          └──▶ studies ──▶ report
 //! ```
 //!
-//! A [`trial`] is one simulated run; [`studies`] are the programs, each of which repeats a figure of
-//! the thesis; [`report`] makes a page of what a study found.
+//! A [`trial`] is one simulated run; a [`jump`] one on the floor, from lying on a side; [`studies`] are the
+//! programs, each of which repeats a figure of the thesis; [`report`] makes a page of what a study found.
 
 #![forbid(unsafe_code)]
 
 pub mod design;
 pub mod excitation;
+pub mod jump;
 pub mod motors;
 pub mod report;
 pub mod robot;

@@ -6,7 +6,8 @@ use cli::whole_file::{self, WholeFile};
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use wheelbot::studies::{Study, StudyError, balance, estimator, pirouette, push};
+use wheelbot::jump::Way;
+use wheelbot::studies::{Study, StudyError, balance, estimator, jump, pirouette, push};
 use wheelbot::{design, report};
 use wheelbot_firmware::Gains;
 
@@ -36,6 +37,10 @@ enum Program {
     Push,
     /// Turns three times in four seconds (Fig. 6.9).
     Pirouette,
+    /// Stands up from a side by its reaction wheel (Fig. 6.13).
+    StandUp,
+    /// Rolls up from a side by its rolling wheel (Fig. 6.14).
+    RollUp,
     /// Estimates its tilt with and without the wheel's acceleration (Fig. 6.11).
     Estimator,
 }
@@ -54,6 +59,8 @@ impl Program {
             Self::Balance => balance::study(gains, seed),
             Self::Push => push::study(gains, seed),
             Self::Pirouette => pirouette::study(gains, seed),
+            Self::StandUp => jump::study(Way::Roll, gains, seed),
+            Self::RollUp => jump::study(Way::Pitch, gains, seed),
             Self::Estimator => estimator::study(gains, seed),
         }
     }

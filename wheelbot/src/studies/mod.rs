@@ -3,10 +3,12 @@
 pub mod balance;
 pub mod basin;
 pub mod estimator;
+mod interval;
+pub mod jump;
 pub mod pirouette;
 pub mod push;
 mod replay;
 pub mod study;
 mod terms;
 
-pub use study::{Chart, Finding, Map, Study, StudyError, Table};
+pub use study::{Chart, Cloud, Finding, Map, Study, StudyError, Table};
