@@ -28,7 +28,7 @@ function addMap(map) {
 function addCloud(cloud) {
   const figure = document.getElementById("maps").appendChild(document.createElement("figure"));
   caption(figure, cloud.title, []);
-  const [size, edge] = [300, 46];
+  const [size, edge] = [300, 62];
   const svg = figure.appendChild(element("svg", { viewBox: `0 0 ${size + edge + 10} ${size + edge}` }));
   const scale = (axis) => {
     const all = cloud.points.map((point) => point[axis]);

@@ -313,10 +313,10 @@ fn clouds(trials: &[Tried]) -> Vec<Cloud> {
         ),
         cloud(
             "Trials by friction and start (open: did not stand)",
-            "lies on: −90° or 90°, less its tilt [°]",
+            "held above flat, negative on the other side [°]",
             &|conditions| {
                 let side = if conditions.positive { 1.0 } else { -1.0 };
-                side * (90.0 - conditions.tilt.to_degrees())
+                side * conditions.tilt.to_degrees()
             },
         ),
     ]
