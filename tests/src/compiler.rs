@@ -4,12 +4,16 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Every warning is an error.
-const STRICT: [&str; 6] = [
+const STRICT: [&str; 10] = [
     "-std=c99",
     "-pedantic",
     "-Wall",
     "-Wextra",
     "-Wconversion",
+    "-Wdouble-promotion",
+    "-Wshadow",
+    "-Wundef",
+    "-Wvla",
     "-Werror",
 ];
 

@@ -2,7 +2,10 @@
 //! tape.
 
 use dynamics_codegen::derive::{Expansion, Term};
-use dynamics_codegen::emit::{self, Emission, Functions, Quantity, c_member, module_name};
+use dynamics_codegen::emit::{
+    self, Array, Emission, Entry, Functions, Quantity, Routine, c_member, module_name,
+};
+use dynamics_codegen::graph::{Binary, Graph, Unary};
 use dynamics_codegen::{Compiled, Model, Tape};
 use integration_tests::compiler::{self, Precision};
 use integration_tests::{models, random};
@@ -309,7 +312,84 @@ fn plain_straight_code() {
     }
 }
 
-/// The test above can fail: a warning stops the compiler.
+fn array<E>(name: &str, entries: [(&str, E); 4]) -> Array<E> {
+    let entries = entries.map(|(name, value)| {
+        let entry = Entry {
+            name: name.into(),
+            unit: String::new(),
+        };
+        (entry, value)
+    });
+    Array {
+        name: name.into(),
+        meaning: "Numbers".into(),
+        entries: entries.into(),
+    }
+}
+
+/// A routine of one's own, by the C compiler; where a NaN comes in, one comes out.
+#[test]
+fn a_nan_goes_on() {
+    let mut graph = Graph::new();
+    let [sx, sy, sz, unused] = ["x", "y", "int", "unused"].map(|name| graph.symbol(name));
+    let [x, y, z] = [sx, sy, sz].map(|symbol| graph.var(symbol));
+    let results = [
+        ("least", graph.binary(Binary::Min, x, y)),
+        ("most", graph.binary(Binary::Max, x, y)),
+        ("step", graph.unary(Unary::Step, x)),
+        ("passed", z),
+    ];
+    let routine = Routine {
+        name: "limits".into(),
+        meaning: "Limits".into(),
+        source: "By a test.".into(),
+        arguments: vec![array(
+            "arguments",
+            [("x", sx), ("y", sy), ("int", sz), ("unused", unused)],
+        )],
+        results: vec![array("results", results)],
+        graph,
+    };
+    let folder = tempfile::tempdir().unwrap();
+    for file in routine.c() {
+        std::fs::write(folder.path().join(&file.name), file.text).unwrap();
+    }
+    let main = "#include \"limits.h\"\n#include <stdio.h>\n
+int main(void)
+{
+    limits_real x[4];
+    double v[4];
+    while (scanf(\"%lf %lf %lf %lf\", &v[0], &v[1], &v[2], &v[3]) == 4) {
+        int i;
+        for (i = 0; i < 4; i++) {
+            x[i] = (limits_real)v[i];
+        }
+        limits(x, x);
+        for (i = 0; i < 4; i++) {
+            printf(\"%g\\n\", (double)x[i]);
+        }
+    }
+    return 0;
+}
+";
+    let source = folder.path().join("main.c");
+    std::fs::write(&source, main).unwrap();
+    let sources = [folder.path().join("limits.c"), source];
+    for precision in [Precision::Double, Precision::Single] {
+        let program = folder.path().join("program");
+        compiler::build(&sources, &program, precision);
+        let found = run(&program, "1 2 3 4\n-1 -2 5 0\nnan 1 0 0\n1 nan 0 0\n");
+        assert_eq!(found[..8], [1.0, 2.0, 1.0, 3.0, -2.0, -1.0, 0.0, 5.0]);
+        assert!(
+            found[8..11]
+                .iter()
+                .chain(&found[12..14])
+                .all(|x| x.is_nan())
+        );
+    }
+}
+
+/// These tests can fail: a warning stops the compiler.
 #[test]
 fn a_warning_is_an_error() {
     let folder = tempfile::tempdir().unwrap();

@@ -402,6 +402,7 @@ impl Function {
             Argument::Parameters | Argument::Point => true,
             Argument::Acceleration => self.takes_acceleration(),
             Argument::Multipliers => self.takes_multipliers(),
+            Argument::Arrays => false,
         }
     }
 

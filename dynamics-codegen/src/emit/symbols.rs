@@ -18,6 +18,8 @@ pub(super) enum Role {
     Acceleration(usize),
     /// A stated multiplier.
     Multiplier(usize),
+    /// A place of a routine's arrays, all of them counted through.
+    Place(usize),
 }
 
 /// An argument of emitted functions.
@@ -27,6 +29,8 @@ pub(super) enum Argument {
     Point,
     Acceleration,
     Multipliers,
+    /// The arrays of a routine.
+    Arrays,
 }
 
 impl Role {
@@ -41,11 +45,13 @@ impl Role {
             Self::Parameter(_) => Argument::Parameters,
             Self::Acceleration(_) => Argument::Acceleration,
             Self::Multiplier(_) => Argument::Multipliers,
+            Self::Place(_) => Argument::Arrays,
         }
     }
 
     /// Where a function takes it from, with the language's `access` to a member;
-    /// `None` for parameters, which are read where they are used.
+    /// `None` for parameters, which are read where they are used, and for places of arrays, which
+    /// the routine names.
     pub fn place(self, access: &str) -> Option<String> {
         Some(match self {
             Self::Time => format!("x{access}t"),
@@ -55,7 +61,7 @@ impl Role {
             Self::State(i) => format!("x{access}z[{i}]"),
             Self::Acceleration(i) => format!("a[{i}]"),
             Self::Multiplier(i) => format!("lambda[{i}]"),
-            Self::Parameter(_) => return None,
+            Self::Parameter(_) | Self::Place(_) => return None,
         })
     }
 }
@@ -155,6 +161,27 @@ impl Symbols {
             add(p.symbol, Role::Parameter(i), field(&p.name), snake(&p.name));
         }
         Self { symbols, taken }
+    }
+
+    /// Those of a routine, each with a wish for its name, in the order of [`Role::Place`].
+    pub fn of_routine<'a>(
+        places: impl IntoIterator<Item = (SymbolId, &'a str)>,
+        taken: Vec<String>,
+    ) -> Self {
+        let mut locals = Locals::new(taken.iter().map(String::as_str));
+        let places = places.into_iter().enumerate();
+        let symbols = places.map(|(place, (id, name))| {
+            let symbol = Symbol {
+                role: Role::Place(place),
+                code: locals.claim(name),
+                telling: snake(name),
+            };
+            (id, symbol)
+        });
+        Self {
+            symbols: symbols.collect(),
+            taken,
+        }
     }
 
     /// The symbol behind an identifier.

@@ -36,7 +36,7 @@ const C_HEADERS: &str = "\
 
 /// Functions of C's headers, and of generated C, that a variable would hide.
 const FUNCTIONS: &str = "\
-    i sign_of step_of sin cos tan asin acos atan atan2 sinh \
+    i sign_of step_of min_of max_of sin cos tan asin acos atan atan2 sinh \
     cosh tanh exp log sqrt pow fabs floor ceil gamma lgamma tgamma erf j0 j1 jn y0 y1 yn \
     signgam abs div index time real";
 

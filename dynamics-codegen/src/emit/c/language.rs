@@ -1,5 +1,7 @@
 //! C's numbers, names and functions.
 
+use super::{Lines, comment};
+use crate::emit::body::{Body, Statement, Term};
 use crate::emit::symbols::{Role, Symbols};
 use crate::emit::written::{Language, Written};
 use crate::graph::{Binary, Precedence, SymbolId, Unary};
@@ -67,15 +69,15 @@ fn binary(op: Binary) -> &'static str {
     match op {
         Binary::Pow => "POW",
         Binary::Atan2 => "ATAN2",
-        Binary::Min => "FMIN",
-        Binary::Max => "FMAX",
+        Binary::Min => "min_of",
+        Binary::Max => "max_of",
         Binary::Add | Binary::Sub | Binary::Mul | Binary::Div => op.name(),
     }
 }
 
 /// Functions of `<math.h>` behind macros that choose the precision: macro, arguments,
 /// name in `double` (in `float` with an `f` behind it).
-pub(super) const MATH: [(&str, &str, &str); 15] = [
+pub(super) const MATH: [(&str, &str, &str); 13] = [
     ("SIN", "x", "sin"),
     ("COS", "x", "cos"),
     ("TAN", "x", "tan"),
@@ -89,25 +91,103 @@ pub(super) const MATH: [(&str, &str, &str); 15] = [
     ("TANH", "x", "tanh"),
     ("FABS", "x", "fabs"),
     ("POW", "x, y", "pow"),
-    ("FMIN", "x, y", "fmin"),
-    ("FMAX", "x, y", "fmax"),
 ];
 
-/// Functions that C lacks: name, documentation, value.
-pub(super) const HELPERS: [(&str, &str, &str); 2] = [
+/// Functions that C lacks, or has otherwise (`fmin` and `fmax` drop a NaN, which here goes on as in
+/// `dynamics::Scalar`): name, arguments, documentation, value.
+pub(super) const HELPERS: [(&str, &[&str], &str, &str); 4] = [
     (
         "sign_of",
-        "-1, 0 or 1.",
+        &["x"],
+        "-1, 0 or 1; NaN at NaN.",
         "(x > REAL(0.0)) ? REAL(1.0) : ((x < REAL(0.0)) ? REAL(-1.0) : x)",
     ),
     (
         "step_of",
-        "1 where x is positive, else 0.",
-        "(x > REAL(0.0)) ? REAL(1.0) : REAL(0.0)",
+        &["x"],
+        "1 where x is positive, else 0; NaN at NaN.",
+        "(x > REAL(0.0)) ? REAL(1.0) : ((x <= REAL(0.0)) ? REAL(0.0) : x)",
+    ),
+    (
+        "min_of",
+        &["x", "y"],
+        "The smaller one; NaN if either is.",
+        "((x < y) || (x != x)) ? x : y",
+    ),
+    (
+        "max_of",
+        &["x", "y"],
+        "The larger one; NaN if either is.",
+        "((x > y) || (x != x)) ? x : y",
     ),
 ];
 
 /// `a` in brackets where the argument of a function needs none.
 pub(super) fn argument(written: Written) -> String {
     written.within(Precedence::Sum)
+}
+
+/// Constants, functions and helpers in the chosen precision; those that `code` uses.
+pub(super) fn preamble(w: &mut Lines, prefix: &str, code: &str) {
+    w.line(&format!("#define REAL(x) (({prefix}_real)(x))"));
+    let used = |name: &str| code.contains(&format!("{name}("));
+    let functions: Vec<_> = MATH.iter().filter(|(name, ..)| used(name)).collect();
+    if !functions.is_empty() {
+        for (branch, ending) in [("#ifdef DYNAMICS_FLOAT", "f"), ("#else", "")] {
+            w.line(branch);
+            for (name, arguments, function) in &functions {
+                w.line(&format!(
+                    "#define {name}({arguments}) {function}{ending}({arguments})"
+                ));
+            }
+        }
+        w.line("#endif");
+    }
+    w.blank();
+    for (name, arguments, doc, value) in HELPERS {
+        if used(name) {
+            let arguments = arguments.iter().map(|x| format!("{prefix}_real {x}"));
+            let arguments = arguments.collect::<Vec<_>>().join(", ");
+            comment(w, 0, doc);
+            w.line(&format!("static {prefix}_real {name}({arguments})"));
+            w.line("{");
+            w.line(&format!("    return {value};"));
+            w.line("}");
+            w.blank();
+        }
+    }
+}
+
+/// Some of a body's statements, each a constant.
+pub(super) fn write_statements(
+    w: &mut Lines,
+    prefix: &str,
+    language: &C<'_>,
+    (body, statements): (&Body, &[Statement]),
+) {
+    let write = |term: &Term| argument(language.write(term, &body.locals));
+    let circular = |sine: usize, cosine: usize, argument: &Term| {
+        let argument = write(argument);
+        [
+            (sine, format!("SIN({argument})")),
+            (cosine, format!("COS({argument})")),
+        ]
+    };
+    for statement in statements {
+        let constants: Vec<(usize, String)> = match statement {
+            Statement::Let { local, value } => vec![(*local, write(value))],
+            Statement::SinCos {
+                sine,
+                cosine,
+                argument,
+            } => circular(*sine, *cosine, argument).into(),
+            Statement::SinCosEach(group) => (group.iter())
+                .flat_map(|one| circular(one.sine, one.cosine, &one.argument))
+                .collect(),
+        };
+        for (local, value) in constants {
+            let name = &body.locals[local];
+            w.line(&format!("    const {prefix}_real {name} = {value};"));
+        }
+    }
 }

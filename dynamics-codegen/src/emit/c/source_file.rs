@@ -1,9 +1,9 @@
 //! The `.c` file: definitions.
 
 use super::header_file::dimensions;
-use super::language::{C, HELPERS, MATH, argument, real};
+use super::language::{C, argument, preamble, real, write_statements};
 use super::{Lines, Unit, comment};
-use crate::emit::body::{Body, Statement, Term};
+use crate::emit::body::{Body, Term};
 use crate::emit::given::place;
 use crate::emit::plan::Function;
 use crate::emit::split::{Part, Parts};
@@ -23,51 +23,12 @@ impl Unit<'_> {
         w.blank();
         w.line("#include <math.h>");
         w.blank();
-        self.macros(&mut w, &definitions.text);
-        self.helpers(&mut w, &definitions.text);
+        preamble(&mut w, &self.prefix, &definitions.text);
         self.nominal(&mut w);
         self.solver(&mut w);
         w.text.push_str(definitions.text.trim_end());
         w.text.push('\n');
         w.text
-    }
-
-    /// Constants and functions in the chosen precision; those that are used.
-    fn macros(&self, w: &mut Lines, code: &str) {
-        w.line(&format!("#define REAL(x) (({}_real)(x))", self.prefix));
-        let used = MATH
-            .iter()
-            .filter(|(name, ..)| code.contains(&format!("{name}(")));
-        let used: Vec<_> = used.collect();
-        if !used.is_empty() {
-            w.line("#ifdef DYNAMICS_FLOAT");
-            for (name, arguments, function) in &used {
-                w.line(&format!(
-                    "#define {name}({arguments}) {function}f({arguments})"
-                ));
-            }
-            w.line("#else");
-            for (name, arguments, function) in &used {
-                w.line(&format!(
-                    "#define {name}({arguments}) {function}({arguments})"
-                ));
-            }
-            w.line("#endif");
-        }
-        w.blank();
-    }
-
-    fn helpers(&self, w: &mut Lines, code: &str) {
-        for (name, doc, value) in HELPERS {
-            if code.contains(&format!("{name}(")) {
-                comment(w, 0, doc);
-                w.line(&format!("static {0}_real {name}({0}_real x)", self.prefix));
-                w.line("{");
-                w.line(&format!("    return {value};"));
-                w.line("}");
-                w.blank();
-            }
-        }
     }
 
     fn nominal(&self, w: &mut Lines) {
@@ -268,31 +229,11 @@ impl Unit<'_> {
     }
 
     fn statements(&self, w: &mut Lines, body: &Body, part: &Part) {
-        let mut constant = |local: usize, value: String| {
-            let name = &body.locals[local];
-            w.line(&format!("    const {}_real {name} = {value};", self.prefix));
+        let language = C {
+            symbols: &self.symbols,
         };
-        for statement in &body.statements[part.statements.clone()] {
-            match statement {
-                Statement::Let { local, value } => constant(*local, self.write(value, body)),
-                Statement::SinCos {
-                    sine,
-                    cosine,
-                    argument,
-                } => {
-                    let argument = self.write(argument, body);
-                    constant(*sine, format!("SIN({argument})"));
-                    constant(*cosine, format!("COS({argument})"));
-                }
-                Statement::SinCosEach(group) => {
-                    for c in group {
-                        let argument = self.write(&c.argument, body);
-                        constant(c.sine, format!("SIN({argument})"));
-                        constant(c.cosine, format!("COS({argument})"));
-                    }
-                }
-            }
-        }
+        let statements = &body.statements[part.statements.clone()];
+        write_statements(w, &self.prefix, &language, (body, statements));
     }
 
     fn write(&self, term: &Term, body: &Body) -> String {
