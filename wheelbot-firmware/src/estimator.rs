@@ -92,6 +92,20 @@ impl<T: Real> Estimator<T> {
         }
     }
 
+    /// One that goes on from an estimate of roll and pitch, rad, and from rates of roll, pitch and
+    /// yaw, rad/s.
+    #[must_use]
+    pub fn remembering(mut self, fused: [T; 2], rates: Vector<T>) -> Self {
+        (self.tilt.fused, self.tilt.rates) = (fused, rates);
+        self.started = true;
+        self
+    }
+
+    /// What it made of the last tick.
+    pub fn tilt(&self) -> &Tilt<T> {
+        &self.tilt
+    }
+
     /// One tick: `wheel` is the rolling wheel, its encoder already read.
     pub fn update(&mut self, readings: &Readings<T>, wheel: &Wheel<T>) -> Tilt<T> {
         let Settings {

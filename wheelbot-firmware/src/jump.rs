@@ -154,7 +154,7 @@ impl<T: Real> Jump<T> {
         if t >= self.plan.second {
             self.hand_over(tilt.fused);
         }
-        let [reaction, rolling] = self.wheels.map(|wheel| (wheel.angle(), wheel.rate));
+        let [reaction, rolling] = self.wheels.map(|wheel| (wheel.angle, wheel.rate));
         let [roll_rate, pitch_rate, _] = tilt.rates;
         let none = [T::zero(); 2];
         let (rates, wheels) = ([roll_rate, pitch_rate], [reaction, rolling]);

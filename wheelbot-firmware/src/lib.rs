@@ -31,7 +31,7 @@ pub mod wheel;
 pub use balance::{Balance, Gains};
 pub use estimator::{Accelerometers, Estimator, Settings, Tilt};
 pub use jump::{Jump, Plan};
-pub use tick::{Firmware, Readings};
+pub use tick::{Firmware, Memory, Readings};
 
 /// Seconds from one tick to the next.
 pub const INTERVAL: f64 = 0.01;

@@ -15,6 +15,8 @@ pub struct Wheel<T> {
     pub rate: T,
     /// Difference of the rates of two ticks, without the low-pass, rad/s².
     pub acceleration: T,
+    /// Turn since the controller was switched on, rad.
+    pub angle: T,
     /// Counts where the controller was switched on.
     start: i32,
     /// Counts at the tick before.
@@ -29,6 +31,7 @@ impl<T: Scalar> Wheel<T> {
         Self {
             rate: T::zero(),
             acceleration: T::zero(),
+            angle: T::zero(),
             start: 0,
             before: None,
             unfiltered: T::zero(),
@@ -37,26 +40,50 @@ impl<T: Scalar> Wheel<T> {
 
     /// Reads the encoder, `interval` seconds after the last time. Counts may wrap.
     pub fn read(&mut self, counts: i32, interval: T) {
-        let Some(before) = self.before.replace(counts) else {
+        let turned = self.counted(counts);
+        self.turn(turned, interval);
+    }
+
+    /// Counts since the last time, and since the first; both are zero the first time.
+    pub fn counted(&mut self, counts: i32) -> [T; 2] {
+        if self.before.is_none() {
             self.start = counts;
-            return;
-        };
-        let rate = angle::<T>(counts.wrapping_sub(before)) / interval;
+        }
+        let before = self.before.replace(counts).unwrap_or(counts);
+        [before, self.start].map(|from| T::from_f64(f64::from(counts.wrapping_sub(from))))
+    }
+
+    /// Goes on by a tick of `interval` seconds; `turned` are counts as [`counted`](Self::counted)
+    /// gives them.
+    pub fn turn(&mut self, turned: [T; 2], interval: T) {
+        let turn = T::from_f64(core::f64::consts::TAU / f64::from(COUNTS_PER_TURN));
+        let [step, way] = turned.map(|counts| counts * turn);
+        let rate = step / interval;
         let new = T::from_f64(NEW);
         self.rate = new * rate + (T::one() - new) * self.rate;
         self.acceleration = (rate - self.unfiltered) / interval;
         self.unfiltered = rate;
+        self.angle = way;
     }
 
     /// Counts the angle from here on.
     pub fn restart(&mut self) {
         self.start = self.before.unwrap_or(self.start);
+        self.angle = T::zero();
     }
 
-    /// Turn since the controller was switched on, rad.
-    pub fn angle(&self) -> T {
-        let counts = self.before.unwrap_or(self.start);
-        angle(counts.wrapping_sub(self.start))
+    /// What the next tick needs of this one: the rates with and without the low-pass, rad/s.
+    pub fn memory(&self) -> [T; 2] {
+        [self.rate, self.unfiltered]
+    }
+
+    /// A wheel that goes on from there.
+    pub fn remembering([rate, unfiltered]: [T; 2]) -> Self {
+        Self {
+            rate,
+            unfiltered,
+            ..Self::new()
+        }
     }
 }
 
@@ -64,11 +91,6 @@ impl<T: Scalar> Default for Wheel<T> {
     fn default() -> Self {
         Self::new()
     }
-}
-
-fn angle<T: Scalar>(counts: i32) -> T {
-    let turn = T::from_f64(core::f64::consts::TAU / f64::from(COUNTS_PER_TURN));
-    T::from_f64(f64::from(counts)) * turn
 }
 
 #[cfg(test)]
@@ -85,7 +107,7 @@ mod tests {
             counts = counts.wrapping_add(200);
         }
         let turned = 99.0 * 200.0 / COUNTS_PER_TURN as f32 * core::f32::consts::TAU;
-        assert!((wheel.angle() - turned).abs() < 1e-4);
+        assert!((wheel.angle - turned).abs() < 1e-4);
         assert!((wheel.rate - turned / 0.99).abs() < 1e-3);
         assert!(wheel.acceleration.abs() < 1e-3);
     }
