@@ -13,6 +13,7 @@
 
 pub mod design;
 pub mod excitation;
+pub mod firmware;
 pub mod jump;
 pub mod motors;
 pub mod report;
