@@ -1,14 +1,17 @@
-//! What tests need that is not everywhere: the measured logs beside the repository, and time.
+//! What tests need that is not everywhere: the measured logs beside the repository, compilers and
+//! emulators for microcontrollers, and time.
 //!
-//! A test that lacks one of the two passes without having looked, and is put on a list, which
+//! A test that lacks one of them passes without having looked, and is put on a list, which
 //! `cargo test --workspace` prints towards its end (`tests/tests/what_was_left_out.rs`).
 //!
 //! | variable | effect |
 //! |---|---|
 //! | `CI` | what lies in `../shared` must be there |
 //! | `DYNAMICS_SLOW_TESTS` | tests that take long run, too |
+//! | `DYNAMICS_FIRMWARE_REQUIRED` | programs for these machines must be there, as `cortex_m4,atmega32u4` |
 //!
-//! `.ci/run` sets both, the former if there is a `../shared`.
+//! `.ci/run` sets all of them: the first if there is a `../shared`, the last to the machines whose
+//! programs it could install.
 
 use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Write};
@@ -52,6 +55,37 @@ pub fn too_slow() -> bool {
         note("takes long; runs with DYNAMICS_SLOW_TESTS=1");
     }
     !slow
+}
+
+/// Names the machines whose tests may not be left out.
+const FIRMWARE: &str = "DYNAMICS_FIRMWARE_REQUIRED";
+
+/// Whether a test of firmware for `machine` has to be left out, which is noted, because one of these
+/// programs is not on the path.
+///
+/// # Panics
+/// If that is so and `DYNAMICS_FIRMWARE_REQUIRED` names the machine.
+#[must_use]
+pub fn lacks_programs(machine: &str, programs: &[&str]) -> bool {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let folders: Vec<PathBuf> = std::env::split_paths(&path).collect();
+    let there = |name: &str| folders.iter().any(|folder| folder.join(name).is_file());
+    let missing: Vec<&str> = programs
+        .iter()
+        .copied()
+        .filter(|name| !there(name))
+        .collect();
+    if missing.is_empty() {
+        return false;
+    }
+    let missing = missing.join(", ");
+    let required = std::env::var(FIRMWARE).unwrap_or_default();
+    assert!(
+        required.split(',').all(|name| name != machine),
+        "{FIRMWARE} names {machine}, but there is no {missing}"
+    );
+    note(&format!("needs {missing} on the path"));
+    true
 }
 
 /// Where the list is.
