@@ -1,7 +1,11 @@
-//! [`Scalar`] and [`Real`] for `f32` and `f64`: through `libm`, or through the
+//! [`Scalar`] and [`Real`] for `f32` and `f64`: through `libm` (and [`single`]), or through the
 //! standard library with the feature `std`.
 
+#[cfg(not(feature = "std"))]
+use super::single;
 use super::{Real, Scalar};
+#[cfg(not(feature = "std"))]
+use libm as double;
 
 #[cfg(feature = "std")]
 extern crate std;
@@ -24,9 +28,9 @@ macro_rules! fused_mul_add {
     }};
 }
 
-/// One elementary function: the standard library's with `std`, else `libm`'s.
+/// One elementary function: the standard library's with `std`, else that of `$library`.
 macro_rules! elementary {
-    ($float:ident: $($name:ident($($arg:ident),*) = $libm:ident;)*) => {$(
+    ($float:ident, $library:ident: $($name:ident($($arg:ident),*) = $libm:ident;)*) => {$(
         #[inline]
         fn $name(self $(, $arg: Self)*) -> Self {
             #[cfg(feature = "std")]
@@ -35,7 +39,7 @@ macro_rules! elementary {
             }
             #[cfg(not(feature = "std"))]
             {
-                libm::$libm(self $(, $arg)*)
+                $library::$libm(self $(, $arg)*)
             }
         }
     )*};
@@ -43,14 +47,14 @@ macro_rules! elementary {
 
 /// Everything that is the same text for both widths.
 macro_rules! implement {
-    ($float:ident, $sincos:ident, $four:ident, $fma:ident, {$($functions:tt)*}) => {
+    ($float:ident, $library:ident, $sincos:ident, $four:ident, $fma:ident, {$($functions:tt)*}) => {
         impl Scalar for $float {
             #[inline]
             fn from_f64(x: f64) -> Self {
                 x as $float
             }
 
-            elementary!($float: $($functions)*);
+            elementary!($float, $library: $($functions)*);
 
             #[inline]
             fn sin_cos(self) -> (Self, Self) {
@@ -60,7 +64,7 @@ macro_rules! implement {
                 }
                 #[cfg(not(feature = "std"))]
                 {
-                    libm::$sincos(self)
+                    $library::$sincos(self)
                 }
             }
 
@@ -151,7 +155,7 @@ macro_rules! implement {
     };
 }
 
-implement!(f32, sincosf, sin_cos_4_f32, fmaf, {
+implement!(f32, single, sincosf, sin_cos_4_f32, fmaf, {
     sqrt() = sqrtf;
     sin() = sinf;
     cos() = cosf;
@@ -166,7 +170,7 @@ implement!(f32, sincosf, sin_cos_4_f32, fmaf, {
     tanh() = tanhf;
 });
 
-implement!(f64, sincos, sin_cos_4_f64, fma, {
+implement!(f64, double, sincos, sin_cos_4_f64, fma, {
     sqrt() = sqrt;
     sin() = sin;
     cos() = cos;

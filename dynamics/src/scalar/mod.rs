@@ -16,6 +16,12 @@ mod lanes;
 mod simd;
 #[cfg(feature = "simd")]
 mod simd_trig;
+#[cfg(any(not(feature = "std"), test))]
+#[cfg_attr(
+    feature = "std",
+    allow(dead_code, unused_imports, reason = "tested whatever the features are")
+)]
+mod single;
 
 #[cfg(feature = "simd")]
 pub use lanes::{Lanes, WideF32, WideF64};
