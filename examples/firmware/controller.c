@@ -1,23 +1,13 @@
 #include "controller.h"
 
-static const wheelbot_tick_real no_torque[2] = { 0 };
-
-/* The gains of (6.22): tilt, tilt rate, wheel angle, wheel rate; of roll, then of pitch. */
 #define GAIN(x) ((wheelbot_tick_real)(x))
-static const wheelbot_tick_real published[8] = {
-    GAIN(4.5), GAIN(0.25), GAIN(0.0003), GAIN(0.0018),
-    GAIN(1.6), GAIN(0.14), GAIN(0.04), GAIN(0.0344)
-};
 
 /* The difference of two counts that may have wrapped: without sign there is no overflow. */
 static wheelbot_tick_real counts(uint32_t later, uint32_t earlier)
 {
     const uint32_t forward = later - earlier;
     const uint32_t backward = earlier - later;
-    if (forward <= backward) {
-        return (wheelbot_tick_real)forward;
-    }
-    return -(wheelbot_tick_real)backward;
+    return (forward <= backward) ? (wheelbot_tick_real)forward : -(wheelbot_tick_real)backward;
 }
 
 static void count(struct counter *c, int32_t shown, wheelbot_tick_real turned[2])
@@ -35,6 +25,11 @@ void controller_start(
     int32_t reaction,
     int32_t rolling)
 {
+    /* Those of (6.22): tilt, tilt rate, wheel angle, wheel rate; of roll, then of pitch. */
+    static const wheelbot_tick_real published[8] = {
+        GAIN(4.5), GAIN(0.25), GAIN(0.0003), GAIN(0.0018),
+        GAIN(1.6), GAIN(0.14), GAIN(0.04), GAIN(0.0344)
+    };
     int i;
     for (i = 0; i < 8; i++) {
         c->gains[i] = published[i];
@@ -49,12 +44,15 @@ void controller_start(
     }
     c->memory[0] = roll;
     c->memory[1] = pitch;
-    c->reaction.first = c->reaction.before = (uint32_t)reaction;
-    c->rolling.first = c->rolling.before = (uint32_t)rolling;
+    c->reaction.first = (uint32_t)reaction;
+    c->reaction.before = c->reaction.first;
+    c->rolling.first = (uint32_t)rolling;
+    c->rolling.before = c->rolling.first;
 }
 
 void controller_tick(struct controller *c, const struct readings *r)
 {
+    static const wheelbot_tick_real no_torque[2] = { 0 };
     wheelbot_tick_real turned[4];
     count(&c->reaction, r->reaction, &turned[0]);
     count(&c->rolling, r->rolling, &turned[2]);

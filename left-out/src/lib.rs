@@ -8,7 +8,7 @@
 //! |---|---|
 //! | `CI` | what lies in `../shared` must be there |
 //! | `DYNAMICS_SLOW_TESTS` | tests that take long run, too |
-//! | `DYNAMICS_FIRMWARE_REQUIRED` | programs for these machines must be there, as `cortex_m4,atmega32u4` |
+//! | `DYNAMICS_FIRMWARE_REQUIRED` | programs for these must be there: `host`, `cortex_m4`, `atmega32u4`, `rust`, `misra`, with commas between |
 //!
 //! `.ci/run` sets all of them: the first if there is a `../shared`, the last to the machines whose
 //! programs it could install.
@@ -60,7 +60,7 @@ pub fn too_slow() -> bool {
 /// Names the machines whose tests may not be left out.
 const FIRMWARE: &str = "DYNAMICS_FIRMWARE_REQUIRED";
 
-/// Whether a test of firmware for `machine` has to be left out, which is noted, because one of these
+/// Whether a test of firmware on a machine (or with a tool) has to be left out, which is noted, because one of these
 /// programs is not on the path.
 ///
 /// # Panics

@@ -140,6 +140,15 @@ fn c_computes_what_the_simulation_does() {
     }
 }
 
+/// What is generated, and the controller around it, by the rules of MISRA C:2012 that cppcheck knows.
+#[test]
+fn c_keeps_the_rules_of_misra() {
+    if left_out::lacks_programs("misra", &["make", "cppcheck"]) {
+        return;
+    }
+    Folder::copied().make("misra");
+}
+
 /// Both programs on a machine: results as on the host, costs as in the table.
 fn on(machine: Machine, shown: &str, (budget, limit): (u64, f64)) {
     if machine.is_missing() || Machine::Host.is_missing() {
