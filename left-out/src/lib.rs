@@ -60,32 +60,33 @@ pub fn too_slow() -> bool {
 /// Names the machines whose tests may not be left out.
 const FIRMWARE: &str = "DYNAMICS_FIRMWARE_REQUIRED";
 
-/// Whether a test of firmware on a machine (or with a tool) has to be left out, which is noted, because one of these
-/// programs is not on the path.
+/// Whether a test of firmware on a machine (or with a tool) has to be left out, which is noted, because
+/// one of these programs is not on the path.
 ///
 /// # Panics
 /// If that is so and `DYNAMICS_FIRMWARE_REQUIRED` names the machine.
 #[must_use]
 pub fn lacks_programs(machine: &str, programs: &[&str]) -> bool {
+    let required = std::env::var(FIRMWARE).unwrap_or_default();
+    let required = required.split(',').any(|name| name == machine);
+    let missing = missing(machine, programs, required);
+    if let Some(missing) = &missing {
+        note(&format!("needs {missing} on the path"));
+    }
+    missing.is_some()
+}
+
+fn missing(machine: &str, programs: &[&str], must_be_there: bool) -> Option<String> {
     let path = std::env::var_os("PATH").unwrap_or_default();
     let folders: Vec<PathBuf> = std::env::split_paths(&path).collect();
     let there = |name: &str| folders.iter().any(|folder| folder.join(name).is_file());
-    let missing: Vec<&str> = programs
-        .iter()
-        .copied()
-        .filter(|name| !there(name))
-        .collect();
-    if missing.is_empty() {
-        return false;
-    }
-    let missing = missing.join(", ");
-    let required = std::env::var(FIRMWARE).unwrap_or_default();
+    let missing = programs.iter().copied().filter(|name| !there(name));
+    let missing = missing.collect::<Vec<_>>().join(", ");
     assert!(
-        required.split(',').all(|name| name != machine),
+        missing.is_empty() || !must_be_there,
         "{FIRMWARE} names {machine}, but there is no {missing}"
     );
-    note(&format!("needs {missing} on the path"));
-    true
+    (!missing.is_empty()).then_some(missing)
 }
 
 /// Where the list is.
@@ -131,6 +132,19 @@ mod tests {
     #[should_panic(expected = "is missing, and CI is set")]
     fn missing_data_is_a_failure_in_ci() {
         let _ = found("no/such/file", true);
+    }
+
+    #[test]
+    #[should_panic(expected = "names avr, but there is no no-such-compiler")]
+    fn a_missing_compiler_is_a_failure_where_it_is_required() {
+        let _ = missing("avr", &["no-such-compiler"], true);
+    }
+
+    #[test]
+    fn missing_compilers_are_named() {
+        let found = missing("avr", &["cargo", "no-such-compiler"], false);
+        assert_eq!(found.as_deref(), Some("no-such-compiler"));
+        assert_eq!(missing("avr", &["cargo"], true), None);
     }
 
     #[test]
