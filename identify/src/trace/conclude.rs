@@ -35,7 +35,7 @@ pub(super) struct Judgement {
     series: Series,
     /// What was learnt gains on that log, if it is anything.
     foretold: Option<Foretold>,
-    /// Whether what was learnt predicts worse than the model as given.
+    /// Whether what was learnt predicts worse than the model as given, or makes the log less likely.
     is_worse: bool,
     /// Where nothing was found, errors on what was learnt from.
     trained: Option<Score>,
@@ -64,7 +64,16 @@ pub(super) fn judged(
         Basis::Forces => forces::judge(dictionary, selection, test, request, hold),
         Basis::Motion => judge(dictionary, selection, test, request, hold),
     }?;
-    let is_worse = is_worse(*basis, &scores);
+    let is_worse = is_worse(*basis, &scores) || foretold.as_ref().is_some_and(Foretold::is_worse);
+    let [before, _, noise_floor] = &scores;
+    if is_worse && !selection.terms.is_empty() && is_at_floor(before, noise_floor) {
+        // What was found is nothing, and nothing has to be found.
+        let learnt = Learnt {
+            selection: selection.of_nothing(dictionary),
+            ..learnt
+        };
+        return judged(learnt, test, request);
+    }
     let trained = match selection.terms.is_empty() && *basis == Basis::Motion {
         true => Some({
             let of = (&[][..], &dictionary.defaults[..], &selection.observed);

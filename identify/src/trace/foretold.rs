@@ -36,6 +36,11 @@ impl Foretold {
     pub(super) fn is_better(&self) -> bool {
         self.gain > SURE * self.error
     }
+
+    /// Whether data become less likely, by more than the chance of a few runs.
+    pub(super) fn is_worse(&self) -> bool {
+        self.gain < -SURE * self.error
+    }
 }
 
 /// The negative log likelihood of each run of a log, nats, under an explanation with some terms,
@@ -72,6 +77,8 @@ mod tests {
         once[3] = -40.0;
         assert!(!Foretold::new(&given, &once).is_better());
         assert!(!Foretold::new(&even, &given).is_better());
+        assert!(Foretold::new(&even, &given).is_worse());
+        assert!(!Foretold::new(&once, &given).is_worse());
         // Ten gains of 0.55 in the mean that differ by 0.3028 (n − 1).
         let foretold = Foretold::new(&given, &even);
         assert!((foretold.gain - 5.5).abs() < 1e-12);

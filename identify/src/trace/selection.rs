@@ -1,10 +1,12 @@
 //! What a search found.
 
+use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use super::finding::Rival;
 use super::refine::Estimate;
 use super::remaining::{Remaining, RemainingForce};
 use super::screen::Considered;
+use nalgebra::DMatrix;
 
 /// A term that was accepted.
 #[derive(Debug, Clone)]
@@ -59,6 +61,30 @@ impl Selection {
     /// Whether the forces that this leaves are no more than half as large.
     pub(super) fn leaves_much_less(&self, than: &Self) -> bool {
         4.0 * self.estimate.unexplained < than.estimate.unexplained
+    }
+
+    /// The model as given in place of what was found.
+    #[must_use]
+    pub(super) fn of_nothing(&self, dictionary: &Dictionary) -> Self {
+        let before = self.remaining.share_before;
+        Self {
+            terms: Vec::new(),
+            values: dictionary.defaults.clone(),
+            held_otherwise: None,
+            estimate: Estimate {
+                parameters: Vec::new(),
+                covariance: DMatrix::zeros(0, 0),
+                unexplained: before.powi(2),
+                ..self.estimate.clone()
+            },
+            reduced_misfit: self.nominal_misfit,
+            remaining: Remaining {
+                share_after: before,
+                forces: self.given_forces.clone(),
+                ..self.remaining.clone()
+            },
+            ..self.clone()
+        }
     }
 
     /// Which candidates were accepted.
