@@ -29,7 +29,7 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// As many as the log has samples, or [`MOST_FRAMES`].
+    /// As many as the log has samples, 1500 at most.
     pub fn of(t: &[f64]) -> Self {
         let (first, last) = (t[0], t[t.len() - 1]);
         let count = t.len().clamp(2, MOST_FRAMES);
