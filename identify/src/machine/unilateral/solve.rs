@@ -10,7 +10,8 @@
 //!    from there Newton's method again. Coulomb's law may have no solution nearby; then the associated
 //!    one is taken, whose impulses take energy, too.
 //!
-//! An answer misses no law by more than [`TOLERABLE`] of the fastest approach.
+//! An answer misses no law by more than [`TOLERABLE`] of the fastest approach, the associated one by
+//! [`ASSOCIATED`] at most.
 
 use super::law::Law;
 use super::{associated, newton, sweeps};
@@ -21,6 +22,9 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 const SETTLED: f64 = 1e-11;
 /// The same of an answer.
 const TOLERABLE: f64 = 1e-7;
+/// The same of the associated law: where Newton's method comes no closer, as far as the convex problem's
+/// solver does.
+const ASSOCIATED: f64 = 1e-5;
 /// A contact whose normal cannot move by this share of the most mobile one's is held by something
 /// else.
 const HELD: f64 = 1e-12;
@@ -94,7 +98,7 @@ impl Problem<'_> {
             relaxed: true,
             ..Solution::of(convex.impulse, cost)
         };
-        (convex.residual <= tolerable).then_some(relaxed)
+        (convex.residual <= ASSOCIATED * scale).then_some(relaxed)
     }
 
     /// Contacts that an impulse can move.
