@@ -9,6 +9,13 @@ use std::collections::BTreeMap;
 const MOST_FRAMES: usize = 1500;
 /// Curves in one chart at most.
 const MOST_CURVES: usize = 7;
+/// What columns begin with that belong to coordinates and inputs, positions apart, and what they are.
+const KINDS: [(&str, &str); 4] = [
+    ("dq_", "rate"),
+    ("ddq_", "acceleration"),
+    ("u_", "input"),
+    ("ucmd_", "command"),
+];
 
 /// Curves over time, one value per frame.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -91,12 +98,7 @@ pub fn charts(model: &Model, log: &Log, record: &Record, frames: &Frames) -> Vec
     for (unit, curves) in by_unit {
         charts.extend(split(&format!("position [{unit}]"), curves));
     }
-    for (prefix, title) in [
-        ("dq_", "rate"),
-        ("ddq_", "acceleration"),
-        ("u_", "input"),
-        ("ucmd_", "command"),
-    ] {
+    for (prefix, title) in KINDS {
         let named = log.channels.iter();
         let curves = named.filter_map(|(name, column)| {
             let rest = name.strip_prefix(prefix)?;
@@ -104,10 +106,13 @@ pub fn charts(model: &Model, log: &Log, record: &Record, frames: &Frames) -> Vec
         });
         charts.extend(split(title, curves.collect()));
     }
-    let known = ["q_", "dq_", "ddq_", "u_", "ucmd_"];
+    let is_known = |name: &str| {
+        let mut kinds = KINDS.iter();
+        name.starts_with("q_") || kinds.any(|(prefix, _)| name.starts_with(prefix))
+    };
     let mut others: BTreeMap<&str, Vec<(String, Vec<f64>)>> = BTreeMap::new();
     for (name, column) in &log.channels {
-        if known.iter().all(|prefix| !name.starts_with(prefix)) {
+        if !is_known(name) {
             let stem = ["_x", "_y", "_z"]
                 .iter()
                 .find_map(|end| name.strip_suffix(end));

@@ -288,7 +288,64 @@ fn provenance(basis: Basis, scores: [&Score; 2], split: &Split, seed: u64) -> St
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::log::Log;
+    use crate::trace::progress::Silent;
     use crate::trace::score::{Errors, RolloutErrors};
+    use crate::trace::search::{SensorErrors, Task, select};
+    use crate::trace::selection::Term;
+    use crate::trace::wheel::{WHEEL, begun, named, rectangular};
+    use dynamics_codegen::Library;
+    use nalgebra::DMatrix;
+    use std::fmt::Write;
+
+    /// A wheel as its model says, and a drive that was found to give less than it does: by so little that no
+    /// error is a tenth larger.
+    #[test]
+    fn what_makes_the_log_less_likely_is_no_finding() {
+        let log = |from: usize, seed: u64| {
+            let (mut text, mut noise) = (String::from("t,q_angle,u_motor\n"), rectangular(seed));
+            for k in from..from + 1000 {
+                let t = 0.004 * k as f64;
+                let q = 0.9 * (3.0 * t).sin() + 0.5 * (7.0 * t).sin() + 2e-3 * noise();
+                let a = -8.1 * (3.0 * t).sin() - 24.5 * (7.0 * t).sin();
+                writeln!(text, "{t},{q},{}", 0.02 * a).unwrap();
+            }
+            text
+        };
+        let train = log(0, 1);
+        let (dictionary, start) = begun(WHEEL, &train, ["angle", "motor"]);
+        let gain = named(&dictionary, "input_gain(motor)");
+        let task = Task {
+            dictionary: &dictionary,
+            free_hold: false,
+            suggested: None,
+            at_most: 1,
+            progress: &Silent,
+        };
+        let mut selection = select(task, start.observed, SensorErrors::White).unwrap();
+        assert!(selection.terms.is_empty());
+        selection.terms.push(Term {
+            candidate: gain,
+            evidence: 69.0,
+            rivals: Vec::new(),
+        });
+        selection.estimate.parameters = dictionary.parameters_of(&[gain]);
+        selection.estimate.covariance = DMatrix::from_element(1, 1, 1e-6);
+        selection.values[selection.estimate.parameters[0]] = 0.9995;
+        let library = Library::builtin();
+        let [train, test] = [train, log(1000, 2)]
+            .map(|text| Log::from_bytes("wheel.csv", text.as_bytes()).unwrap());
+        let request = Request::new("wheel", WHEEL, &library, &train);
+        let test = test.select(&["angle".to_string()], &["motor".to_string()]);
+        let learnt = Learnt {
+            dictionary,
+            selection,
+            basis: Basis::Motion,
+        };
+        let judged = judged(learnt, &test.unwrap(), &request).unwrap();
+        assert!(judged.learnt.selection.terms.is_empty());
+        assert_eq!(judged.verdict(&[], false), Verdict::None);
+    }
 
     /// What has no share, or has not changed, is not said beside a line of the model.
     #[test]

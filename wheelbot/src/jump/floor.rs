@@ -75,6 +75,9 @@ impl Floor {
     ///
     /// # Errors
     /// If the text is no model: only after an edit of it.
+    ///
+    /// # Panics
+    /// If that took its parameter `aim` away.
     pub fn new() -> Result<Self, Report> {
         let parts = [
             include_str!("../../on_floor.model"),
@@ -86,10 +89,11 @@ impl Floor {
         let compiled = compile_keeping("on_floor.model", &text, &Library::builtin(), &varied)?;
         let parameters = &compiled.model.parameters;
         let aim = parameters.iter().position(|p| p.name == "aim");
+        let aim = aim.expect("on_floor.model has a parameter `aim`");
         let mut machine = Machine::new(compiled);
         Ok(Self {
             instruments: machine.instruments(&[]),
-            aim: aim.unwrap_or_default(),
+            aim,
             machine,
         })
     }

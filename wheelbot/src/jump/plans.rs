@@ -1,7 +1,7 @@
 //! The feed-forward of both ways up, in a few numbers each.
 
 use super::floor::Way;
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_6};
 use wheelbot_firmware::Plan;
 use wheelbot_firmware::jump::{HandOver, Segment};
 
@@ -89,7 +89,7 @@ impl Steps {
                 Way::Pitch => 0.0,
             },
             first: match self.way {
-                Way::Roll => std::f64::consts::FRAC_PI_6,
+                Way::Roll => FRAC_PI_6,
                 Way::Pitch => FRAC_PI_2,
             },
             second: self.second(),

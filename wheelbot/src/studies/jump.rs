@@ -358,6 +358,21 @@ fn told(jumped: &Jumped, said: &Stated) -> String {
 mod tests {
     use super::*;
 
+    /// With the robot's own currents it falls, and its contacts have a solution on all the way.
+    #[test]
+    fn the_published_currents_do_not_do() {
+        let floor = Floor::new().unwrap();
+        for way in [Way::Roll, Way::Pitch] {
+            let bench = Bench {
+                way,
+                gains: Gains::PUBLISHED,
+                floor: &floor,
+            };
+            let jumped = bench.run(published(way), Conditions::NOMINAL, 1);
+            assert!(!stood(&jumped.unwrap()), "{way:?}");
+        }
+    }
+
     /// From either side, by either wheel; without the second pulse it stays on its edge.
     #[test]
     fn it_gets_up_from_either_side() {
