@@ -10,7 +10,7 @@ use super::separate::SeparatingMotion;
 use super::settings::MARGIN;
 use super::subject::Subject;
 use dynamics_codegen::syntax::PortKind;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -237,6 +237,30 @@ pub(super) fn says_no_strength(
         Some((change.powi(2), covariance[(place, place)]))
     });
     known.all(|(square, variance)| square <= 2.0 * MARGIN * variance)
+}
+
+/// Nats that a candidate is worth to second order: `½ xᵀ C⁻¹ x` of its strengths and their covariance;
+/// `known` are parameters with that. What has no covariance is not known, and may well be nothing.
+pub(super) fn worth(
+    dictionary: &Dictionary,
+    candidate: usize,
+    values: &[f64],
+    (parameters, covariance): (&[usize], &DMatrix<f64>),
+) -> f64 {
+    let strengths = &dictionary.candidates[candidate].strengths;
+    let known = parameters.iter().enumerate();
+    let own: Vec<(usize, usize)> = known
+        .filter(|(_, p)| strengths.contains(p))
+        .map(|(place, &p)| (place, p))
+        .collect();
+    let change = own.iter().map(|&(_, p)| values[p] - dictionary.defaults[p]);
+    let x = DVector::from_iterator(own.len(), change);
+    let covariance = DMatrix::from_fn(own.len(), own.len(), |a, b| {
+        covariance[(own[a].0, own[b].0)]
+    });
+    covariance
+        .cholesky()
+        .map_or(0.0, |c| 0.5 * x.dot(&c.solve(&x)))
 }
 
 /// The accepted terms as findings, strongest first.

@@ -160,20 +160,35 @@ const LARGEST_JITTER: f64 = 0.1 / SMALLEST_JITTER;
 /// Change of `ln σ` below which nothing is adapted further.
 const SETTLED: f64 = 0.03;
 
-/// Mean square of the accelerations `P f`, each as a share of the coordinate's own,
-/// beyond that of the smallest forces.
+/// Mean square of the accelerations that forces beyond the smallest make, each as a share of the
+/// coordinate's own.
 pub fn unexplained(dynamics: &ErrorDynamics, noise: &ProcessNoise) -> f64 {
-    let n = dynamics.coordinate_count();
-    let excess = DVector::from_fn(n, |j, _| {
+    let excess = DVector::from_fn(dynamics.coordinate_count(), |j, _| {
         noise.force_sd[j].powi(2) - noise.smallest[j].powi(2)
     });
+    share_of_accelerations(dynamics, &excess)
+}
+
+/// The same of what is left of the noise of inputs, which the smallest forces hold.
+pub fn left_of_inputs(dynamics: &ErrorDynamics, noise: &ProcessNoise) -> f64 {
+    let left = DVector::from_fn(dynamics.coordinate_count(), |j, _| {
+        let least = SMALLEST_SHARE * dynamics.force_scale[j];
+        (noise.smallest[j].powi(2) - least.powi(2)).max(0.0)
+    });
+    share_of_accelerations(dynamics, &left)
+}
+
+/// Mean square of the accelerations `P f` of forces of some variances, each as a share of the
+/// coordinate's own.
+fn share_of_accelerations(dynamics: &ErrorDynamics, variance: &DVector<f64>) -> f64 {
+    let n = dynamics.coordinate_count();
     let mut forced = DVector::<f64>::zeros(n);
     let mut own = DVector::<f64>::zeros(n);
     for (slope, acceleration) in dynamics.slope.iter().zip(&dynamics.acceleration) {
         for i in 0..n {
             own[i] += acceleration[(i, 0)].powi(2);
             for j in 0..n {
-                forced[i] += slope[(i, 2 * n + j)].powi(2) * excess[j];
+                forced[i] += slope[(i, 2 * n + j)].powi(2) * variance[j];
             }
         }
     }
@@ -194,6 +209,8 @@ mod tests {
     use super::*;
     use crate::trace::Verdict;
     use crate::trace::linearised::linearised;
+    use crate::trace::refine::Estimate;
+    use crate::trace::search::as_given;
     use crate::trace::wheel::{WHEEL, begun, rectangular, traced};
     use std::fmt::Write;
 
@@ -217,6 +234,30 @@ mod tests {
         let outcome = traced(WHEEL, &noisy_torque());
         assert_eq!(outcome.verdict, Verdict::None, "{:#?}", outcome.findings);
         assert!(outcome.findings.is_empty());
+    }
+
+    /// What is left of that noise accelerates the wheel by as much over its inertia.
+    #[test]
+    fn what_is_left_of_a_torques_noise_is_known() {
+        let (dictionary, start) = begun(WHEEL, &noisy_torque(), ["angle", "motor"]);
+        let felt = start.observed.as_felt(&dictionary, false).unwrap();
+        let left = felt.input_noise[0].left;
+        assert!(left > 0.0);
+        let given = as_given(&dictionary, &felt, felt.hold).unwrap();
+        let squares = felt.curve.t.iter().map(|t| {
+            let a = -8.1 * (3.0 * t).sin() - 24.5 * (7.0 * t).sin();
+            a * a
+        });
+        let share = (left / 0.02).powi(2) / (squares.sum::<f64>() / felt.curve.t.len() as f64);
+        let found = given.estimate.left_of_inputs;
+        assert!((found / share - 1.0).abs() < 0.05, "{found} {share}");
+        // A force that is larger has to be searched for.
+        let forces = |unexplained: f64| Estimate {
+            unexplained,
+            ..given.estimate.clone()
+        };
+        assert!(!forces(2.0 * share).leaves_forces());
+        assert!(forces(4.0 * share).leaves_forces());
     }
 
     /// An encoder whose errors last for 20 ms, four samples, looks like a faint force to a filter that

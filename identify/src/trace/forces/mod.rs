@@ -115,6 +115,8 @@ pub(super) fn learn(
             cost: settled.left,
             rows: rows as usize,
             unexplained: share_after.powi(2),
+            // What noise leaves of the forces is not in that share.
+            left_of_inputs: 0.0,
         },
         values: settled.values,
         held_otherwise: None,

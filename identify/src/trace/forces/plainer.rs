@@ -8,8 +8,8 @@ use super::balance::Balance;
 use super::choose::{Choice, Chosen};
 use super::settle::{Settled, settle};
 use crate::machine::SolveError;
+use crate::trace::finding::worth;
 use crate::trace::settings::FAR_BEHIND;
-use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 /// Terms, and where they explain most.
@@ -113,27 +113,17 @@ impl Explained {
         choice.dictionary.without(&[candidate], values)
     }
 
-    /// Nats that a term is worth to second order: `½ xᵀ C⁻¹ x` of its strengths and their covariance.
+    /// Nats that a term is worth to second order.
     fn worth(&self, choice: &Choice<'_>, term: usize) -> f64 {
-        let dictionary = choice.dictionary;
         let candidates = choice.candidates(&self.terms);
-        let all = dictionary.parameters_of(&candidates);
-        let strengths = &dictionary.candidates[candidates[term]].strengths;
-        let own: Vec<usize> = (0..all.len())
-            .filter(|&i| strengths.contains(&all[i]))
-            .collect();
-        let x = DVector::from_iterator(
-            own.len(),
-            own.iter()
-                .map(|&i| self.settled.values[all[i]] - dictionary.defaults[all[i]]),
-        );
-        let covariance = DMatrix::from_fn(own.len(), own.len(), |a, b| {
-            self.settled.covariance[(own[a], own[b])]
-        });
-        // What has no covariance is not known, and may well be nothing.
-        covariance
-            .cholesky()
-            .map_or(0.0, |c| 0.5 * x.dot(&c.solve(&x)))
+        let all = choice.dictionary.parameters_of(&candidates);
+        let known = (&all[..], &self.settled.covariance);
+        worth(
+            choice.dictionary,
+            candidates[term],
+            &self.settled.values,
+            known,
+        )
     }
 }
 

@@ -2,12 +2,11 @@
 
 use super::beam::Search;
 use super::channel::is_time;
-use super::explored::Explored;
 use super::fit::Fitted;
 use super::hypothesis::Hypothesis;
 use crate::machine::SolveError;
 use crate::trace::dictionary::Dictionary;
-use crate::trace::finding::Rival;
+use crate::trace::finding::{Rival, worth};
 use crate::trace::remaining::{Remaining, beside};
 use crate::trace::selection::{Selection, Term};
 use crate::trace::sensor_memory::WithoutForces;
@@ -51,7 +50,7 @@ pub fn answer(search: &Search<'_>) -> Result<Selection, SolveError> {
     };
     let term = |&candidate: &usize| Term {
         candidate,
-        evidence: evidence(&search.explored, best, candidate),
+        evidence: evidence(search, best, candidate),
         rivals: rivals(search, best, candidate),
     };
     let mut terms: Vec<Term> = best.hypothesis.candidates().iter().map(term).collect();
@@ -81,13 +80,17 @@ pub fn answer(search: &Search<'_>) -> Result<Selection, SolveError> {
     })
 }
 
-/// Nats by which the log is less likely without a term, after all prices.
-fn evidence(explored: &Explored, best: &Fitted, term: usize) -> f64 {
-    let without = best.hypothesis.exchange(&[term], &[]);
-    // Where the machine cannot move without it, it is needed.
-    explored
-        .of(&without)
-        .map_or(f64::INFINITY, |without| without.score - best.score)
+/// Nats by which the log is less likely without a term, after all prices; where there is no fit without
+/// it, since the machine cannot move so or nowhere near the log, to second order.
+fn evidence(search: &Search<'_>, best: &Fitted, term: usize) -> f64 {
+    let without = search.explored.of(&best.hypothesis.exchange(&[term], &[]));
+    match without.filter(|without| without.score.is_finite()) {
+        Some(without) => without.score - best.score,
+        None => {
+            let known = (&best.estimate.parameters[..], &best.estimate.covariance);
+            worth(search.dictionary, term, &best.explanation.values, known)
+        }
+    }
 }
 
 /// What the log cannot tell from a term, the best first, with motions that would tell. A law that holds
