@@ -14,5 +14,7 @@ mod robots;
 mod rolling;
 #[path = "contacts/sliding.rs"]
 mod sliding;
+#[path = "contacts/struck_while_pressed.rs"]
+mod struck_while_pressed;
 #[path = "contacts/thrown.rs"]
 mod thrown;
