@@ -16,7 +16,7 @@ import re
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-CHANNEL = ("input_", "dead_band", "saturation", "backlash", "measurement_", "time_shift")
+CHANNEL = ("input_", "dead_band", "saturation", "backlash", "measurement_", "time_shift", "mounting_")
 
 
 def library():
@@ -59,9 +59,10 @@ def judge(name, truth, report, known):
     """One line of results of a simulated machine."""
     true = [true_key(truth, e) for e in truth["effects"]]
     near = [{true_key(truth, n) for n in e["near_equivalents"]} for e in truth["effects"]]
+    visible = [e["visibility"] for e in truth["effects"] if e["visibility"] is not None]
     line = {"id": name, "system": truth["system"], "class": truth["class"], "noise": truth["noise_level"],
             "hold": truth["hold"], "truth": true, "wanted": sorted(wanted_verdict(truth, known))[0],
-            "size": min((e["visibility"] for e in truth["effects"]), default=None), "twin": has_twin(truth),
+            "size": min(visible, default=None), "twin": has_twin(truth),
             "floor": truth["oracle"]["test"]["acc_nrmse_floor"], "estimates": []}
     if "disturbed" in truth:
         line["disturbed"] = sorted(truth["disturbed"])
@@ -126,7 +127,8 @@ def has_twin(truth):
 
 
 SAME = {"f_c": ("Fc",), "v_s": ("vs",), "q_0": ("q0",), "gain": ("c",), "bias": ("u0",), "c": ("c",), "d": ("d",),
-        "k": ("k",), "f": ("f",), "tau": ("tau", "T"), "mu": ("mu",)}
+        "k": ("k",), "f": ("f",), "tau": ("tau", "T"), "mu": ("mu",), "offset": ("offset",),
+        "scale": ("scale",), "phi_z": ("phi_z",)}
 
 
 def estimates(truth, report):

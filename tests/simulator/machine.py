@@ -219,6 +219,8 @@ class Machine:
     def margin(self):
         """Samples at both ends of a run for which a sensor that is late or early has no reading."""
         late = [abs(e.parameters()["tau"]) for e in self.effects if e.kind.name == "time_shift"]
+        if self.suite is not None:
+            late.append(abs(self.suite.misread.get("params", {}).get("tau", 0.0)))
         return int(np.ceil(max(late, default=0.0) * self.rate - 1e-9))
 
     def measured(self, which, run, corrected=()):

@@ -5,7 +5,7 @@ distance r along it, the turning rate w = dphi/dt and along its own axes the acc
 that point, r (dw/dt) across and -r w^2 along, less that of gravity.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -32,12 +32,64 @@ class Suite:
     """Of the encoder, readings per second."""
     steps: float
     """Of the encoder, rad."""
+    misread: dict = field(default_factory=dict)
+    """What one sensor reads wrongly, as an entry of truth.json; empty where all read rightly."""
 
 
 def draw(machine, rng):
     """A random suite for a machine."""
     steps = 2 * np.pi / 2**int(rng.choice([12, 13, 14]))
     return Suite(float(rng.choice(LEVELS)), machine.rate // int(rng.choice([1, 2, 5])), float(steps))
+
+
+def draw_misread(machine, rng):
+    """An error of one sensor that its log shows: offset, scale, time, or the axes of a board."""
+    boards = [name for name, _, _ in mounts(machine)]
+    columns = [f"{name}_{part}" for name in boards for part in ("gyro_z", "felt_x", "felt_y")]
+    encoders = ["wheel"] if machine.system.name == "cartpole" else []
+    kind = str(rng.choice(["measurement_offset", "measurement_scale", "time_shift", "mounting_tilt"]))
+    # Nothing tells where a cart's encoder counts from.
+    places = {"mounting_tilt": boards, "measurement_offset": columns}.get(kind, columns + encoders)
+    place = str(rng.choice(places))
+    sign, size = float(rng.choice([-1.0, 1.0])), rng.uniform()
+    if kind == "measurement_offset":
+        least, most = (0.02, 0.1) if "gyro" in place else (0.1, 0.5)
+        params = {"offset": sign * least * (most / least)**size}
+    elif kind == "measurement_scale":
+        params = {"scale": 1 + sign * (0.03 + 0.07 * size)}
+    elif kind == "time_shift":
+        # In whole samples, which need no curve between them.
+        params = {"tau": sign * int(2 + 4 * size) / machine.rate}
+    else:
+        params = {"phi_z": sign * (0.03 + 0.12 * size)}
+    return {"type": kind, "on": [place], "family": "sensor", "formula": FORMULAS[kind],
+            "params": {name: float(f"{value:.4g}") for name, value in params.items()},
+            "visibility": None, "near_equivalents": []}
+
+
+FORMULAS = {
+    "measurement_offset": "reading = value + offset",
+    "measurement_scale": "reading = scale * value",
+    "time_shift": "reading(t) = value(t - tau)",
+    "mounting_tilt": "reading along the board's axes turned by phi_z, counter-clockwise",
+}
+"""What an error of a sensor does."""
+
+
+def misread(machine, suite, name, values):
+    """What a sensor reads whose true values these are, one row per component of a board's accelerometer."""
+    found, number = suite.misread, suite.misread.get("params", {})
+    if name not in found.get("on", []):
+        return values
+    if found["type"] == "measurement_offset":
+        return values + number["offset"]
+    if found["type"] == "measurement_scale":
+        return values * number["scale"]
+    if found["type"] == "time_shift":
+        late = round(number["tau"] * machine.rate)
+        return values[np.clip(np.arange(len(values)) - late, 0, len(values) - 1)]
+    sin, cos = np.sin(number["phi_z"]), np.cos(number["phi_z"])
+    return np.array([[cos, sin], [-sin, cos]]) @ values
 
 
 def mounts(machine):
@@ -67,13 +119,16 @@ def shown(machine, suite, run, rng):
     """(names, columns) of what the sensors show of a run, noise and steps included."""
     names, columns = [], []
     for name, body, r in mounts(machine):
-        rate, along, across = felt(machine, run, body, r)
+        rate, *pushed = felt(machine, run, body, r)
+        along, across = misread(machine, suite, name, np.array(pushed))
         for axis, values, sd in ((f"{name}_gyro_z", rate, GYRO), (f"{name}_felt_x", along, ACCELEROMETER),
                                  (f"{name}_felt_y", across, ACCELEROMETER)):
             names.append(axis)
+            values = misread(machine, suite, axis, values)
             columns.append(values + suite.level * sd * rng.standard_normal(len(values)))
     if machine.system.name == "cartpole":
-        turned = np.round(run.q[:, 0] / WHEEL / suite.steps) * suite.steps
+        turned = misread(machine, suite, "wheel", run.q[:, 0] / WHEEL)
+        turned = np.round(turned / suite.steps) * suite.steps
         every = machine.rate // suite.rate
         names.append("wheel")
         columns.append(turned[np.arange(len(turned)) // every * every])

@@ -14,8 +14,7 @@ def recipe(entry, index):
     own = entry["machines"][index] if "machines" in entry else {}
     found = {"verdict": entry.get("class"), "only": entry.get("effect"), "width": entry.get("width"),
              "system": own.get("system"), "given": own.get("effects")}
-    if "sensed" in entry:
-        found["sensed"] = entry["sensed"]
+    found |= {name: entry[name] for name in ("sensed", "misread") if name in entry}
     if "feedback" in entry:
         found["feedback"] = entry["feedback"]
     if "disturbed" in entry:

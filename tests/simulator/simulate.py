@@ -79,12 +79,12 @@ def tame_machine(system, rng, noise_scale, feedback, **more):
 
 
 def build(index, seed, system=None, verdict=None, only=None, noise_scale=1.0, feedback="true", disturbed=None,
-          width=None, given=None, sensed=False):
+          width=None, given=None, sensed=False, misread=False):
     """Draws and calibrates machine `index` of a seed; returns (id, machine, class, score).
 
     disturbed: names of `disturbing.py`; width: the range of the smooth sign's width, drawn by its
     logarithm; given: effects with their places, instead of drawn ones; sensed: a log of sensors
-    (sensing.py) instead of coordinates.
+    (sensing.py) instead of coordinates; misread: one of these reads wrongly.
     """
     rng = np.random.default_rng([seed, index])
     # What only some sets have is drawn apart, so that the others stay as they are.
@@ -109,6 +109,8 @@ def build(index, seed, system=None, verdict=None, only=None, noise_scale=1.0, fe
         machine = tame_machine(SYSTEMS[name], rng, noise_scale, feedback, **more)
         machine.suite = sensing.draw(machine, own) if sensed else None
         score = visible_effects(machine, rng, drawn, only, given)
+        if misread and machine.suite is not None:
+            machine.suite.misread.update(sensing.draw_misread(machine, own))
         if score is not None:
             return f"s{seed}_{index:04d}_{name}", machine, drawn, score
     raise RuntimeError(f"seed {seed}, machine {index}: no motion in range")
@@ -145,7 +147,7 @@ def make(index, seed, out, **options):
     name, machine, verdict, score = build(index, seed, **options)
     truth = writing.write(out / name, name, machine, verdict, score, seed, index)
     what = " + ".join(f"{e['type']} on {','.join(e['on'])}" for e in truth["effects"]) or "-"
-    shown = " ".join(f"{e['visibility']:.1f}" for e in truth["effects"])
+    shown = " ".join(f"{e['visibility']:.1f}" for e in truth["effects"] if e["visibility"] is not None)
     return f"{name:32s} {verdict:10s} {what:46s} {shown}"
 
 
@@ -165,6 +167,7 @@ def main():
     parser.add_argument("--feedback", choices=("true", "measured"), default="true",
                         help="what the soft feedback sees: the true state, or the noisy one")
     parser.add_argument("--sensed", action="store_true", help="sensors instead of coordinates")
+    parser.add_argument("--misread", action="store_true", help="with --sensed: one of them reads wrongly")
     a = parser.parse_args()
     if not a.set and None in (a.count, a.seed):
         parser.error("give --set NAME, or --count and --seed")
@@ -175,7 +178,7 @@ def main():
             run(partial(make_of_set, entry=entry, out=a.out / name), range(a.first, a.first + count), a.jobs)
         if not a.set:
             work = partial(make, seed=a.seed, out=a.out, system=a.system, verdict=a.verdict, only=a.only,
-                           noise_scale=a.noise_scale, feedback=a.feedback, sensed=a.sensed)
+                           noise_scale=a.noise_scale, feedback=a.feedback, sensed=a.sensed, misread=a.misread)
             run(work, range(a.first, a.first + a.count), a.jobs)
     except (ValueError, RuntimeError) as error:
         print(f"simulate.py: {error}", file=sys.stderr)

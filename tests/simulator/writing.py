@@ -81,9 +81,10 @@ def truth(name, machine, verdict, score, seed, index):
         oracle[which] = {"scale_acc": _short(s["scale"]), "acc_rmse_floor": _short(floor_rmse),
                          "acc_rmse_nominal": _short(base_rmse), "acc_nrmse_floor": float(f"{floor:.6g}"),
                          "acc_nrmse_nominal": float(f"{base:.6g}"), "ratio": float(f"{base / floor:.5g}")}
+    wrong = [] if machine.suite is None or not machine.suite.misread else [machine.suite.misread]
     found = {
-        **_head(name, machine), "class": verdict,
-        "effects": [_effect(machine, *e) for e in zip(machine.effects, shown, near)],
+        **_head(name, machine), "class": "channel" if wrong else verdict,
+        "effects": [_effect(machine, *e) for e in zip(machine.effects, shown, near)] + wrong,
         "identifiable": all(s >= VISIBLE for s in shown),
         "nominal": machine.system.nominal_document(machine.nominal),
         "true": machine.system.nominal_document(machine.true_parameters()),
