@@ -27,6 +27,11 @@ fn read_aloud(cases: &[(&str, &str)]) -> String {
         "seeing.model",
         "effect seeing(joint); force joint = 0; sensor seen = joint;",
     );
+    library.add(
+        "pushing",
+        "pushing.model",
+        "effect pushing(a: sensor); parameter k = 0; force a = k; let b = a;",
+    );
     let mut page = String::new();
     for (title, addition) in cases {
         let Err(report) = compile("arm.model", &format!("{ARM}{addition}\n"), &library) else {
@@ -81,6 +86,49 @@ fn sensors() {
         ),
         ("a load", "sensor a = load(phi);"),
         ("no such constraint", "sensor a = multiplier(stip);"),
+    ]));
+}
+
+#[test]
+fn what_sensors_read_wrongly() {
+    insta::assert_snapshot!(read_aloud(&[
+        (
+            "no such sensor",
+            "sensor gyro = gyroscope(rod);\nmeasured gyro = gyro;"
+        ),
+        ("no sensor at all", "measured lfit = lift;"),
+        (
+            "another unit",
+            "sensor gyro = gyroscope(rod);\nparameter bias: m = 0;\nmeasured gyro_x = gyro_x + bias;"
+        ),
+        (
+            "another sensor",
+            "sensor gyro = gyroscope(rod);\nmeasured gyro_x = gyro_x + gyro_y;"
+        ),
+        (
+            "a time that changes",
+            "sensor gyro: rad/s = gyroscope(rod).x;\nmeasured gyro = gyro + t*dot(gyro);"
+        ),
+        (
+            "the rate of a sum",
+            "sensor gyro: rad/s = gyroscope(rod).x;\nparameter late: s = 0;\n\
+             measured gyro = gyro + late*dot(2*gyro);"
+        ),
+        ("an input", "sensor a = phi;\nmeasured a = a + motor;"),
+        ("a coordinate's name", "sensor lift = phi;"),
+        ("an effect on no column", "effect measurement_offset(gyro);"),
+        (
+            "an effect on a vector",
+            "sensor gyro = gyroscope(rod);\neffect measurement_scale(gyro);"
+        ),
+        ("no such frame", "mounted board = rod;"),
+        ("the world", "mounted world = rod;"),
+        ("no transform", "mounted rod = rod * 2;"),
+        ("an effect on no frame", "effect mounting_tilt(phi);"),
+        (
+            "a reading in a force",
+            "effect pushing(a);\nsensor a = phi;"
+        ),
     ]));
 }
 

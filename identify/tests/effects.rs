@@ -99,15 +99,15 @@ fn nothing_happens_at_the_defaults() {
             .ports
             .iter()
             .map(|port| match port {
-                PortKind::Coordinate => coordinates.next().unwrap(),
+                PortKind::Coordinate | PortKind::Reading => coordinates.next().unwrap(),
                 PortKind::Coordinates => "x, z",
                 PortKind::Input => "ua",
                 PortKind::Constraint => "hill",
-                PortKind::Body => "",
+                PortKind::Body | PortKind::Sensor | PortKind::Frame => "",
             })
             .collect();
         if on.contains(&"") {
-            continue; // Of bodies: below.
+            continue; // Of bodies below; of sensors and their frames elsewhere.
         }
         let with = machine(&format!("effect {name}({});", on.join(", ")));
         for place in places() {

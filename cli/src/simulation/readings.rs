@@ -37,6 +37,12 @@ impl<'a> Readings<'a> {
         columns.chain(outputs).chain(sensors).collect()
     }
 
+    /// Per sensor by how much later than its reading what it shows is, s.
+    pub fn leads(&self) -> Vec<f64> {
+        let leads = self.instruments.leads(self.parameters);
+        leads.map_or_else(|| vec![0.0; self.instruments.count()], |(leads, _)| leads)
+    }
+
     /// Their values in this order, without noise.
     pub fn at(
         &self,

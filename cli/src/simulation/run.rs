@@ -1,6 +1,6 @@
 //! One simulation, from its start to the last row of its log.
 
-use super::gauges::Gauges;
+use super::gauges::{Gauges, Looks};
 use super::mover::Mover;
 use super::readings::Readings;
 use super::signal::{INSTANT, Side};
@@ -8,6 +8,7 @@ use super::{Controller, Signal};
 use crate::noise::Channel;
 use crate::state::State;
 use identify::machine::{Impact, Machine, Simulated};
+use std::collections::VecDeque;
 
 /// What moves, how it is driven, and how it is seen.
 pub struct Run<'a> {
@@ -59,7 +60,20 @@ impl Run<'_> {
             v: column(&state.v),
             z: state.z.as_deref().map_or_else(Vec::new, column),
         };
-        let mut gauges = Gauges::new(&self.machine.compiled.model, self.seed, state.t);
+        let model = &self.machine.compiled.model;
+        let asking = self
+            .controller
+            .as_ref()
+            .map(|control| 1.0 / control.interval);
+        let looks = Looks {
+            start: state.t,
+            rates: std::iter::once(self.rate).chain(asking).collect(),
+            leads: readings.leads(),
+        };
+        let mut gauges = Gauges::new(model, self.seed, &looks);
+        if self.controller.is_some() {
+            gauges.refuse_early(model)?;
+        }
         let shortest = self
             .controller
             .as_ref()
@@ -70,8 +84,14 @@ impl Run<'_> {
         // Rows, samples and readings closer than this are at one time.
         let instant = INSTANT * shortest;
         let (mut t, mut row, mut tick) = (state.t, 0, 0_u64);
-        while row < rows {
-            let next_row = state.t + row as f64 / self.rate;
+        // Rows whose last reading is still to come.
+        let mut waiting: VecDeque<(f64, Vec<f64>, Vec<Impact>)> = VecDeque::new();
+        let patience = gauges.patience();
+        while row < rows || !waiting.is_empty() {
+            let next_row = match row < rows {
+                true => state.t + row as f64 / self.rate,
+                false => f64::INFINITY,
+            };
             let interval = self.controller.as_ref().map(|control| control.interval);
             let next_tick = interval.map_or(f64::INFINITY, |h| state.t + tick as f64 * h);
             let next = next_row.min(next_tick).min(gauges.next());
@@ -103,8 +123,15 @@ impl Run<'_> {
                     true => shown.chain(impulses).collect(),
                     false => shown.collect(),
                 };
-                seen(t, &shown, &mover.take_impacts())?;
+                waiting.push_back((t, shown, mover.take_impacts()));
                 row += 1;
+            }
+            while let Some((then, ..)) = waiting.front()
+                && then + patience <= t + instant
+                && let Some((then, mut shown, impacts)) = waiting.pop_front()
+            {
+                gauges.read_early(then, instant, &mut shown[self.noise.len()..]);
+                seen(then, &shown, &impacts)?;
             }
         }
         Ok(())

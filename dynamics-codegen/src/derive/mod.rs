@@ -81,6 +81,8 @@ pub struct System {
     pub output_bias: Vec<ExprId>,
     /// What the sensors show without noise, as functions of [`System::arguments_of_sensors`].
     pub sensors: Vec<ExprId>,
+    /// By how much later than a reading what it shows is, s: of parameters.
+    pub sensor_leads: Vec<ExprId>,
     /// Kinetic energy `T(q, v, t)` of all that the model states.
     pub kinetic_energy: ExprId,
     /// Potential energy `V(q, t)`; of bodies, that of gravity.
@@ -159,6 +161,7 @@ pub fn derive(model: &mut Model) -> System {
         output_jacobian: outputs.jacobian,
         output_bias: outputs.bias,
         sensors,
+        sensor_leads: model.sensors.iter().map(|sensor| sensor.lead).collect(),
         kinetic_energy,
         potential_energy,
     }

@@ -331,13 +331,14 @@ impl Builder<'_> {
         self.add_frame(&name, None, FrameState::Done(body));
     }
 
-    /// The unit of a port: only coordinates and inputs have one.
+    /// The unit of a port.
     pub(super) fn port_dimension(&self, kind: PortKind, index: usize) -> Option<Dimension> {
         match kind {
             PortKind::Coordinate | PortKind::Coordinates => self.model.coordinates[index].dimension,
             PortKind::Constraint => self.model.constraints[index].dimension,
             PortKind::Input => self.model.inputs[index].dimension,
-            PortKind::Body => Some(Dimension::LENGTH),
+            PortKind::Sensor | PortKind::Reading => self.wrong.known[index].dimension,
+            PortKind::Body | PortKind::Frame => Some(Dimension::LENGTH),
         }
     }
 }

@@ -42,6 +42,7 @@ pub(crate) fn build(
     let unreadable = file.unreadable.iter().map(|name| name.text.clone());
     builder.scope.unreadable = unreadable.collect();
     builder.refuse_excess(name.span);
+    builder.wrong.note(&statements);
     builder.lower_statements(&statements);
     Templates { sources, library }.apply_all(&mut builder, &statements);
     builder.lower_sensors(&statements);
@@ -73,6 +74,10 @@ pub(super) struct Builder<'a> {
     pub(super) pending_sets: std::collections::BTreeMap<String, Vec<usize>>,
     /// Whether a sensor is being lowered: it sees accelerations.
     pub(super) in_sensor: bool,
+    /// What sensors that read wrongly read.
+    pub(super) wrong: super::sensed::WrongSensors,
+    /// Where sensors of frames are mounted.
+    pub(super) mounts: super::mounted::Mounts,
     /// How many statements say what is measured.
     pub(super) measurements: usize,
     pub has_kinetic: bool,
@@ -124,6 +129,7 @@ impl<'a> Builder<'a> {
             contacts: Vec::new(),
             outputs: Vec::new(),
             sensors: Vec::new(),
+            boards: Vec::new(),
             accelerations: Vec::new(),
             effects: Vec::new(),
         };
@@ -141,6 +147,8 @@ impl<'a> Builder<'a> {
             driven: Vec::new(),
             pending_sets: std::collections::BTreeMap::new(),
             in_sensor: false,
+            wrong: super::sensed::WrongSensors::default(),
+            mounts: super::mounted::Mounts::default(),
             measurements: 0,
             has_kinetic: false,
             too_large: false,
@@ -175,6 +183,11 @@ impl<'a> Builder<'a> {
     /// How many findings there are.
     pub fn finding_count(&self) -> usize {
         self.diagnostics.len()
+    }
+
+    /// Takes the findings behind the first `count` back: they will be found again.
+    pub fn forget(&mut self, count: usize) {
+        self.diagnostics.truncate(count);
     }
 
     /// Says of the findings behind the first `count`, unless they are in the text of
@@ -252,6 +265,7 @@ impl<'a> Builder<'a> {
             }
             StatementKind::Rate { name, value } => self.lower_rate(name, value)?,
             StatementKind::Measured { name, value } => self.lower_measured(name, value)?,
+            StatementKind::Mounted { name, value } => self.lower_mounted(name, value)?,
             StatementKind::Constraint {
                 name,
                 when,

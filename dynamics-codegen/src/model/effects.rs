@@ -150,7 +150,15 @@ fn bind_ports(
     }
     let (mut places, mut scope) = (Vec::new(), Scope::default());
     for (position, (port, place)) in ports.iter().zip(application.on).enumerate() {
+        let mut kind = port.kind;
         let index = match port.kind {
+            PortKind::Reading => {
+                let found;
+                (kind, found) = builder.find_reading(place)?;
+                found
+            }
+            PortKind::Sensor => builder.find_sensor(place)?,
+            PortKind::Frame => builder.find_frame(&place.text, place.span)?,
             PortKind::Coordinate => builder.find_coordinate(place)?,
             PortKind::Input => builder.find_input(place)?,
             PortKind::Body => builder.find_body(&place.text, place.span)?,
@@ -170,10 +178,8 @@ fn bind_ports(
                 builder.find_coordinate(place)?
             }
         };
-        scope
-            .ports
-            .insert(port.name.text.clone(), (port.kind, index));
-        let kind = match port.kind {
+        scope.ports.insert(port.name.text.clone(), (kind, index));
+        let kind = match kind {
             PortKind::Coordinates => PortKind::Coordinate,
             kind => kind,
         };

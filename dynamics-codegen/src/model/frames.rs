@@ -1,6 +1,7 @@
 //! Frames as products of transforms, lowered to joints of a tree.
 
 use super::builder::Builder;
+use super::mounted::is_inertial;
 use super::names::Declared;
 use super::quantity::{Measure, Quantity};
 use super::sensor::MOMENTARY_VECTORS;
@@ -90,9 +91,15 @@ impl Builder<'_> {
         if let Some(&(PortKind::Body, index)) = self.scope.ports.get(name) {
             return Some(self.model.bodies[index].frame);
         }
+        if let Some(&(PortKind::Frame, index)) = self.scope.ports.get(name) {
+            return Some(self.mounts.parent(index));
+        }
         let declared = self.scope.frames.names.get(name);
         match declared.map(|declared| declared.what) {
-            Some(index) => self.resolve_frame(index, name, span),
+            Some(index) => {
+                let frame = self.resolve_frame(index, name, span)?;
+                Some(self.mounts.parent(frame))
+            }
             None if name == WORLD => Some(0),
             None => self.unknown_frame(name, span),
         }
@@ -451,7 +458,10 @@ impl Builder<'_> {
                 })
             }));
         }
-        let frame = self.find_frame(&frames[0].0, frames[0].1)?;
+        let mut frame = self.find_frame(&frames[0].0, frames[0].1)?;
+        if is_inertial(&function.text) {
+            frame = self.board(frame, &frames[0].0);
+        }
         if MOMENTARY_VECTORS.contains(&function.text.as_str()) {
             let function = function.text.clone();
             return Some(Box::new(move |builder: &mut Builder<'_>, i| {

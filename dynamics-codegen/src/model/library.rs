@@ -76,6 +76,7 @@ const BUILTIN: &[(&str, &str)] = builtin![
     "lugre",
     "measurement_offset",
     "measurement_scale",
+    "mounting_tilt",
     "payload",
     "quadratic_drag",
     "rolling_resistance",

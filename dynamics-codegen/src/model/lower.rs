@@ -52,6 +52,9 @@ impl Builder<'_> {
     }
 
     fn lower_name(&mut self, name: &str, span: Span) -> Lowered {
+        if let Some(reading) = self.reading(name) {
+            return Some(reading);
+        }
         if name == "t" {
             let expr = self.model.graph.var(self.model.time);
             return Some(Quantity {
@@ -74,6 +77,12 @@ impl Builder<'_> {
                 PortKind::Constraint => {
                     let message = format!("`{name}` is a constraint, not a number");
                     let help = format!("read its force: `normal_force({name})`");
+                    self.report(Diagnostic::error(span, message).help(help))
+                }
+                PortKind::Sensor | PortKind::Reading => self.refuse_reading(name, span),
+                PortKind::Frame => {
+                    let message = format!("`{name}` is a frame, not a number");
+                    let help = format!("read something off it: `position({name}).x`");
                     self.report(Diagnostic::error(span, message).help(help))
                 }
                 PortKind::Body => {
@@ -447,6 +456,9 @@ impl Builder<'_> {
             let expr = self.model.graph.var(coordinate.velocity);
             let measure = inner.measure.rate();
             return Some(Quantity { expr, measure });
+        }
+        if let Some(rate) = self.rate_of_reading(inner, span)? {
+            return Some(rate);
         }
         self.refuse_rate_of_multiplier(inner.expr, span)?;
         if self.in_sensor && self.model.is_momentary(inner.expr) {

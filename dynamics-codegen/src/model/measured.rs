@@ -1,10 +1,10 @@
-//! What a log shows in place of a position: `measured x = x + offset;`.
+//! What a log shows in place of a position, or of what a sensor shows: `measured x = x + offset;`.
 
 use super::Model;
 use super::builder::{Builder, MAX_SIZE};
 use crate::diagnostic::Diagnostic;
 use crate::graph::ExprId;
-use crate::syntax::{Expr, Name};
+use crate::syntax::{Expr, Name, PortKind};
 use std::collections::HashMap;
 
 impl Model {
@@ -27,7 +27,10 @@ impl Builder<'_> {
             let message = format!("the model says more than {MAX_SIZE} times what is measured");
             return self.report(Diagnostic::error(name.span, message));
         }
-        let index = self.find_coordinate(name)?;
+        let (kind, index) = self.find_reading(name)?;
+        if kind == PortKind::Sensor {
+            return self.lower_reading(index, value);
+        }
         let quantity = self.lower(value)?;
         if let Some(dimension) = self.model.coordinates[index].dimension {
             let role = format!("what is measured of `{}`", name.text);

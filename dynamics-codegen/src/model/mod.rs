@@ -16,6 +16,7 @@ mod kinematic;
 mod library;
 mod lower;
 mod measured;
+mod mounted;
 mod names;
 mod output;
 mod parameter;
@@ -24,6 +25,7 @@ mod quantity;
 mod restated;
 mod robot;
 mod robot_options;
+mod sensed;
 mod sensor;
 mod set;
 mod state;
@@ -184,6 +186,9 @@ pub struct Sensor {
     pub resolution: Option<f64>,
     /// Readings per second; `None`: one whenever somebody looks.
     pub rate: Option<f64>,
+    /// By how much later than the reading what it shows is, s: a function of parameters. A late
+    /// sensor has a negative one.
+    pub lead: ExprId,
     /// What the model says about it.
     pub doc: String,
 }
@@ -259,6 +264,8 @@ pub struct Model {
     pub outputs: Vec<Output>,
     /// The sensors, in the order of the text.
     pub sensors: Vec<Sensor>,
+    /// The frames that gyroscopes and accelerometers are mounted at.
+    pub boards: Vec<String>,
     /// What stands for accelerations in the sensors, one per coordinate; empty without a sensor.
     pub accelerations: Vec<SymbolId>,
     /// The effects, in the order of the text.

@@ -39,6 +39,43 @@ impl Builder<'_> {
         self.unknown_place(name, "input", &known)
     }
 
+    /// The coordinate or the sensor of this name, directly or through a port, with which of the two
+    /// it is.
+    pub(super) fn find_reading(&mut self, name: &Name) -> Option<(PortKind, usize)> {
+        if let Some(&(kind @ (PortKind::Coordinate | PortKind::Sensor), index)) =
+            self.scope.ports.get(&name.text)
+        {
+            return Some((kind, index));
+        }
+        if self.wrong.is_sensor(&name.text) {
+            return self
+                .find_sensor(name)
+                .map(|index| (PortKind::Sensor, index));
+        }
+        if let Some(Declared {
+            what: Binding::Coordinate(index),
+            ..
+        }) = self.scope.names.get(&name.text)
+        {
+            return Some((PortKind::Coordinate, *index));
+        }
+        let coordinates = self.model.coordinates.iter().map(|c| c.name.clone());
+        let known: Vec<String> = coordinates.chain(self.wrong.names()).collect();
+        self.unknown_place(name, "coordinate or sensor", &known)
+    }
+
+    /// The sensor, or the component of one, of this name, directly or through a port.
+    pub(super) fn find_sensor(&mut self, name: &Name) -> Option<usize> {
+        if let Some(&(PortKind::Sensor, index)) = self.scope.ports.get(&name.text) {
+            return Some(index);
+        }
+        if self.wrong.is_sensor(&name.text) {
+            return Some(self.note_sensor(&name.text));
+        }
+        let known: Vec<String> = self.wrong.names().collect();
+        self.unknown_place(name, "sensor", &known)
+    }
+
     pub(super) fn unknown_place<T>(
         &mut self,
         name: &Name,

@@ -3,6 +3,7 @@
 use super::builder::{Builder, MAX_SIZE};
 use super::names::VECTORS;
 use super::quantity::{Measure, Quantity};
+use super::sensed::component_names;
 use super::{Model, Reading, Sensor};
 use crate::diagnostic::Diagnostic;
 use crate::dimension::Dimension;
@@ -75,38 +76,46 @@ impl Builder<'_> {
         if self.too_large || sensors.clone().next().is_none() {
             return;
         }
-        self.model.accelerations = (0..self.model.coordinates.len())
-            .map(|i| {
-                let name = format!("ddq_{}", self.model.coordinates[i].name);
-                self.model.graph.symbol(name)
-            })
-            .collect();
-        self.in_sensor = true;
         for statement in sensors {
             if let StatementKind::Sensor(sensor) = &statement.kind {
                 self.lower_sensor(sensor, &statement.doc);
             }
         }
-        self.in_sensor = false;
     }
 
-    fn lower_sensor(&mut self, sensor: &SensorStatement, doc: &str) -> Option<()> {
-        let SensorStatement { name, value, .. } = sensor;
-        let components = match &value.kind {
+    /// What a sensor shows, by the names of its columns.
+    pub(super) fn sensor_components(
+        &mut self,
+        sensor: &SensorStatement,
+    ) -> Option<Vec<(String, Quantity)>> {
+        if self.model.accelerations.is_empty() {
+            let coordinates = self.model.coordinates.iter();
+            let names: Vec<String> = coordinates.map(|c| format!("ddq_{}", c.name)).collect();
+            let symbols = names.into_iter().map(|name| self.model.graph.symbol(name));
+            self.model.accelerations = symbols.collect();
+        }
+        self.in_sensor = true;
+        let shown = self.shown_by(&sensor.value);
+        self.in_sensor = false;
+        Some(component_names(sensor).into_iter().zip(shown?).collect())
+    }
+
+    fn shown_by(&mut self, value: &Expr) -> Option<Vec<Quantity>> {
+        match &value.kind {
             ExprKind::Call(function, arguments)
                 if VECTORS.contains(&function.text.as_str())
                     || MOMENTARY_VECTORS.contains(&function.text.as_str()) =>
             {
                 let vector = self.vector(function, arguments, value.span)?;
-                let mut components = Vec::new();
-                for (index, letter) in ["x", "y", "z"].into_iter().enumerate() {
-                    let name = format!("{}_{letter}", name.text);
-                    components.push((name, vector(self, index)?));
-                }
-                components
+                (0..3).map(|component| vector(self, component)).collect()
             }
-            _ => vec![(name.text.clone(), self.lower(value)?)],
-        };
+            _ => Some(vec![self.lower(value)?]),
+        }
+    }
+
+    fn lower_sensor(&mut self, sensor: &SensorStatement, doc: &str) -> Option<()> {
+        let SensorStatement { name, value, .. } = sensor;
+        let components = self.sensor_components(sensor)?;
         let declared = match &sensor.unit {
             Some(unit) => Some(self.dimension(unit)?),
             None => None,
@@ -125,9 +134,11 @@ impl Builder<'_> {
             }
             self.refuse_loads(quantity.expr, value.span)?;
             self.refuse_namesakes(&text, name.span)?;
+            let (value, lead) = self.read_of(&text, quantity.expr);
             self.model.sensors.push(Sensor {
                 name: text,
-                value: quantity.expr,
+                value,
+                lead,
                 dimension: declared.or(quantity.measure.known()),
                 noise: noise.unwrap_or(0.0),
                 resolution,
@@ -180,6 +191,11 @@ impl Builder<'_> {
             || inputs.any(|u| is("u", &u.name));
         if column {
             let message = format!("a log has a column `{name}` already");
+            return self
+                .report(Diagnostic::error(span, message).help("give the sensor another name"));
+        }
+        if self.model.coordinates.iter().any(|c| c.name == name) {
+            let message = format!("there is a coordinate named `{name}`, too");
             return self
                 .report(Diagnostic::error(span, message).help("give the sensor another name"));
         }

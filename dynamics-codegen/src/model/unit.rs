@@ -40,14 +40,15 @@ impl Builder<'_> {
         }
     }
 
-    /// The unit that a coordinate or an input is declared with.
+    /// The unit that a coordinate, an input or a sensor is declared with.
     fn port_unit(&self, kind: PortKind, index: usize) -> Option<&str> {
         match kind {
             PortKind::Coordinate | PortKind::Coordinates => {
                 Some(&self.model.coordinates[index].unit)
             }
             PortKind::Input => Some(&self.model.inputs[index].unit),
-            PortKind::Constraint | PortKind::Body => None,
+            PortKind::Sensor | PortKind::Reading => Some(&self.wrong.known[index].unit),
+            PortKind::Constraint | PortKind::Body | PortKind::Frame => None,
         }
     }
 

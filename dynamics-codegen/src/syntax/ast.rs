@@ -61,6 +61,12 @@ pub enum PortKind {
     Coordinates,
     /// A constraint that is a contact: something slides along it.
     Constraint,
+    /// A column of a log: a coordinate, or a sensor.
+    Reading,
+    /// A sensor, or a component of one.
+    Sensor,
+    /// A frame.
+    Frame,
 }
 
 /// One statement.
@@ -91,11 +97,19 @@ pub enum StatementKind {
         /// Its unit.
         unit: Option<Unit>,
     },
-    /// `measured x = x + offset;`: what a log shows in place of the position.
+    /// `measured x = x + offset;`: what a log shows in place of a position, or of what a sensor
+    /// shows.
     Measured {
-        /// The coordinate.
+        /// The coordinate or the sensor.
         name: Name,
         /// What its sensor reads.
+        value: Expr,
+    },
+    /// `mounted board = board * rotate_x(tilt);`: where the inertial sensors of a frame are.
+    Mounted {
+        /// The frame.
+        name: Name,
+        /// A product of frames and transforms.
         value: Expr,
     },
     /// `input u = gain*u;`: what arrives in place of what was commanded.

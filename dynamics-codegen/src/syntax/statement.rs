@@ -9,11 +9,12 @@ use super::stream::{Parsed, Stream};
 use crate::diagnostic::{Diagnostic, nearest};
 
 /// The words that begin a statement.
-const KEYWORDS: [&str; 22] = [
+const KEYWORDS: [&str; 23] = [
     "coordinate",
     "input",
     "state",
     "measured",
+    "mounted",
     "parameter",
     "constant",
     "let",
@@ -104,7 +105,8 @@ fn heading(stream: &mut Stream<'_>) -> Parsed<(String, Heading)> {
 }
 
 /// What a port can stand for.
-const KINDS: &str = "`coordinate`, `coordinates`, `input`, `body` or `constraint`";
+const KINDS: &str = "`coordinate`, `coordinates`, `input`, `body`, `constraint`, `reading`, \
+    `sensor` or `frame`";
 
 fn ports(stream: &mut Stream<'_>) -> Parsed<Vec<Port>> {
     let mut ports = Vec::new();
@@ -118,6 +120,9 @@ fn ports(stream: &mut Stream<'_>) -> Parsed<Vec<Port>> {
                 "body" => PortKind::Body,
                 "coordinates" => PortKind::Coordinates,
                 "constraint" => PortKind::Constraint,
+                "reading" => PortKind::Reading,
+                "sensor" => PortKind::Sensor,
+                "frame" => PortKind::Frame,
                 _ => {
                     return Err(Box::new(
                         Diagnostic::error(kind.span, format!("expected {KINDS}"))
@@ -171,8 +176,15 @@ fn statement(stream: &mut Stream<'_>) -> Parsed<Statement> {
         "input" => input(stream)?,
         "state" => state(stream)?,
         "measured" => {
-            let name = stream.name("the coordinate that is measured")?;
+            let name = stream.name("the coordinate or sensor that is measured")?;
             StatementKind::Measured {
+                name,
+                value: value(stream)?,
+            }
+        }
+        "mounted" => {
+            let name = stream.name("the frame whose sensors are mounted")?;
+            StatementKind::Mounted {
                 name,
                 value: value(stream)?,
             }
@@ -412,7 +424,7 @@ fn effect(stream: &mut Stream<'_>, doc: String, start: crate::source::Span) -> P
     let template = stream.name("the effect's name")?;
     let mut on = Vec::new();
     in_brackets(stream, |inner| {
-        on.push(inner.name("the name of a coordinate, input or body")?);
+        on.push(inner.name("the name of a coordinate, input, body, sensor or frame")?);
         Ok(())
     })?;
     let mut values = Vec::new();

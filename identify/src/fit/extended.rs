@@ -155,7 +155,7 @@ impl Known<'_> {
                 *default = parameter.default;
             }
         }
-        let mut roles = Roles::new(&machine.compiled, &defaults);
+        let mut roles = Roles::new(&machine.compiled, &defaults, |_| false);
         let mut parts = BTreeMap::new();
         for place in places {
             for template in place.templates.iter().filter(|t| t.point_mass.is_none()) {

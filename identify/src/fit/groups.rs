@@ -106,7 +106,7 @@ pub(super) fn places<'a>(
         let Some(term) = &template.term else { continue };
         let mut all = match template.point_mass {
             Some(_) => bodies.iter().map(|body| vec![body.clone()]).collect(),
-            None => places_of(model, &template.ports),
+            None => places_of(model, &template.ports, &[]),
         };
         if term.neighbours {
             all.retain(|on| match indices(model, template, on)[..] {

@@ -3,7 +3,9 @@
 use super::doubt::{self, Doubt};
 use super::error::{LogError, ProblemKind, Problems};
 use super::seen::Missing;
-use super::{Aside, Gauge, Log, MINIMUM_SAMPLES, Sensed, Warning, health, is_aside, median};
+use super::{
+    Aside, Gauge, Log, MINIMUM_SAMPLES, Reading, Sensed, Warning, health, is_aside, median,
+};
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -36,7 +38,8 @@ pub struct Record {
     pub aside: Aside,
     /// Samples of inputs that may be none.
     pub doubts: Vec<Doubt>,
-    /// What the model's sensors showed, where a coordinate is not measured; `None` where all are.
+    /// What the model's sensors showed; `None` where all coordinates are measured, and the log has no
+    /// other sensor.
     pub sensed: Option<Sensed>,
     /// What should be known about these channels.
     pub warnings: Vec<Warning>,
@@ -57,6 +60,17 @@ impl Record {
     pub fn is_measured(&self, i: usize) -> bool {
         let sensed = self.sensed.as_ref();
         !sensed.is_some_and(|sensed| sensed.unmeasured[i])
+    }
+
+    /// Whether columns of the log show all positions.
+    pub fn is_wholly_measured(&self) -> bool {
+        (0..self.q.len()).all(|i| self.is_measured(i))
+    }
+
+    /// What the model's sensors showed that the log has.
+    pub fn readings(&self) -> &[Reading] {
+        let sensed = self.sensed.as_ref();
+        sensed.map_or(&[], |sensed| &sensed.readings)
     }
 
     /// Whether a position was measured at other samples and not at this one.
@@ -187,9 +201,10 @@ pub(super) fn select(
     let is_measured = |name: &&String| log.channels.contains_key(&column(log, "q_", name));
     let measured: Vec<String> = coordinates.iter().filter(is_measured).cloned().collect();
     let mut record = channels(log, &measured, inputs);
-    if measured.len() < coordinates.len() {
+    let readings = Sensed::of(log, gauges);
+    if measured.len() < coordinates.len() || !readings.is_empty() {
         record.sensed = Some(Sensed {
-            readings: Sensed::of(log, gauges),
+            readings,
             ..Sensed::default()
         });
     }

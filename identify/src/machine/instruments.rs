@@ -2,7 +2,8 @@
 
 use super::{Machine, Motion, States};
 use dynamics_codegen::derive::Variable;
-use dynamics_codegen::{Column, System, Tape};
+use dynamics_codegen::graph::{ExprId, SymbolId};
+use dynamics_codegen::{Column, Model, System, Tape};
 use nalgebra::{DMatrix, DVector};
 
 /// The sensors of a model on tapes, with derivatives by some variables.
@@ -11,6 +12,10 @@ pub struct Instruments {
     values: Tape,
     /// Per variable, then per acceleration and multiplier: the derivatives of all sensors.
     slopes: Tape,
+    /// Per sensor by how much later than its reading what it shows is, of the parameters; then,
+    /// per variable, the derivatives of that. `None` if all sensors are on time, whatever the
+    /// variables.
+    leads: Option<Tape>,
     /// Per sensor, whether a multiplier is part of what it shows.
     weighing: Vec<bool>,
     count: usize,
@@ -25,6 +30,7 @@ impl Machine {
         let (model, system) = (&mut self.compiled.model, &self.compiled.system);
         let arguments = System::arguments_of_sensors(model);
         let mut by: Vec<_> = variables.iter().map(|v| v.symbol(model)).collect();
+        let leads = leads(model, &system.sensor_leads, &by);
         by.extend(&model.accelerations);
         by.extend(model.multiplier_symbols());
         let mut slopes = Vec::new();
@@ -37,6 +43,7 @@ impl Machine {
             each.any(|&symbol| model.graph.depends_on(&[sensor], symbol))
         };
         Instruments {
+            leads,
             weighing: system
                 .sensors
                 .iter()
@@ -61,6 +68,16 @@ impl Instruments {
     /// Per sensor, whether it shows forces that constraints exert: a load cell.
     pub fn weighing(&self) -> &[bool] {
         &self.weighing
+    }
+
+    /// By how much later than its reading what each sensor shows is, s, and how that changes with
+    /// the variables, `sensors × variables`; `None` if all are on time, whatever the variables.
+    pub fn leads(&self, parameters: &[f64]) -> Option<(Vec<f64>, DMatrix<f64>)> {
+        let tape = self.leads.as_ref()?;
+        let values = tape.evaluate(parameters);
+        let (leads, slopes) = values.split_at(self.count);
+        let slopes = DMatrix::from_column_slice(self.count, self.variables, slopes);
+        Some((leads.to_vec(), slopes))
     }
 
     /// What they show at every state, one column per sensor. `motions` are those at the states.
@@ -135,6 +152,17 @@ impl Instruments {
         columns.extend(solved.iter().map(|column| Column::Each(column)));
         tape.evaluate_all(&columns, states.len())
     }
+}
+
+/// The times of sensors with their derivatives, where any is not null.
+fn leads(model: &mut Model, leads: &[ExprId], by: &[SymbolId]) -> Option<Tape> {
+    let mut outputs = leads.to_vec();
+    for &symbol in by {
+        outputs.extend(model.graph.derivatives(leads, symbol));
+    }
+    let on_time = outputs.iter().all(|&lead| model.graph.is_zero(lead));
+    let parameters: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();
+    (!on_time).then(|| Tape::new(&model.graph, &outputs, &parameters))
 }
 
 /// Accelerations and multipliers of motions, one column each.

@@ -1,6 +1,7 @@
 //! The linear equation of the departure from the logged curve.
 
 use super::closed::{Closed, Missed};
+use super::in_time::in_time;
 use super::sensed::Sensed;
 use super::shooting::{Shot, is_unresolved, shoot};
 use super::shown::{Derivatives, Places, Shown, shown};
@@ -203,6 +204,7 @@ impl ErrorDynamics {
         let mut last = local(&mut curve.slice(end..end + 1), 2, end - 1..end)?.remove(0);
         all.slope.push(with_mobility(&last));
         all.shown.extend(last.shown.take());
+        in_time(&mut all.shown, &curve.t, mover, columns);
         missed.push(last.missed(&holonomic));
         all.acceleration.push(last.acceleration);
         all.closed = Closed::new(columns, curve, missed);

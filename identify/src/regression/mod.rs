@@ -16,6 +16,7 @@ mod band;
 mod closed;
 mod error_dynamics;
 mod gram;
+mod in_time;
 mod innovations;
 mod process_noise;
 mod readings;

@@ -121,6 +121,8 @@ pub struct Ranges {
     pub measured: Vec<bool>,
     /// Per input its sizes, ascending.
     pub inputs: Vec<Vec<f64>>,
+    /// The model's sensors that the log has.
+    pub sensors: Vec<String>,
     /// Per coordinate the force that the model lacks along it, where that is known.
     pub missing: Vec<Missing>,
 }
@@ -163,7 +165,7 @@ impl Dictionary {
     /// What the compiler says; the text itself is known to compile.
     pub fn new(source: &Source<'_>, ranges: &Ranges) -> Result<Self, Report> {
         let plain = source.compile()?;
-        let places = places(&plain.model, source.library);
+        let places = places(&plain.model, source.library, &ranges.sensors);
         Self::with(&plain, places, source, ranges)
     }
 
@@ -229,7 +231,7 @@ impl Dictionary {
                 parameters: effect.parameters.clone(),
                 strengths: Vec::new(),
                 shapes: vec![Vec::new()],
-                channel: senses || effect.on.iter().any(|(kind, _)| *kind == PortKind::Input),
+                channel: senses || effect.on.iter().any(|(kind, _)| is_channel(*kind)),
             });
         }
         let mut dictionary = Self {
@@ -278,7 +280,7 @@ impl Dictionary {
     /// everywhere, as by an offset out of the plane of a planar machine, the parameter is
     /// nothing to be found.
     fn find_shapes(&mut self, ranges: &Ranges) {
-        let roles = self.roles();
+        let roles = self.roles(&ranges.sensors);
         let mut candidates = std::mem::take(&mut self.candidates);
         for candidate in &mut candidates {
             if let Subject::Parameter(_) = candidate.subject {
@@ -362,9 +364,12 @@ impl Dictionary {
         with.flat_map(|c| c.strengths.iter().copied())
     }
 
-    /// What each parameter does when it leaves its default.
-    fn roles(&self) -> Vec<Role> {
-        let mut known = Roles::new(&self.machine.compiled, &self.defaults);
+    /// What each parameter does when it leaves its default, as a log with these of the model's
+    /// sensors shows it.
+    fn roles(&self, sensors: &[String]) -> Vec<Role> {
+        let compiled = &self.machine.compiled;
+        let seen = |sensor: usize| sensors.contains(&compiled.model.sensors[sensor].name);
+        let mut known = Roles::new(compiled, &self.defaults, seen);
         let mut roles = vec![Role::Inert; self.defaults.len()];
         for candidate in &self.candidates {
             let own = known.of(&candidate.parameters);
@@ -450,13 +455,18 @@ impl Dictionary {
     }
 }
 
+/// Whether what acts there is about a channel: an input or a sensor.
+fn is_channel(kind: PortKind) -> bool {
+    matches!(kind, PortKind::Input | PortKind::Sensor | PortKind::Frame)
+}
+
 /// The parameters that may count waves per unit of the coordinate that their effect acts on, to be searched
 /// for: what they do depends on where the coordinate is, and their unit is one over its own. An angle
 /// has none, so that the unit alone does not tell a wave number from a share.
 fn wave_numbers(compiled: &Compiled) -> BTreeMap<usize, usize> {
     let model = &compiled.model;
     let nominal: Vec<f64> = model.parameters.iter().map(|p| p.nominal).collect();
-    let mut roles = Roles::new(compiled, &nominal);
+    let mut roles = Roles::new(compiled, &nominal, |_| false);
     let coordinate = |parameter: &Parameter| {
         parameter.tries?;
         let (_, name) = model.effects[parameter.effect?].on.first()?;
@@ -509,6 +519,7 @@ mod tests {
             speeds: vec![1.0; 2],
             inputs: vec![vec![0.0, 1.0, 2.0]; 2],
             measured: vec![true; 2],
+            sensors: Vec::new(),
             missing: Vec::new(),
         };
         let (library, none) = (Library::builtin(), BTreeMap::new());

@@ -291,6 +291,12 @@ impl Observed {
                 .collect(),
             speeds: self.curve.v.iter().map(usual).collect(),
             inputs: self.record.u.iter().map(sizes).collect(),
+            sensors: self
+                .record
+                .readings()
+                .iter()
+                .map(|r| r.name.clone())
+                .collect(),
             missing: Vec::new(),
         }
     }

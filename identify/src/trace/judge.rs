@@ -114,7 +114,7 @@ pub(super) fn judge(
     let (accepted, values) = (selection.accepted(), &selection.values);
     // Of what nothing measures, the best estimate is that of the patched model.
     let mut estimated = test.clone();
-    if test.sensed.is_some() {
+    if !test.is_wholly_measured() {
         let observed = as_observed(test, selection, hold)?;
         let known = smooth(dictionary, &accepted, observed, values).map_err(located)?;
         take(&mut estimated, &known.observed.curve);

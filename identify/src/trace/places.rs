@@ -30,11 +30,12 @@ fn axes(model: &Model) -> Vec<String> {
     }
 }
 
-/// Every template at every place that fits, but those the model already has.
-pub(super) fn places(model: &Model, library: &Library) -> Vec<Place> {
+/// Every template at every place that fits, but those the model already has; `sensors` are those
+/// that a log has.
+pub(super) fn places(model: &Model, library: &Library, sensors: &[String]) -> Vec<Place> {
     let templates = library.names().filter_map(|name| library.describe(name));
     let each = templates.flat_map(|template| {
-        let places = places_of(model, &template.ports).into_iter();
+        let places = places_of(model, &template.ports, sensors).into_iter();
         places.map(move |on| (template.name.clone(), on))
     });
     let is_new = |(template, on): &Place| {
@@ -46,8 +47,8 @@ pub(super) fn places(model: &Model, library: &Library) -> Vec<Place> {
     each.filter(is_new).collect()
 }
 
-/// Every place that fits the ports of a template.
-pub(crate) fn places_of(model: &Model, ports: &[PortKind]) -> Vec<Vec<String>> {
+/// Every place that fits the ports of a template; `sensors` are those that a log has.
+pub(crate) fn places_of(model: &Model, ports: &[PortKind], sensors: &[String]) -> Vec<Vec<String>> {
     let mut choices: Vec<Vec<String>> = vec![Vec::new()];
     for (position, kind) in ports.iter().enumerate() {
         if *kind == PortKind::Coordinates {
@@ -62,7 +63,7 @@ pub(crate) fn places_of(model: &Model, ports: &[PortKind]) -> Vec<Vec<String>> {
         let again = position > 0 && ports[position - 1] == *kind;
         choices = choices
             .iter()
-            .flat_map(|chosen| longer(model, *kind, chosen, again))
+            .flat_map(|chosen| longer(model, &names(model, *kind, sensors), chosen, again))
             .collect();
     }
     // A template for inputs has no place in a model without any.
@@ -70,24 +71,30 @@ pub(crate) fn places_of(model: &Model, ports: &[PortKind]) -> Vec<Vec<String>> {
     choices
 }
 
-/// The places with one more of a kind; `again`, if the last one is of this kind, too.
-fn longer(model: &Model, kind: PortKind, chosen: &[String], again: bool) -> Vec<Vec<String>> {
-    let all = names(model, kind);
+/// The places with one more of a kind, of which these are `all`; `again`, if the last one is of this
+/// kind, too.
+fn longer(model: &Model, all: &[String], chosen: &[String], again: bool) -> Vec<Vec<String>> {
     // Two ports of one kind: each pair once.
     let last = chosen.last().filter(|_| again);
     let first = last.and_then(|last| all.iter().position(|name| name == last));
     let begin = first.map_or(0, |first| first + 1);
-    let others = all.into_iter().skip(begin);
+    let others = all.iter().skip(begin);
     others
         .filter(|name| !chosen.contains(name))
         .filter(|name| last.is_none_or(|last| alike(model, last, name)))
-        .map(|name| [chosen, &[name]].concat())
+        .map(|name| [chosen, std::slice::from_ref(name)].concat())
         .collect()
 }
 
-fn names(model: &Model, kind: PortKind) -> Vec<String> {
+fn names(model: &Model, kind: PortKind, sensors: &[String]) -> Vec<String> {
+    let coordinates = || model.coordinates.iter().map(|c| c.name.clone());
     match kind {
-        PortKind::Coordinate => model.coordinates.iter().map(|c| c.name.clone()).collect(),
+        PortKind::Coordinate => coordinates().collect(),
+        PortKind::Reading => coordinates().chain(sensors.iter().cloned()).collect(),
+        PortKind::Sensor => sensors.to_vec(),
+        // A board whose sensors nobody reads is mounted as it is.
+        PortKind::Frame if sensors.is_empty() => Vec::new(),
+        PortKind::Frame => model.boards.clone(),
         PortKind::Input => model.inputs.iter().map(|u| u.name.clone()).collect(),
         PortKind::Body => model.moving_bodies().map(|b| b.name.clone()).collect(),
         PortKind::Constraint => (0..model.constraints.len())

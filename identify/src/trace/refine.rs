@@ -413,6 +413,7 @@ mod tests {
             speeds: vec![1.0],
             inputs: vec![vec![0.0, 1.0]],
             measured: vec![true],
+            sensors: Vec::new(),
             missing: Vec::new(),
         };
         let dictionary = Dictionary::new(&source, &ranges).unwrap();

@@ -31,8 +31,9 @@ pub(crate) struct Roles {
 }
 
 impl Roles {
-    /// Of a model's parameters about `defaults`, one value each.
-    pub fn new(compiled: &Compiled, defaults: &[f64]) -> Self {
+    /// Of a model's parameters about `defaults`, one value each, as motion and those sensors show
+    /// it that are `seen`, by their places.
+    pub fn new(compiled: &Compiled, defaults: &[f64], seen: impl Fn(usize) -> bool) -> Self {
         let mut model = compiled.model.clone();
         let system = &compiled.system;
         let mut terms = system.force.clone();
@@ -41,7 +42,11 @@ impl Roles {
         terms.extend(&system.constraint_bias);
         terms.extend(&system.constraint_residual);
         terms.extend(&system.measured);
-        terms.extend(&system.sensors);
+        for (place, &sensor) in system.sensors.iter().enumerate() {
+            if seen(place) {
+                terms.extend([sensor, system.sensor_leads[place]]);
+            }
+        }
         terms.extend(&system.state_rates);
         terms.extend(&system.initial_states);
         let symbols: Vec<SymbolId> = model.parameters.iter().map(|p| p.symbol).collect();

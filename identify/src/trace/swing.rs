@@ -29,10 +29,26 @@ pub(crate) fn motion(t: f64) -> [f64; 3] {
     ]
 }
 
+/// What the gyroscope and the accelerometer show at a time, along x and y.
+pub(crate) fn shown(t: f64) -> [f64; 3] {
+    let (r, g) = (0.3, 9.81);
+    let [q, v, a] = motion(t);
+    [v, -r * v * v - g * q.cos(), r * a + g * q.sin()]
+}
+
 /// A log of the pendulum with this much viscous friction, whose sensors are noisy; without the
 /// columns in `without`.
 pub(crate) fn swing(friction: f64, without: &[&str]) -> String {
-    let (m, l, r, g) = (2.0, 0.5, 0.3, 9.81);
+    read_as(friction, without, shown)
+}
+
+/// The same where sensors read this at a time.
+pub(crate) fn read_as(
+    friction: f64,
+    without: &[&str],
+    reading: impl Fn(f64) -> [f64; 3],
+) -> String {
+    let (m, l, g) = (2.0, 0.5, 9.81);
     let columns = ["t", "u_motor", "gyro_z", "felt_x", "felt_y"];
     let kept: Vec<usize> = (0..5).filter(|&i| !without.contains(&columns[i])).collect();
     let names: Vec<&str> = kept.iter().map(|&i| columns[i]).collect();
@@ -42,14 +58,14 @@ pub(crate) fn swing(friction: f64, without: &[&str]) -> String {
         let t = 0.01 * f64::from(k);
         let [q, v, a] = motion(t);
         let u = m * l * l * a + m * g * l * q.sin() + friction * v;
-        let felt = [-r * v * v - g * q.cos(), r * a + g * q.sin()];
+        let [gyro, along, across] = reading(t);
         let mut noisy = |x: f64, sd: f64| x + sd * 12.0_f64.sqrt() * noise();
         let row = [
             t,
             u,
-            noisy(v, 3e-3),
-            noisy(felt[0], 0.03),
-            noisy(felt[1], 0.03),
+            noisy(gyro, 3e-3),
+            noisy(along, 0.03),
+            noisy(across, 0.03),
         ];
         let cells: Vec<String> = kept.iter().map(|&i| row[i].to_string()).collect();
         writeln!(text, "{}", cells.join(",")).unwrap();

@@ -186,6 +186,113 @@ fn a_log_shows_noise_steps_and_rates() {
     assert_ne!(other[7][place("gyro_z")], rows[7][place("gyro_z")]);
 }
 
+/// The columns that `simulate` makes of a model at this many rows per second, by name.
+fn simulated(folder: &TempDir, text: &str, rate: &str) -> impl Fn(&str) -> Vec<f64> {
+    let model = file(folder, "swing.model", text);
+    let out = folder.path().join("log.csv");
+    let flags = [
+        "--init",
+        r#"{"q": [1.2]}"#,
+        "--duration",
+        "2",
+        "--rate",
+        rate,
+    ];
+    let begin = ["simulate", &model, "--out", out.to_str().unwrap()];
+    succeed(&[&begin[..], &flags].concat(), "");
+    let (heading, rows) = read_log(&out);
+    move |name| {
+        let place = heading.iter().position(|column| column == name).unwrap();
+        rows.iter().map(|row| row[place]).collect()
+    }
+}
+
+/// Offsets, scales, times and a board that is mounted askew: what a log shows beside that of a
+/// faultless machine, and the motion as it is.
+#[test]
+fn a_log_shows_what_sensors_get_wrong() {
+    let folder = tempfile::tempdir().unwrap();
+    let right = SWING
+        .replace("{ noise: 1e-3; }", ";")
+        .replace("rate: 50; ", "");
+    let wrong = "effect measurement_offset(moved_x) { offset = 0.25 }\n\
+        effect measurement_scale(turn) { scale = 0.9 }\n\
+        effect mounting_tilt(board) { phi_z = 0.1 }\n\
+        effect time_shift(place_x) { tau = 0.0125 }\n\
+        effect time_shift(place_y) { tau = -0.0075 }\n\
+        measured current = current + 2;\nmeasured current = 3*current;\n";
+    let wrong = simulated(&folder, &format!("{right}{wrong}"), "100");
+    // Every row of the other log, and what lies between.
+    let fine = simulated(&folder, &right, "400");
+    let right = simulated(&folder, &right, "100");
+    let near = |found: &[f64], expected: &dyn Fn(usize) -> f64| {
+        for (k, found) in found.iter().enumerate() {
+            let expected = expected(k);
+            assert!(
+                (found - expected).abs() < 1e-9,
+                "row {k}: {found}, {expected}"
+            );
+        }
+    };
+    for same in ["q_phi", "ddq_phi", "gyro_z", "crank", "moved_y"] {
+        near(&wrong(same), &|k| right(same)[k]);
+    }
+    near(&wrong("moved_x"), &|k| right("moved_x")[k] + 0.25);
+    near(&wrong("turn"), &|k| 0.9 * right("turn")[k]);
+    near(&wrong("current"), &|k| 3.0 * (right("current")[k] + 2.0));
+    let (x, y, (sin, cos)) = (right("felt_x"), right("felt_y"), 0.1_f64.sin_cos());
+    near(&wrong("felt_x"), &|k| cos * x[k] + sin * y[k]);
+    near(&wrong("felt_y"), &|k| cos * y[k] - sin * x[k]);
+    // Before it began the machine stood as it did then.
+    let at = |name: &str, row: usize, by: isize| fine(name)[(4 * row).saturating_add_signed(by)];
+    near(&wrong("place_x"), &|k| at("place_x", k, -5));
+    let early = wrong("place_y");
+    near(&early[..early.len() - 1], &|k| at("place_y", k, 3));
+}
+
+/// No controller sees what is to come.
+#[test]
+fn a_controller_reads_late_sensors_and_no_early_ones() {
+    let folder = tempfile::tempdir().unwrap();
+    let control = "rate = 100\nfeedback = [\"turn\"]\n[gain]\nmotor = [0.1]\n";
+    let control = file(&folder, "control.toml", control);
+    let out = folder.path().join("log.csv");
+    let flags = |model: &str| -> Vec<String> {
+        let flags = [
+            "simulate",
+            model,
+            "--init",
+            r#"{"q": [0.2]}"#,
+            "--duration",
+            "1",
+            "--rate",
+        ];
+        let rest = ["100", "--control", &control, "--out", out.to_str().unwrap()];
+        flags.into_iter().chain(rest).map(String::from).collect()
+    };
+    let shifted = |tau: &str| {
+        let text = format!("{SWING}effect time_shift(turn) {{ tau = {tau} }}\n");
+        file(&folder, "swing.model", &text)
+    };
+    let late = flags(&shifted("0.02"));
+    succeed(&late.iter().map(String::as_str).collect::<Vec<_>>(), "");
+    let (heading, rows) = read_log(&out);
+    let place = |name: &str| heading.iter().position(|column| column == name).unwrap();
+    let (turn, u, a) = (place("turn"), place("u_motor"), place("ddq_phi"));
+    for k in 2..rows.len() {
+        // The command of a row arrives in it, behind what the sensor saw.
+        assert!((rows[k][u] + 0.1 * rows[k][turn]).abs() < 1e-12, "row {k}");
+        let before = rows[k - 2][a] - (rows[k - 2][u] - rows[k.saturating_sub(3)][u]) / 0.5;
+        assert!(k < 3 || (rows[k][turn] - before).abs() < 1e-9, "row {k}");
+    }
+    let early = flags(&shifted("-0.02"));
+    let said = refuse(&early.iter().map(String::as_str).collect::<Vec<_>>(), "");
+    assert!(
+        said.contains("the sensor `turn` shows what comes 0.02 s later"),
+        "{said}"
+    );
+}
+
 /// A controller reads sensors at their own rate.
 #[test]
 fn a_controller_feeds_on_sensors() {

@@ -59,7 +59,7 @@ pub(super) fn learn(
     let machine = &dictionary.machine;
     // Forces are in balance with accelerations that were measured, not with what the model makes
     // of other readings.
-    let is_measured = observed.record.sensed.is_none();
+    let is_measured = observed.record.is_wholly_measured();
     if machine.input_count() == 0 || machine.constraint_count() > 0 || !is_measured {
         return Ok(None);
     }

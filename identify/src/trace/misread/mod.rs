@@ -78,7 +78,7 @@ pub(super) struct Look<'a> {
 
 /// What seems to be wrong with the columns; `None` if they seem to be right, or too odd to say.
 pub(super) fn misread(look: Look<'_>) -> Option<Misread> {
-    if look.record.sensed.is_some() {
+    if !look.record.is_wholly_measured() {
         // Estimates through the model agree with it whatever the columns are.
         return None;
     }

@@ -27,6 +27,8 @@ pub(super) struct Dials<'a> {
     /// With derivatives by positions and velocities.
     pub instruments: &'a Instruments,
     pub values: &'a [f64],
+    /// Per sensor by how much later than its reading what it shows is, s.
+    pub leads: Vec<f64>,
     pub observed: &'a Observed,
 }
 
@@ -116,9 +118,11 @@ impl Dials<'_> {
         for reading in readings.filter(|reading| reading.is_new(sample)) {
             let sensor = reading.sensor;
             if !self.instruments.weighing()[sensor] {
-                let shown = shown[sensor][0];
-                let miss = reading.near(shown, sample) - shown;
-                rows.push(miss, slopes[0].row(sensor).into_owned(), reading.sd);
+                let slope = slopes[0].row(sensor).into_owned();
+                // What is read some time before or behind the sample, to first order.
+                let moved = slope.columns(0, 2 * n) * x.rows(n, 2 * n);
+                let shown = shown[sensor][0] + self.leads[sensor] * moved[(0, 0)];
+                rows.push(reading.near(shown, sample) - shown, slope, reading.sd);
             }
         }
     }

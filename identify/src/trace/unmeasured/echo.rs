@@ -27,12 +27,13 @@ pub(in super::super) fn echo(
 ) -> Result<Echo, SolveError> {
     let known = &explanation.observed;
     let mut observed = known.clone();
-    let Some(sensed) = &mut observed.record.sensed else {
+    if known.record.is_wholly_measured() {
         return Ok(Vec::new());
-    };
+    }
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(1);
-    for Reading { values, sd, .. } in &mut sensed.readings {
+    let sensed = observed.record.sensed.iter_mut();
+    for Reading { values, sd, .. } in sensed.flat_map(|sensed| &mut sensed.readings) {
         for value in values {
             let draw: f64 = StandardNormal.sample(&mut random);
             *value += *sd * draw;

@@ -35,7 +35,8 @@ const UNKNOWN: [f64; 2] = [3.0, 30.0];
 /// A filter begins within so many standard deviations of the curve.
 const WITHIN: f64 = 30.0;
 
-/// A record with estimates of the coordinates that nothing measures. Others are as they were.
+/// A record with estimates of the coordinates that nothing measures, and of the noise of the model's
+/// sensors. Others are as they were.
 ///
 /// # Errors
 /// If the sensors do not determine a coordinate that something depends on; if the log cannot be
@@ -50,6 +51,9 @@ pub(super) fn estimated(
     };
     sensed.sd.fill(UNKNOWN.map(|sd| sd / WITHIN));
     noise::estimate(sensed, &record.t);
+    if record.is_wholly_measured() {
+        return Ok(record);
+    }
     let mut observed = Observed::new(record, hold)?;
     let mut machine = Machine::new(source.compile().map_err(Box::new)?);
     let values = source.values(&machine);

@@ -44,8 +44,10 @@ pub(super) fn start(
         .map(Variable::Position)
         .chain((0..n).map(Variable::Velocity));
     let instruments = machine.instruments(&by.collect::<Vec<Variable>>());
+    let leads = instruments.leads(values);
     let dials = Dials {
         machine,
+        leads: leads.map_or_else(|| vec![0.0; instruments.count()], |(leads, _)| leads),
         instruments: &instruments,
         values,
         observed,

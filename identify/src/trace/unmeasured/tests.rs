@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::log::Log;
-use crate::trace::swing::{SWING, motion, swing};
+use crate::trace::swing::{SWING, motion, read_as, shown, swing};
 use crate::trace::wheel::{rectangular, traced};
 use crate::trace::{Finding, Outcome, Request, Verdict, trace};
 use dynamics_codegen::{Library, compile};
@@ -82,6 +82,78 @@ fn friction_is_found_without_a_position() {
 #[test]
 fn nothing_is_found_where_nothing_is_missing() {
     let outcome = traced(SWING, &swing(0.0, &[]));
+    assert_eq!(outcome.verdict, Verdict::None, "{:#?}", outcome.findings);
+}
+
+/// The only finding of a log whose sensors read this: a channel, of this name and place.
+fn misread(reading: impl Fn(f64) -> [f64; 3], (effect, on): (&str, &str), truth: (&str, f64)) {
+    let outcome = traced(SWING, &read_as(0.0, &[], reading));
+    let found = only(&outcome);
+    assert_eq!(
+        (found.effect.as_str(), &found.on[0][..]),
+        (effect, on),
+        "{found:#?}"
+    );
+    assert_eq!(outcome.verdict, Verdict::Channel);
+    let (name, value) = truth;
+    let estimate = &found.parameters[name];
+    let miss = (estimate.value - value).abs();
+    let small = 0.05 * (value - if name == "scale" { 1.0 } else { 0.0 }).abs();
+    assert!(
+        miss < 3.5 * estimate.std && estimate.std < small,
+        "{estimate:?}"
+    );
+}
+
+#[test]
+fn a_gyroscope_with_an_offset_is_named() {
+    let reading = |t: f64| {
+        let [gyro, along, across] = shown(t);
+        [gyro + 0.03, along, across]
+    };
+    misread(reading, ("measurement_offset", "gyro_z"), ("offset", 0.03));
+}
+
+#[test]
+fn an_accelerometer_with_a_wrong_scale_is_named() {
+    let reading = |t: f64| {
+        let [gyro, along, across] = shown(t);
+        [gyro, along, 1.06 * across]
+    };
+    misread(reading, ("measurement_scale", "felt_y"), ("scale", 1.06));
+}
+
+/// By no whole number of samples.
+#[test]
+fn a_late_gyroscope_is_named() {
+    let reading = |t: f64| {
+        let [_, along, across] = shown(t);
+        [shown(t - 0.0237)[0], along, across]
+    };
+    misread(reading, ("time_shift", "gyro_z"), ("tau", 0.0237));
+}
+
+/// Axes that are turned against those of the board, in the plane of the motion.
+#[test]
+fn a_board_that_is_mounted_askew_is_named() {
+    let reading = |t: f64| {
+        let ([gyro, along, across], (sin, cos)) = (shown(t), 0.08_f64.sin_cos());
+        [gyro, cos * along + sin * across, cos * across - sin * along]
+    };
+    misread(reading, ("mounting_tilt", "board"), ("phi_z", 0.08));
+}
+
+/// What the model states of its sensors is taken at its word.
+#[test]
+fn errors_that_the_model_states_are_believed() {
+    let reading = |t: f64| {
+        let [_, along, across] = shown(t);
+        [shown(t - 0.03)[0] + 0.1, along, across]
+    };
+    let model = format!(
+        "{SWING}effect time_shift(gyro_z) {{ tau = 0.03 }}\nmeasured gyro_z = gyro_z + 0.1;\n"
+    );
+    let outcome = traced(&model, &read_as(0.0, &[], reading));
     assert_eq!(outcome.verdict, Verdict::None, "{:#?}", outcome.findings);
 }
 

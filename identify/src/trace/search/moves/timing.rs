@@ -42,7 +42,8 @@ fn equivalents(dictionary: &Dictionary, term: usize) -> Vec<(usize, f64)> {
     let Some((place, unit)) = number_of_channel(dictionary, term) else {
         return Vec::new();
     };
-    let is_sensor = |place: &(PortKind, String)| place.0 == PortKind::Coordinate;
+    let is_sensor =
+        |place: &(PortKind, String)| matches!(place.0, PortKind::Coordinate | PortKind::Sensor);
     let sign = |candidate: usize| {
         let (at, of_unit) = number_of_channel(dictionary, candidate)?;
         if candidate == term || of_unit != unit {
