@@ -123,7 +123,8 @@ impl Builder<'_> {
         let sensor = &self.wrong.known[measuring];
         let is_own = match self.scope.ports.get(name) {
             Some((_, index)) => *index == measuring && self.is_sensor_port(name),
-            None => sensor.name == name,
+            // In a template the name may be that of its own parameter.
+            None => self.effect.is_none() && sensor.name == name,
         };
         is_own.then(|| Quantity {
             expr: self.model.graph.var(sensor.symbol),
