@@ -32,6 +32,11 @@ fn read_aloud(cases: &[(&str, &str)]) -> String {
         "pushing.model",
         "effect pushing(a: sensor); parameter k = 0; force a = k; let b = a;",
     );
+    library.add(
+        "meddling",
+        "meddling.model",
+        "effect meddling(joint); force joint = 0; measured gyro_x = gyro_x;",
+    );
     let mut page = String::new();
     for (title, addition) in cases {
         let Err(report) = compile("arm.model", &format!("{ARM}{addition}\n"), &library) else {
@@ -93,7 +98,7 @@ fn sensors() {
 fn what_sensors_read_wrongly() {
     insta::assert_snapshot!(read_aloud(&[
         (
-            "no such sensor",
+            "a vector",
             "sensor gyro = gyroscope(rod);\nmeasured gyro = gyro;"
         ),
         ("no sensor at all", "measured lfit = lift;"),
@@ -114,7 +119,10 @@ fn what_sensors_read_wrongly() {
             "sensor gyro: rad/s = gyroscope(rod).x;\nparameter late: s = 0;\n\
              measured gyro = gyro + late*dot(2*gyro);"
         ),
-        ("an input", "sensor a = phi;\nmeasured a = a + motor;"),
+        (
+            "an input",
+            "sensor a = phi;\nparameter gain: rad/N/m = 1;\nmeasured a = a + gain*motor;"
+        ),
         ("a coordinate's name", "sensor lift = phi;"),
         ("an effect on no column", "effect measurement_offset(gyro);"),
         (
@@ -128,6 +136,10 @@ fn what_sensors_read_wrongly() {
         (
             "a reading in a force",
             "effect pushing(a);\nsensor a = phi;"
+        ),
+        (
+            "a template and what is no port of it",
+            "effect meddling(phi);\nsensor gyro = gyroscope(rod);"
         ),
     ]));
 }

@@ -121,6 +121,9 @@ impl Builder<'_> {
         if self.unreadable_base || self.scope.unreadable.contains(name) {
             return None;
         }
+        if self.sees_sensor(name) {
+            return self.refuse_reading(name, span);
+        }
         let error =
             Diagnostic::error(span, format!("`{name}` is not defined")).label("not defined");
         let near = self.near(name, self.scope.all_names()).map(str::to_string);

@@ -43,7 +43,8 @@ impl Builder<'_> {
         let frame = self.find_frame(&name.text, name.span)?;
         if frame == 0 {
             let message = "`world` is the frame that does not move";
-            return self.report(Diagnostic::error(name.span, message));
+            let help = "give the sensors a frame of their own, `frame board = …;`, and mount that";
+            return self.report(Diagnostic::error(name.span, message).help(help));
         }
         self.mounts.mounting = Some(frame);
         let label = format!("{}_mounted", name.text);

@@ -47,7 +47,7 @@ impl Builder<'_> {
         {
             return Some((kind, index));
         }
-        if self.wrong.is_sensor(&name.text) {
+        if self.sees_sensor(&name.text) {
             return self
                 .find_sensor(name)
                 .map(|index| (PortKind::Sensor, index));
@@ -59,8 +59,9 @@ impl Builder<'_> {
         {
             return Some((PortKind::Coordinate, *index));
         }
+        self.refuse_vector(name)?;
         let coordinates = self.model.coordinates.iter().map(|c| c.name.clone());
-        let known: Vec<String> = coordinates.chain(self.wrong.names()).collect();
+        let known: Vec<String> = coordinates.chain(self.visible_sensors()).collect();
         self.unknown_place(name, "coordinate or sensor", &known)
     }
 
@@ -69,10 +70,11 @@ impl Builder<'_> {
         if let Some(&(PortKind::Sensor, index)) = self.scope.ports.get(&name.text) {
             return Some(index);
         }
-        if self.wrong.is_sensor(&name.text) {
+        if self.sees_sensor(&name.text) {
             return Some(self.note_sensor(&name.text));
         }
-        let known: Vec<String> = self.wrong.names().collect();
+        self.refuse_vector(name)?;
+        let known = self.visible_sensors();
         self.unknown_place(name, "sensor", &known)
     }
 

@@ -11,7 +11,7 @@ use crate::diagnostic::Diagnostic;
 use crate::dimension::Dimension;
 use crate::graph::{ExprId, Node, SymbolId};
 use crate::source::Span;
-use crate::syntax::{Expr, ExprKind, PortKind, SensorStatement, Statement, StatementKind};
+use crate::syntax::{Expr, ExprKind, Name, PortKind, SensorStatement, Statement, StatementKind};
 use std::collections::HashMap;
 
 /// A sensor, or a component of one, of which something is said beside what it shows.
@@ -62,19 +62,22 @@ impl WrongSensors {
             });
         self.stated = sensors.collect();
     }
-
-    /// The names of all sensors, vectors by components.
-    pub fn names(&self) -> impl Iterator<Item = String> + '_ {
-        self.stated.iter().flat_map(component_names)
-    }
-
-    /// Whether a sensor, or a component of one, has this name.
-    pub fn is_sensor(&self, name: &str) -> bool {
-        self.names().any(|known| known == name)
-    }
 }
 
 impl Builder<'_> {
+    /// The names of all sensors, vectors by components: a template sees its ports instead.
+    pub(super) fn visible_sensors(&self) -> Vec<String> {
+        match self.effect {
+            Some(_) => Vec::new(),
+            None => self.wrong.stated.iter().flat_map(component_names).collect(),
+        }
+    }
+
+    /// Whether a sensor, or a component of one, goes by this name here.
+    pub(super) fn sees_sensor(&self, name: &str) -> bool {
+        self.visible_sensors().iter().any(|known| known == name)
+    }
+
     /// The place of a sensor among those of which something is said.
     pub(super) fn note_sensor(&mut self, name: &str) -> usize {
         let mut known = self.wrong.known.iter();
@@ -142,6 +145,20 @@ impl Builder<'_> {
         self.report(Diagnostic::error(span, message))
     }
 
+    /// Of a sensor that shows a vector, a component has to be named.
+    pub(super) fn refuse_vector(&mut self, name: &Name) -> Option<()> {
+        let mut stated = self.wrong.stated.iter();
+        let sensor = match stated.find(|sensor| sensor.name.text == name.text) {
+            Some(sensor) if self.effect.is_none() => sensor,
+            _ => return Some(()),
+        };
+        let quoted = component_names(sensor).into_iter();
+        let quoted: Vec<String> = quoted.map(|component| format!("`{component}`")).collect();
+        let message = format!("the sensor `{}` shows a vector", name.text);
+        let help = format!("name a component of it: {}", quoted.join(", "));
+        self.report(Diagnostic::error(name.span, message).help(help))
+    }
+
     /// `dot` of what stands for a reading; the inner `None` if it is of something else.
     pub(super) fn rate_of_reading(
         &mut self,
@@ -196,7 +213,9 @@ impl Builder<'_> {
         });
         if changes {
             let message = "the time of a reading depends on parameters only";
-            return self.report(Diagnostic::error(value.span, message).label("this changes"));
+            let error = Diagnostic::error(value.span, message).label("this changes");
+            let help = "multiply the rate by a parameter, in seconds: `late*dot(name)`";
+            return self.report(error.help(help));
         }
         Some(())
     }
