@@ -187,7 +187,7 @@ fn a_log_shows_noise_steps_and_rates() {
 }
 
 /// The columns that `simulate` makes of a model at this many rows per second, by name.
-fn simulated(folder: &TempDir, text: &str, rate: &str) -> impl Fn(&str) -> Vec<f64> {
+fn simulated(folder: &TempDir, text: &str, rate: &str) -> impl Fn(&str) -> Vec<f64> + use<> {
     let model = file(folder, "swing.model", text);
     let out = folder.path().join("log.csv");
     let flags = [
