@@ -9,10 +9,10 @@ use crate::diagnostic::{Diagnostic, nearest};
 use crate::dimension::Dimension;
 use crate::graph::{Binary, ExprId, Unary};
 use crate::source::Span;
-use crate::syntax::{Expr, ExprKind, Name, PortKind};
+use crate::syntax::{Expr, ExprKind, Name};
 
 /// `None`: the error has been reported.
-type Lowered = Option<Quantity>;
+pub(super) type Lowered = Option<Quantity>;
 
 impl Builder<'_> {
     /// An expression on the graph. `None` if it is wrong; the error is reported.
@@ -51,110 +51,8 @@ impl Builder<'_> {
         }
     }
 
-    fn lower_name(&mut self, name: &str, span: Span) -> Lowered {
-        if let Some(reading) = self.reading(name) {
-            return Some(reading);
-        }
-        if name == "t" {
-            let expr = self.model.graph.var(self.model.time);
-            return Some(Quantity {
-                expr,
-                measure: Measure::Known(Dimension::TIME),
-            });
-        }
-        if name == "pi" {
-            let expr = self.model.graph.constant(std::f64::consts::PI);
-            return Some(Quantity {
-                expr,
-                measure: Measure::Bare,
-            });
-        }
-        if let Some(&(kind, index)) = self.scope.ports.get(name) {
-            return match kind {
-                PortKind::Coordinate => self.position(index),
-                PortKind::Input => self.input_symbol(index),
-                PortKind::Coordinates => self.lower_set_member(name, span),
-                PortKind::Constraint => {
-                    let message = format!("`{name}` is a constraint, not a number");
-                    let help = format!("read its force: `normal_force({name})`");
-                    self.report(Diagnostic::error(span, message).help(help))
-                }
-                PortKind::Sensor | PortKind::Reading => self.refuse_reading(name, span),
-                PortKind::Frame => {
-                    let message = format!("`{name}` is a frame, not a number");
-                    let help = format!("read something off it: `position({name}).x`");
-                    self.report(Diagnostic::error(span, message).help(help))
-                }
-                PortKind::Body => {
-                    let message = format!("`{name}` is a body, not a number");
-                    let help =
-                        format!("read something off it: `position({name}).x`, `mass({name})`");
-                    self.report(Diagnostic::error(span, message).help(help))
-                }
-            };
-        }
-        match self
-            .scope
-            .names
-            .get(name)
-            .map(|declared| declared.what.clone())
-        {
-            Some(Binding::Coordinate(index)) => self.position(index),
-            Some(Binding::Parameter(index)) => {
-                let parameter = &self.model.parameters[index];
-                let measure = Measure::of(parameter.dimension);
-                Some(Quantity {
-                    expr: self.model.graph.var(parameter.symbol),
-                    measure,
-                })
-            }
-            Some(Binding::State(index)) => self.state_symbol(index),
-            Some(Binding::Term(index)) => self.lower_term(index, name, span),
-            None => match self.scope.inputs.get(name).map(|declared| declared.what) {
-                Some(index) => self.input_symbol(index),
-                None => self.unknown_name(name, span),
-            },
-        }
-    }
-
-    fn unknown_name(&mut self, name: &str, span: Span) -> Lowered {
-        if self.unreadable_base || self.scope.unreadable.contains(name) {
-            return None;
-        }
-        if self.sees_sensor(name) {
-            return self.refuse_reading(name, span);
-        }
-        let error =
-            Diagnostic::error(span, format!("`{name}` is not defined")).label("not defined");
-        let near = self.near(name, self.scope.all_names()).map(str::to_string);
-        self.report(match near {
-            Some(near) => error.help(format!("did you mean `{near}`?")),
-            None => error.help(format!(
-                "declare it, for example with `parameter {name}: … = …;` or `let {name} = …;`"
-            )),
-        })
-    }
-
-    pub(super) fn position(&self, index: usize) -> Lowered {
-        let coordinate = &self.model.coordinates[index];
-        let expr = self.model.graph.var(coordinate.position);
-        Some(Quantity {
-            expr,
-            measure: Measure::of(coordinate.dimension),
-        })
-    }
-
-    pub(super) fn input_symbol(&self, index: usize) -> Lowered {
-        let input = &self.model.inputs[index];
-        let expr = self.model.graph.var(input.symbol);
-        Some(Quantity {
-            expr,
-            measure: Measure::of(input.dimension),
-        })
-    }
-
     /// A `let` or a constant, lowered when first met.
-    fn lower_term(&mut self, index: usize, name: &str, span: Span) -> Lowered {
+    pub(super) fn lower_term(&mut self, index: usize, name: &str, span: Span) -> Lowered {
         self.resolve_term(index);
         match self.scope.terms[index].state {
             TermState::Done(quantity) => Some(quantity),

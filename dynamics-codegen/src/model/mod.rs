@@ -17,6 +17,7 @@ mod library;
 mod lower;
 mod measured;
 mod mounted;
+mod named;
 mod names;
 mod output;
 mod parameter;
