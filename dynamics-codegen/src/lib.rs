@@ -15,6 +15,7 @@ pub mod emit;
 pub mod file;
 pub mod graph;
 pub mod model;
+pub mod parts;
 mod plausible;
 pub mod source;
 pub mod syntax;

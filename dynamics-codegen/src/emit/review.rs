@@ -118,6 +118,7 @@ impl<'a> Sheet<'a> {
         self.outputs(out)?;
         self.sensors(out)?;
         self.effects(out)?;
+        self.uses(out)?;
         self.size(out)
     }
 
@@ -354,6 +355,19 @@ impl<'a> Sheet<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Only where there are any.
+    fn uses(&self, out: &mut String) -> std::fmt::Result {
+        if self.model.uses.is_empty() {
+            return Ok(());
+        }
+        heading(out, "uses of parts", self.model.uses.len())?;
+        let rows = self.model.uses.iter().map(|used| {
+            let given = format!("{}{}", one_line(&used.part), one_line(&used.arguments));
+            [one_line(&used.name), given, one_line(&used.doc)]
+        });
+        columns(out, &rows.collect::<Vec<_>>())
     }
 
     fn size(&self, out: &mut String) -> std::fmt::Result {

@@ -126,6 +126,7 @@ impl<'a> Builder<'a> {
             sensors: Vec::new(),
             accelerations: Vec::new(),
             effects: Vec::new(),
+            uses: Vec::new(),
         };
         Self {
             model,

@@ -18,7 +18,7 @@ const MAX_DEPTH: usize = 128;
 pub(super) const WORLD: &str = "world";
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 /// The transforms, with what they take.
-const TRANSFORMS: [(&str, usize); 4] = [
+pub(crate) const TRANSFORMS: [(&str, usize); 4] = [
     ("translate", 3),
     ("rotate_x", 1),
     ("rotate_y", 1),
@@ -99,7 +99,7 @@ impl Builder<'_> {
     }
 
     fn unknown_frame(&mut self, name: &str, span: Span) -> Option<usize> {
-        if self.unreadable_base || self.scope.unreadable.contains(name) {
+        if self.unreadable_base || self.scope.is_unreadable(name) {
             return None;
         }
         let error = Diagnostic::error(span, format!("there is no frame named `{name}`"));

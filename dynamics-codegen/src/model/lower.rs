@@ -109,7 +109,7 @@ impl Builder<'_> {
     }
 
     fn unknown_name(&mut self, name: &str, span: Span) -> Lowered {
-        if self.unreadable_base || self.scope.unreadable.contains(name) {
+        if self.unreadable_base || self.scope.is_unreadable(name) {
             return None;
         }
         let error =
@@ -430,7 +430,7 @@ impl Builder<'_> {
         };
         match found {
             Some(quantity) => quantity,
-            None if self.scope.unreadable.contains(name) => None,
+            None if self.scope.is_unreadable(name) => None,
             None => self.report(Diagnostic::error(
                 argument.span,
                 format!("there is no {what} named `{name}`"),

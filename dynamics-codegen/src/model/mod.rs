@@ -37,9 +37,11 @@ pub(crate) use builder::build;
 pub use contact::Sliding;
 pub use delay::Delay;
 pub use fold::Variables;
+pub(crate) use frames::TRANSFORMS;
 pub use kinematic::{Kinematic, Reading};
 pub(crate) use library::TEMPLATE_LIMIT;
 pub use library::{Library, LibraryError};
+pub(crate) use names::RESERVED;
 pub use robot::{Described, FRICTION_SPEED, RobotBase, StatedLosses};
 pub use state::State;
 pub use template::{FitTerm, PointMass, Template, TemplateParameter};
@@ -205,6 +207,19 @@ pub struct Effect {
     pub provenance: String,
 }
 
+/// One use of a part; what it adds to the model has its name, and `_`, in front.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PartUse {
+    /// Its name.
+    pub name: String,
+    /// The part's name.
+    pub part: String,
+    /// What it gives the part, in brackets, as written.
+    pub arguments: String,
+    /// What the model says about it.
+    pub doc: String,
+}
+
 /// A checked model.
 #[derive(Debug, Clone)]
 pub struct Model {
@@ -263,6 +278,8 @@ pub struct Model {
     pub accelerations: Vec<SymbolId>,
     /// The effects, in the order of the text.
     pub effects: Vec<Effect>,
+    /// The uses of parts, in the order of the text, each in front of those inside it.
+    pub uses: Vec<PartUse>,
 }
 
 impl Model {

@@ -68,7 +68,7 @@ pub(super) struct Scope {
 }
 
 /// Words with a meaning of their own.
-pub(super) const RESERVED: [&str; 2] = ["t", "pi"];
+pub(crate) const RESERVED: [&str; 2] = ["t", "pi"];
 
 /// The functions of the language with their number of arguments.
 pub(super) const FUNCTIONS: [(&str, usize); 35] = [
@@ -187,6 +187,15 @@ impl Scope {
                 arguments.iter().for_each(|expr| self.terms_in(expr, found));
             }
         }
+    }
+
+    /// Whether the definition of a name, or the use of a part that has it, could not be read.
+    pub fn is_unreadable(&self, name: &str) -> bool {
+        let of_use = |lost: &String| {
+            name.strip_prefix(lost.as_str())
+                .is_some_and(|r| r.starts_with('_'))
+        };
+        self.unreadable.contains(name) || self.unreadable.iter().any(of_use)
     }
 
     /// Whether a word may stand in an expression.

@@ -45,7 +45,7 @@ impl Builder<'_> {
         what: &str,
         known: &[String],
     ) -> Option<T> {
-        if self.unreadable_base || self.scope.unreadable.contains(&name.text) {
+        if self.unreadable_base || self.scope.is_unreadable(&name.text) {
             return None;
         }
         let error = Diagnostic::error(

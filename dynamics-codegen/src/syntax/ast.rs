@@ -214,6 +214,10 @@ pub enum StatementKind {
         /// The words `between neighbours`, where they stand.
         neighbours: Option<Span>,
     },
+    /// `part arm(base, angle) { … }`
+    Part(Box<PartStatement>),
+    /// `use left = arm(hub, 0.3) { m = 0.5 }`
+    Use(Box<UseStatement>),
     /// `effect viscous(j2) { d = 0.02 }`
     Effect {
         /// The template's name.
@@ -223,6 +227,34 @@ pub enum StatementKind {
         /// Values for its parameters.
         values: Vec<(Name, Expr)>,
     },
+}
+
+/// A mechanism that is written once.
+#[derive(Debug, Clone)]
+pub struct PartStatement {
+    /// Its name.
+    pub name: Name,
+    /// What differs from use to use.
+    pub ports: Vec<Name>,
+    /// What it consists of.
+    pub statements: Vec<Statement>,
+    /// As [`File::unreadable`].
+    pub unreadable: Vec<Name>,
+}
+
+/// One use of a part.
+#[derive(Debug, Clone)]
+pub struct UseStatement {
+    /// Its name: in front of all names of the part.
+    pub name: Name,
+    /// The part.
+    pub part: Name,
+    /// What its ports stand for here.
+    pub arguments: Vec<Expr>,
+    /// The brackets around them.
+    pub brackets: Span,
+    /// Values of its parameters.
+    pub values: Vec<(Name, Expr)>,
 }
 
 /// What a log shows, and how well.
