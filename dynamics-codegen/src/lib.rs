@@ -19,6 +19,7 @@ pub mod parts;
 mod plausible;
 pub mod source;
 pub mod syntax;
+pub mod table;
 pub mod tape;
 pub mod tree;
 pub mod urdf;

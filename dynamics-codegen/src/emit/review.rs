@@ -118,6 +118,7 @@ impl<'a> Sheet<'a> {
         self.outputs(out)?;
         self.sensors(out)?;
         self.effects(out)?;
+        self.tables(out)?;
         self.uses(out)?;
         self.size(out)
     }
@@ -352,6 +353,35 @@ impl<'a> Sheet<'a> {
             }
             for line in why {
                 writeln!(out, "    why:  {line}")?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Only where there are any.
+    fn tables(&self, out: &mut String) -> std::fmt::Result {
+        if self.model.tables.is_empty() {
+            return Ok(());
+        }
+        heading(out, "tables", self.model.tables.len())?;
+        for table in &self.model.tables {
+            let file = table.file.as_ref();
+            let from = file.map_or(String::new(), |(file, _)| {
+                format!(", from {}", one_line(file))
+            });
+            let unit = shown_unit(&table.unit);
+            writeln!(out, "  {} {unit}{from}", one_line(&table.name))?;
+            for line in plain_lines(&table.doc) {
+                writeln!(out, "    {line}")?;
+            }
+            for (name, unit, points) in &table.arguments {
+                let (Some(first), Some(last)) = (points.first(), points.last()) else {
+                    continue;
+                };
+                let (first, last) = (decimal(*first), decimal(*last));
+                let (name, unit, count) = (one_line(name), shown_unit(unit), points.len());
+                let row = format!("    of {name}: {count} points, {first} to {last} {unit}");
+                writeln!(out, "{}", row.trim_end())?;
             }
         }
         Ok(())

@@ -40,7 +40,7 @@ pub(crate) fn build(
     builder.states_gravity = statements.iter().any(states_gravity);
     builder.declare(&statements, sources, library);
     let unreadable = file.unreadable.iter().map(|name| name.text.clone());
-    builder.scope.unreadable = unreadable.collect();
+    builder.scope.unreadable.extend(unreadable);
     builder.refuse_excess(name.span);
     builder.lower_statements(&statements);
     Templates { sources, library }.apply_all(&mut builder, &statements);
@@ -126,6 +126,7 @@ impl<'a> Builder<'a> {
             sensors: Vec::new(),
             accelerations: Vec::new(),
             effects: Vec::new(),
+            tables: Vec::new(),
             uses: Vec::new(),
         };
         Self {

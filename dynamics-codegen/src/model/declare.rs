@@ -42,6 +42,12 @@ impl Builder<'_> {
                 _ => {}
             }
         }
+        // Numbers of tables may use constants, and values of constants tables.
+        for statement in statements {
+            if let StatementKind::Table(table) = &statement.kind {
+                self.declare_table(table, &statement.doc, sources, library);
+            }
+        }
         // Nominal values and bounds may use constants.
         for statement in statements {
             if let StatementKind::Parameter {

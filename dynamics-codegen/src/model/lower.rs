@@ -2,17 +2,16 @@
 
 use super::Coordinate;
 use super::builder::Builder;
-use super::names::{Binding, FUNCTIONS, NO_FUNCTIONS, Scope, TermState, VECTORS};
+use super::names::{Binding, FUNCTIONS, Scope, TermState};
 use super::quantity::{Measure, Quantity};
-use super::sensor::MOMENTARY_VECTORS;
-use crate::diagnostic::{Diagnostic, nearest};
+use crate::diagnostic::Diagnostic;
 use crate::dimension::Dimension;
 use crate::graph::{Binary, ExprId, Unary};
 use crate::source::Span;
 use crate::syntax::{Expr, ExprKind, Name, PortKind};
 
 /// `None`: the error has been reported.
-type Lowered = Option<Quantity>;
+pub(super) type Lowered = Option<Quantity>;
 
 impl Builder<'_> {
     /// An expression on the graph. `None` if it is wrong; the error is reported.
@@ -106,21 +105,6 @@ impl Builder<'_> {
                 None => self.unknown_name(name, span),
             },
         }
-    }
-
-    fn unknown_name(&mut self, name: &str, span: Span) -> Lowered {
-        if self.unreadable_base || self.scope.is_unreadable(name) {
-            return None;
-        }
-        let error =
-            Diagnostic::error(span, format!("`{name}` is not defined")).label("not defined");
-        let near = self.near(name, self.scope.all_names()).map(str::to_string);
-        self.report(match near {
-            Some(near) => error.help(format!("did you mean `{near}`?")),
-            None => error.help(format!(
-                "declare it, for example with `parameter {name}: … = …;` or `let {name} = …;`"
-            )),
-        })
     }
 
     pub(super) fn position(&self, index: usize) -> Lowered {
@@ -347,6 +331,9 @@ impl Builder<'_> {
     }
 
     fn lower_call(&mut self, name: &Name, arguments: &[Expr], span: Span) -> Lowered {
+        if let Some(table) = self.table_named(&name.text) {
+            return self.lower_table(table, arguments, span);
+        }
         let Some(&(_, arity)) = FUNCTIONS.iter().find(|(known, _)| *known == name.text) else {
             return self.unknown_function(name);
         };
@@ -381,31 +368,6 @@ impl Builder<'_> {
             "atan2" | "min" | "max" => self.lower_two(&name.text, &arguments[0], &arguments[1]),
             function => self.lower_one(function, &arguments[0]),
         }
-    }
-
-    fn unknown_function(&mut self, name: &Name) -> Lowered {
-        let error = Diagnostic::error(name.span, format!("there is no function `{}`", name.text));
-        if MOMENTARY_VECTORS.contains(&name.text.as_str()) {
-            self.refuse_outside_sensors(name)?;
-        }
-        let vectors = [&VECTORS[..], &MOMENTARY_VECTORS].concat();
-        if vectors.contains(&name.text.as_str()) {
-            let message = format!("`{}(…)` is a vector, not a number", name.text);
-            let help = format!("take a component: `{}(…).x`", name.text);
-            return self.report(Diagnostic::error(name.span, message).help(help));
-        }
-        if self.scope.has_name(&name.text) {
-            let help = format!("a product is written with `*`: `{}*(…)`", name.text);
-            return self.report(error.help(help));
-        }
-        if let Some((_, instead)) = NO_FUNCTIONS.iter().find(|(word, _)| *word == name.text) {
-            return self.report(error.help(*instead));
-        }
-        let known = FUNCTIONS.map(|(known, _)| known);
-        self.report(match nearest(&name.text, known) {
-            Some(near) => error.help(format!("did you mean `{near}`?")),
-            None => error.help(format!("the functions are {}", known.join(", "))),
-        })
     }
 
     /// `input(x)`, `coordinate(x)`: says which of two namesakes is meant.

@@ -28,9 +28,12 @@ mod sensor;
 mod set;
 mod state;
 mod switch;
+mod table;
+mod table_file;
 mod template;
 mod unilateral;
 mod unit;
+mod unknown;
 
 pub use bodies::{NamedBody, PointForce};
 pub(crate) use builder::build;
@@ -44,6 +47,7 @@ pub use library::{Library, LibraryError};
 pub(crate) use names::RESERVED;
 pub use robot::{Described, FRICTION_SPEED, RobotBase, StatedLosses};
 pub use state::State;
+pub use table::Table;
 pub use template::{FitTerm, PointMass, Template, TemplateParameter};
 pub use unilateral::{AXES, Contact, Plane, Shape};
 
@@ -278,6 +282,8 @@ pub struct Model {
     pub accelerations: Vec<SymbolId>,
     /// The effects, in the order of the text.
     pub effects: Vec<Effect>,
+    /// The look-up tables, in the order of the text.
+    pub tables: Vec<Table>,
     /// The uses of parts, in the order of the text, each in front of those inside it.
     pub uses: Vec<PartUse>,
 }

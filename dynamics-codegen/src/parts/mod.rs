@@ -133,6 +133,10 @@ impl<'a> Expansion<'a, '_> {
                     )
                     .help("give the part the frames that it needs: `part hand(wrist) { … }`"),
                 ),
+                StatementKind::Table(_) if !scope.is_model() => self.report(
+                    Diagnostic::error(span, "a table stands in the model, not in a part")
+                        .help("define it beside the part, which may name it"),
+                ),
                 StatementKind::Gravity(_) if !scope.is_model() => self.report(
                     Diagnostic::error(span, "gravity is the model's, not a part's")
                         .help("state it once, outside of the part"),

@@ -287,7 +287,10 @@ impl Scope {
             StatementKind::Term { neighbours, .. } => {
                 *neighbours = neighbours.map(|span| self.span(span));
             }
-            StatementKind::Urdf { .. } | StatementKind::Part(_) | StatementKind::Use(_) => {}
+            StatementKind::Table(_)
+            | StatementKind::Urdf { .. }
+            | StatementKind::Part(_)
+            | StatementKind::Use(_) => {}
         }
     }
 

@@ -218,6 +218,8 @@ pub enum StatementKind {
     Part(Box<PartStatement>),
     /// `use left = arm(hub, 0.3) { m = 0.5 }`
     Use(Box<UseStatement>),
+    /// `table drag(speed: m/s): N { 0: 0; 1: 0.3; 2: 1.4; }`
+    Table(Box<TableStatement>),
     /// `effect viscous(j2) { d = 0.02 }`
     Effect {
         /// The template's name.
@@ -255,6 +257,28 @@ pub struct UseStatement {
     pub brackets: Span,
     /// Values of its parameters.
     pub values: Vec<(Name, Expr)>,
+}
+
+/// A function that is known at points.
+#[derive(Debug, Clone)]
+pub struct TableStatement {
+    /// Its name.
+    pub name: Name,
+    /// What it is a function of, with units.
+    pub arguments: Vec<(Name, Option<Unit>)>,
+    /// The unit of its values.
+    pub unit: Option<Unit>,
+    /// Where the numbers are.
+    pub content: TableContent,
+}
+
+/// The numbers of a table.
+#[derive(Debug, Clone)]
+pub enum TableContent {
+    /// In braces: what stands in front of the `:`, and what stands behind it.
+    Rows(Vec<(Expr, Vec<Expr>)>),
+    /// In a file, by its path as written.
+    File(Name),
 }
 
 /// What a log shows, and how well.

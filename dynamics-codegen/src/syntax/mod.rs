@@ -9,6 +9,7 @@ mod part;
 mod sensor;
 mod statement;
 mod stream;
+mod table;
 
 pub use ast::*;
 pub(crate) use lexical::LONGEST_WORD;

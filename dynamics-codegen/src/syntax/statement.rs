@@ -7,10 +7,11 @@ use super::expression::{bounds, expression, unit};
 use super::part;
 use super::sensor;
 use super::stream::{Parsed, Stream};
+use super::table;
 use crate::diagnostic::{Diagnostic, nearest};
 
 /// The words that begin a statement.
-const KEYWORDS: [&str; 24] = [
+const KEYWORDS: [&str; 25] = [
     "coordinate",
     "input",
     "state",
@@ -35,6 +36,7 @@ const KEYWORDS: [&str; 24] = [
     "term",
     "part",
     "use",
+    "table",
 ];
 
 /// The whole file.
@@ -243,6 +245,11 @@ fn statement(stream: &mut Stream<'_>, found: &mut Vec<Diagnostic>) -> Parsed<Sta
         }
         "constraint" => constraint(stream)?,
         "term" => term(stream)?,
+        "table" => {
+            let (kind, ends_in_brace) = table::table(stream)?;
+            braced = ends_in_brace;
+            kind
+        }
         "part" => {
             braced = true;
             part::part(stream, found)?
