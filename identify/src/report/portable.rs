@@ -144,7 +144,7 @@ mod tests {
         library.add(
             "mine",
             "mine.model",
-            "effect mine(joint); force joint = 0*joint;",
+            "effect mine(joint); parameter pull: torque(joint) = 0; force joint = pull;",
         );
         library.add_file("a/d.csv", "a/d.csv", "0,0\n1,2\n");
         library.add_file("../d.csv", "d.csv", "0,1\n1,3\n");
