@@ -6,9 +6,9 @@ use super::emission::Emission;
 use super::text::{decimal, one_line, plain_lines};
 use crate::compile::Compiled;
 use crate::dimension::shown_unit;
-use crate::graph::{ExprId, SymbolId};
+use crate::graph::{Binary, ExprId, Graph, Node, SymbolId};
 use crate::model::{ConstraintKind, Model, Parameter};
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::fmt::Write as _;
 
 /// Coordinates, inputs, parameters, energies and forces, constraints as derived,
@@ -29,14 +29,32 @@ impl Emission<'_> {
     }
 }
 
-/// More operations than this are not written out.
-const LONG: usize = 60;
+/// Expressions of more symbols, numbers and operations than this are not written out.
+const LONG: usize = 90;
+
+/// What tables are computed with, and which: it shows where a table is not read but its slope is.
+fn insides(graph: &Graph) -> HashMap<ExprId, String> {
+    let mut insides = HashMap::new();
+    for (expr, call) in graph.calls() {
+        let computed = graph.reachable_beyond(&[expr], |part| call.arguments.contains(&part));
+        for part in computed.iter() {
+            if matches!(
+                graph.node(part),
+                Node::Binary(Binary::Min | Binary::Max, ..)
+            ) {
+                insides.insert(part, call.name.clone());
+            }
+        }
+    }
+    insides
+}
 
 struct Sheet<'a> {
     emission: &'a Emission<'a>,
     compiled: &'a Compiled,
     model: &'a Model,
     names: HashMap<SymbolId, String>,
+    insides: HashMap<ExprId, String>,
 }
 
 impl<'a> Sheet<'a> {
@@ -77,6 +95,7 @@ impl<'a> Sheet<'a> {
             compiled,
             model,
             names,
+            insides: insides(&model.graph),
         }
     }
 
@@ -90,10 +109,21 @@ impl<'a> Sheet<'a> {
         self.model.graph.display(expr, name).to_string()
     }
 
-    /// An expression if it fits on a few lines, else how long it is.
+    /// What is derived: the expression if it fits on a few lines and the model has words for it,
+    /// else how long it is.
     fn short(&self, expr: ExprId) -> String {
-        let operations = self.model.graph.operation_count(&[expr]);
-        if operations > LONG {
+        let graph = &self.model.graph;
+        let shown = graph.displayed(expr);
+        let inside = shown.iter().filter_map(|part| self.insides.get(part));
+        let tables: BTreeSet<String> = inside.map(|name| format!("`{}`", one_line(name))).collect();
+        let operations = graph.operation_count(&[expr]);
+        if !tables.is_empty() {
+            let tables: Vec<String> = tables.into_iter().collect();
+            format!(
+                "({operations} operations, with slopes of {})",
+                tables.join(", ")
+            )
+        } else if shown.len() > LONG {
             format!("({operations} operations, too long to write out)")
         } else {
             self.expression(expr)

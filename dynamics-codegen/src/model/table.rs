@@ -308,7 +308,11 @@ impl Builder<'_> {
             values.push(quantity.expr);
         }
         let expr = spline.express(&mut self.model.graph, &values);
-        self.model.graph.label(expr, &name);
+        if spline.is_straight() {
+            self.model.graph.label(expr, &name);
+        } else {
+            self.model.graph.call(expr, &name, &values);
+        }
         Some(Quantity { expr, measure })
     }
 }

@@ -52,6 +52,17 @@ impl Spline {
         self.weights.iter().all(|weight| weight.is_finite())
     }
 
+    /// Whether it has no bend: then it is a line, or a product of two, like many others.
+    pub(crate) fn is_straight(&self) -> bool {
+        let inner = self.axes.last().map_or(1, Vec::len);
+        let mut weights = self.weights.iter().enumerate();
+        weights.all(|(index, &weight)| {
+            let (row, column) = (index / inner, index % inner);
+            let straight = column < 2 && (self.axes.len() < 2 || row < 2);
+            straight || weight == 0.0
+        })
+    }
+
     /// The spline as an expression of its arguments, one per axis.
     pub fn express(&self, graph: &mut Graph, arguments: &[ExprId]) -> ExprId {
         let mut values: Vec<ExprId> = self.weights.iter().map(|w| graph.constant(*w)).collect();
