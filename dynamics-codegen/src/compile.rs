@@ -93,6 +93,7 @@ pub fn compile_keeping(
         let expanded = parts::expand(file, &sources, &mut diagnostics);
         let model = build(
             &expanded.file,
+            expanded.uses,
             &mut sources,
             library,
             variables,
@@ -101,7 +102,6 @@ pub fn compile_keeping(
         let derived = model.filter(|_| readable).map(|mut model| {
             let system = derive(&mut model);
             plausible::check(&model, &system, &expanded.file, &mut diagnostics);
-            model.uses = expanded.uses;
             (model, system)
         });
         expanded.readings.explain(&mut diagnostics);

@@ -70,6 +70,17 @@ fn uses() {
         ("no such name inside", "output far = first.k + first.p;"),
         ("a use as a number", "output far = first;"),
         ("no such use", "output far = second.q;"),
+        ("no use like it", "output far = frist.q;"),
+        ("a place in no use like it", "force fisrt.q = 1;"),
+        (
+            "a frame of no use like it",
+            "output far = position(frst.tip).x;"
+        ),
+        (
+            "a frame on no use like it",
+            "frame end = frst.tip * move(1, 0, 0);"
+        ),
+        ("no name for the use", "use cart(x, 0.1);"),
         ("a name that is taken", "parameter first_m: kg = 1;"),
     ]));
 }

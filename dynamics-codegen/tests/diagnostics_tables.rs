@@ -65,7 +65,12 @@ fn tables() {
         ("too near", "table a(x) { 0: 1; 1e-320: 1; }"),
         ("too large", "table a(x) { 0: -1e308; 1e-3: 1e308; }"),
         ("two values", "table a(x) { 0: 1; 1: 2, 3; }"),
-        ("what varies", "table a(x) { 0: 1; 1: m; }"),
+        ("a parameter", "table a(x) { 0: 1; 1: m; }"),
+        ("a coordinate", "table a(y) { 0: 1; 1: 2*x; }"),
+        (
+            "a constant that is none",
+            "constant c = 2*m;\ntable a(x) { 0: 1; c: 1; }"
+        ),
         (
             "no row of the second argument",
             "table a(x, y) { 0: 0, 1; 1: 2, 3; }"

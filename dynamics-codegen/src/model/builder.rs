@@ -1,8 +1,8 @@
 //! Statements to a model: names declared, then everything lowered.
 
-use super::Model;
 use super::effects::Templates;
 use super::names::Scope;
+use super::{Model, PartUse};
 use crate::diagnostic::{Diagnostic, nearest};
 use crate::graph::{ExprId, Graph};
 use crate::source::{Sources, Span};
@@ -19,6 +19,7 @@ const MAX_SUGGESTIONS: usize = 100;
 /// `None` if there is an error among them.
 pub(crate) fn build(
     file: &File,
+    uses: Vec<PartUse>,
     sources: &mut Sources,
     library: &super::Library,
     variables: &super::Variables,
@@ -35,6 +36,7 @@ pub(crate) fn build(
         }
     };
     let mut builder = Builder::new(name.text.clone(), file.doc.clone(), variables, diagnostics);
+    builder.model.uses = uses;
     let statements: Vec<&Statement> = file.statements.iter().collect();
     let states_gravity = |s: &&Statement| matches!(s.kind, StatementKind::Gravity(_));
     builder.states_gravity = statements.iter().any(states_gravity);

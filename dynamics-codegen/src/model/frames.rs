@@ -183,6 +183,9 @@ impl Builder<'_> {
                     self.transform(&mut chain, function, arguments, factor.span, name)?;
                 }
                 _ => {
+                    if let Some((name, place)) = self.lost_use(factor) {
+                        return self.unknown_use(&name, place);
+                    }
                     let names = TRANSFORMS.map(|(name, _)| name).join(", ");
                     let error = Diagnostic::error(factor.span, "expected a frame or a transform");
                     return self.report(error.help(format!("the transforms are: {names}")));
@@ -382,6 +385,9 @@ impl Builder<'_> {
     /// `position(tip).x`, `velocity(tip).y`, `angular_velocity(tip).z`, `axis_z(tip).x`;
     /// the first and the last also as seen from a second frame.
     pub(super) fn lower_member(&mut self, inner: &Expr, member: &Name) -> Option<Quantity> {
+        if let Some((name, place)) = self.lost_use(inner) {
+            return self.unknown_use(&name, place);
+        }
         let Some(component) = ["x", "y", "z"].iter().position(|&c| c == member.text) else {
             let message = format!("there is no component `.{}`", member.text);
             return self
@@ -410,6 +416,9 @@ impl Builder<'_> {
         let mut frames = Vec::new();
         for argument in arguments {
             let ExprKind::Name(name) = &argument.kind else {
+                if let Some((name, place)) = self.lost_use(argument) {
+                    return self.unknown_use(&name, place);
+                }
                 let message = format!("`{}` takes the name of a frame or body", function.text);
                 return self.report(Diagnostic::error(argument.span, message));
             };

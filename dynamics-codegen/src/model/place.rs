@@ -48,6 +48,12 @@ impl Builder<'_> {
         if self.unreadable_base || self.scope.is_unreadable(&name.text) {
             return None;
         }
+        // A name in quotes may have a `.` of its own.
+        if let Some((head, _)) = name.text.split_once('.')
+            && self.near_use(head).is_some()
+        {
+            return self.unknown_use(head, name.span);
+        }
         let error = Diagnostic::error(
             name.span,
             format!("there is no {what} named `{}`", name.text),

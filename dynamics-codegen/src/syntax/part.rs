@@ -31,6 +31,11 @@ pub(super) fn part(stream: &mut Stream<'_>, found: &mut Vec<Diagnostic>) -> Pars
 /// The use of a part, behind its first word. Also: whether it ends in a brace.
 pub(super) fn used(stream: &mut Stream<'_>) -> Parsed<(StatementKind, bool)> {
     let name = stream.name("a name for the use: `use left = arm(…);`")?;
+    if stream.input.peek(syn::token::Paren) {
+        let error = Diagnostic::error(name.span, "the use of a part has a name of its own")
+            .help(format!("put one in front: `use left = {}(…);`", name.text));
+        return Err(Box::new(error));
+    }
     stream.expect('=', "the name")?;
     let part = stream.name("the name of a part")?;
     let start = stream.here();
