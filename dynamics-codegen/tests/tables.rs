@@ -139,3 +139,35 @@ fn a_potential_from_a_table_pulls_along_its_slope() {
     let slope = -0.5 + 1.2 / 3.0;
     assert!((force + slope * 2.0 * 9.81).abs() < 1e-12, "{force}");
 }
+
+/// Where a table is read the sheet says so, and where its slope enters, of which table.
+#[test]
+fn review_sheets_name_tables() {
+    let text = "\
+        model cam;
+        coordinate turn: rad;
+        coordinate lift: m;
+        parameter m: kg = 1;
+        parameter inertia: kg*m^2 = 0.1;
+        kinetic inertia/2*dot(turn)^2 + m/2*dot(lift)^2;
+        table profile(angle: rad): m { 0: 0; 1: 0.01; 2: 0.03; 3: 0.02; }
+        constraint follows: lift == 0.5*profile(2*turn);";
+    let compiled = compile("cam.model", text, &Library::empty()).unwrap();
+    let sheet = emit::review(&compiled, "cam.model");
+    for line in [
+        "    0 = lift - 0.5*profile(2*turn)",
+        "    A[lift] = 1",
+        "  profile m",
+        "    of angle: 4 points, 0 to 3 rad",
+    ] {
+        assert!(sheet.lines().any(|l| l == line), "{line}\n{sheet}");
+    }
+    let row = sheet
+        .lines()
+        .find(|line| line.starts_with("    A[turn] = "));
+    let row = row.unwrap_or_default();
+    assert!(
+        row.ends_with(" operations, with slopes of `profile`)"),
+        "{sheet}"
+    );
+}

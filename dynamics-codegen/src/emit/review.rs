@@ -29,8 +29,8 @@ impl Emission<'_> {
     }
 }
 
-/// Expressions of more symbols, numbers and operations than this are not written out.
-const LONG: usize = 90;
+/// More operations than this are not written out; a table is one.
+const LONG: usize = 60;
 
 /// What tables are computed with, and which: it shows where a table is not read but its slope is.
 fn insides(graph: &Graph) -> HashMap<ExprId, String> {
@@ -38,10 +38,8 @@ fn insides(graph: &Graph) -> HashMap<ExprId, String> {
     for (expr, call) in graph.calls() {
         let computed = graph.reachable_beyond(&[expr], |part| call.arguments.contains(&part));
         for part in computed.iter() {
-            if matches!(
-                graph.node(part),
-                Node::Binary(Binary::Min | Binary::Max, ..)
-            ) {
+            // The distance from a point on: nobody else writes that.
+            if matches!(graph.node(part), Node::Binary(Binary::Max, ..)) {
                 insides.insert(part, call.name.clone());
             }
         }
@@ -123,7 +121,12 @@ impl<'a> Sheet<'a> {
                 "({operations} operations, with slopes of {})",
                 tables.join(", ")
             )
-        } else if shown.len() > LONG {
+        } else if shown
+            .iter()
+            .filter(|&&part| graph.node(part).is_operation())
+            .count()
+            > LONG
+        {
             format!("({operations} operations, too long to write out)")
         } else {
             self.expression(expr)
