@@ -73,6 +73,7 @@ impl Builder<'_> {
                 self.set_tries(name, tries.as_ref());
             }
         }
+        self.scope.parameters.clear();
     }
 
     fn declare_coordinate(&mut self, name: &Name, unit: Option<&Unit>, doc: &str) {

@@ -63,7 +63,7 @@ pub(super) struct Scope {
     pub member: Option<usize>,
     pub frames: super::frames::Frames,
     pub terms: Vec<Term>,
-    /// The parameters of the text, bound or not yet.
+    /// While names are declared: the parameters of the text, bound or not yet.
     pub parameters: BTreeSet<String>,
     /// Names whose definition could not be read: not there, and not to be complained about.
     pub unreadable: BTreeSet<String>,
