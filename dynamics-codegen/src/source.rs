@@ -6,24 +6,27 @@ use std::ops::Range;
 /// use the text is read, so that what is wrong with one use can be told from the others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct SourceId {
-    text: usize,
+    // As small as a place in the syntax tree should be.
+    text: u32,
     /// Zero: as it stands.
-    reading: usize,
+    reading: u32,
 }
 
 impl SourceId {
     fn of(text: usize) -> Self {
+        let text = u32::try_from(text).expect("fewer than 2^32 texts");
         Self { text, reading: 0 }
     }
 
     /// The same text, read as the use with this number; zero is the text as it stands.
     pub(crate) fn read_as(self, reading: usize) -> Self {
+        let reading = u32::try_from(reading).expect("fewer than 2^32 uses");
         Self { reading, ..self }
     }
 
     /// As which use the text is read.
     pub(crate) fn reading(self) -> usize {
-        self.reading
+        self.reading as usize
     }
 }
 
@@ -89,7 +92,7 @@ impl Sources {
 
     /// The text behind an identifier.
     pub fn get(&self, id: SourceId) -> &Source {
-        &self.0[id.text]
+        &self.0[id.text as usize]
     }
 
     /// The characters at a place.

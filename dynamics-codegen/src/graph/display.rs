@@ -361,6 +361,9 @@ mod tests {
         assert_eq!(text, "(120 operations, too long to write out)");
     }
 
+    /// What is made of two expressions.
+    type Made = fn(&mut Graph, ExprId, ExprId) -> ExprId;
+
     /// What a model calls a function of its own is written so, whatever it is computed with.
     #[test]
     fn functions_of_the_model_are_written_as_calls() {
@@ -374,7 +377,7 @@ mod tests {
             g.call(read, "late", &[argument]);
             (curve, read)
         };
-        let cases: [(&str, fn(&mut Graph, ExprId, ExprId) -> ExprId); 3] = [
+        let cases: [(&str, Made); 3] = [
             ("-curve(y)", |g, curve, _| g.neg(curve)),
             ("late(2*x)*curve(y)^2", |g, curve, read| {
                 let square = g.mul(curve, curve);

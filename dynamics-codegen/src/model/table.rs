@@ -203,7 +203,7 @@ impl Builder<'_> {
         let text = &sources.get(source).text;
         match table_file::read(text, source, table.arguments.len()) {
             Ok(rows) => Some((source, rows)),
-            Err(error) => self.report(error),
+            Err(error) => self.report(*error),
         }
     }
 

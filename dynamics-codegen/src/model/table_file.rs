@@ -25,13 +25,17 @@ pub(super) struct Rows {
 }
 
 /// The numbers in the text of a file for a table of one argument or two.
-pub(super) fn read(text: &str, source: SourceId, arguments: usize) -> Result<Rows, Diagnostic> {
+pub(super) fn read(
+    text: &str,
+    source: SourceId,
+    arguments: usize,
+) -> Result<Rows, Box<Diagnostic>> {
     let mut lines = lines(text);
     let mut heading = None;
     if arguments == 2 {
         let first = lines.next().unwrap_or_default();
         let points = first.iter().skip(1).map(|word| number(word, source));
-        heading = Some(points.collect::<Result<Vec<Cell>, Diagnostic>>()?);
+        heading = Some(points.collect::<Result<Vec<Cell>, Box<Diagnostic>>>()?);
     }
     let mut rows = Vec::new();
     for (position, line) in lines.enumerate() {
@@ -40,7 +44,7 @@ pub(super) fn read(text: &str, source: SourceId, arguments: usize) -> Result<Row
             continue;
         }
         let cells = line.iter().map(|word| number(word, source));
-        let cells = cells.collect::<Result<Vec<Cell>, Diagnostic>>()?;
+        let cells = cells.collect::<Result<Vec<Cell>, Box<Diagnostic>>>()?;
         if let [first, values @ ..] = &cells[..] {
             rows.push((*first, values.to_vec()));
         }
@@ -72,7 +76,7 @@ fn lines(text: &str) -> impl Iterator<Item = Vec<(usize, &str)>> {
         })
 }
 
-fn number((start, word): &(usize, &str), source: SourceId) -> Result<Cell, Diagnostic> {
+fn number((start, word): &(usize, &str), source: SourceId) -> Result<Cell, Box<Diagnostic>> {
     let span = Span {
         source,
         start: *start,
@@ -80,9 +84,9 @@ fn number((start, word): &(usize, &str), source: SourceId) -> Result<Cell, Diagn
     };
     match word.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(Cell { value, span }),
-        _ => Err(
+        _ => Err(Box::new(
             Diagnostic::error(span, format!("expected a number, found `{word}`"))
                 .help("numbers have a decimal point, and `,`, `;` or a tab between them"),
-        ),
+        )),
     }
 }

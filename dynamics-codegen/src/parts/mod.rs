@@ -3,8 +3,8 @@
 //! Before any name is looked up, every use becomes the statements of its part, with the use's
 //! name in front of the names that the part defines: `left.q` is the coordinate `left_q`. What
 //! the part names and does not define itself is the model's. All else in this crate sees
-//! statements like any others; places of faults tell the uses apart by
-//! [`SourceId::read_as`](crate::source::SourceId::read_as).
+//! statements like any others; places of faults tell the uses apart, since a
+//! [`SourceId`](crate::source::SourceId) also says as which use its text is read.
 
 mod definition;
 mod rename;
