@@ -206,6 +206,11 @@ impl ModelFile {
         if let Some(robot) = robot.filter(|_| !is_urdf(&text)) {
             files.push(files[0].with_file_name("").join(&robot.file));
         }
+        let tables = compiled.model.tables.iter();
+        let numbers = tables.filter_map(|table| table.file.as_ref());
+        files.extend(
+            numbers.map(|(file, _)| self.root.join(&self.path).with_file_name("").join(file)),
+        );
         Ok(Read {
             compiled,
             files,

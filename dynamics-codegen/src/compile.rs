@@ -5,6 +5,7 @@ use crate::diagnostic::{Diagnostic, Report};
 use crate::emit::identifier;
 use crate::file::Limit;
 use crate::model::{Library, Model, Variables, build};
+use crate::parts;
 use crate::plausible;
 use crate::source::{Sources, Span};
 use crate::syntax::{self, parse};
@@ -89,12 +90,22 @@ pub fn compile_keeping(
     let (file, mut diagnostics) = parse(&sources, id);
     let readable = diagnostics.is_empty();
     let derived = file.and_then(|file| {
-        let mut model = build(&file, &mut sources, library, variables, &mut diagnostics)?;
-        readable.then(|| {
+        let expanded = parts::expand(file, &sources, &mut diagnostics);
+        let model = build(
+            &expanded.file,
+            expanded.uses,
+            &mut sources,
+            library,
+            variables,
+            &mut diagnostics,
+        );
+        let derived = model.filter(|_| readable).map(|mut model| {
             let system = derive(&mut model);
-            plausible::check(&model, &system, &file, &mut diagnostics);
+            plausible::check(&model, &system, &expanded.file, &mut diagnostics);
             (model, system)
-        })
+        });
+        expanded.readings.explain(&mut diagnostics);
+        derived
     });
     let warnings = Report {
         sources,

@@ -2,9 +2,33 @@
 
 use std::ops::Range;
 
-/// Identifies one text among [`Sources`].
+/// Identifies one text among [`Sources`]; while the uses of a part are looked at, also as which
+/// use the text is read, so that what is wrong with one use can be told from the others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct SourceId(usize);
+pub struct SourceId {
+    // As small as a place in the syntax tree should be.
+    text: u32,
+    /// Zero: as it stands.
+    reading: u32,
+}
+
+impl SourceId {
+    fn of(text: usize) -> Self {
+        let text = u32::try_from(text).expect("fewer than 2^32 texts");
+        Self { text, reading: 0 }
+    }
+
+    /// The same text, read as the use with this number; zero is the text as it stands.
+    pub(crate) fn read_as(self, reading: usize) -> Self {
+        let reading = u32::try_from(reading).expect("fewer than 2^32 uses");
+        Self { reading, ..self }
+    }
+
+    /// As which use the text is read.
+    pub(crate) fn reading(self) -> usize {
+        self.reading as usize
+    }
+}
 
 /// A place: a byte range in one source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -53,7 +77,7 @@ impl Sources {
             name: name.into(),
             text: text.into(),
         });
-        SourceId(self.0.len() - 1)
+        SourceId::of(self.0.len() - 1)
     }
 
     /// All texts, in the order in which they were read.
@@ -63,12 +87,12 @@ impl Sources {
 
     /// What identifies the texts, in the same order.
     pub fn ids(&self) -> impl Iterator<Item = SourceId> + use<> {
-        (0..self.0.len()).map(SourceId)
+        (0..self.0.len()).map(SourceId::of)
     }
 
     /// The text behind an identifier.
     pub fn get(&self, id: SourceId) -> &Source {
-        &self.0[id.0]
+        &self.0[id.text as usize]
     }
 
     /// The characters at a place.

@@ -47,7 +47,7 @@
 //! `::dynamics::System`; a method for every further quantity of the model
 //! (`bias_force`, `input_matrix`, `constraint_jacobian`, `outputs`, …, each documented with
 //! shape and units); `nominal()`, with the values of the file; and the constants
-//! `COORDINATES`, `COORDINATE_NAMES` and so on. A change of a file the model was made from
+//! `COORDINATES`, `COORDINATE_NAMES`, `Q_THETA` and so on. A change of a file the model was made from
 //! builds anew.
 
 mod attribute;

@@ -102,6 +102,29 @@ typedef struct bead_point {
     bead_real z[1];
 } bead_point;
 
+/* Places in q, v and their forces. */
+enum {
+    bead_q_x = 0,
+    bead_q_y = 1
+};
+
+/* Places in u. */
+enum {
+    bead_u_pull = 0,
+    bead_u_pull_delayed = 1,
+    bead_u_lambda_wire = 2
+};
+
+/* Places in z. */
+enum {
+    bead_z_delivered = 0
+};
+
+/* Places in multipliers. */
+enum {
+    bead_lambda_wire = 0
+};
+
 /*
  * Generalised inertia M(q), symmetric.
  * Rows: x (N), y (N).

@@ -81,6 +81,17 @@ typedef struct cartpole_point {
     cartpole_real u[1];
 } cartpole_point;
 
+/* Places in q, v and their forces. */
+enum {
+    cartpole_q_x = 0,
+    cartpole_q_theta = 1
+};
+
+/* Places in u. */
+enum {
+    cartpole_u_x = 0
+};
+
 /*
  * Generalised inertia M(q), symmetric.
  * Rows: x (N), theta (N·m).

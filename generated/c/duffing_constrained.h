@@ -92,6 +92,23 @@ typedef struct duffing_constrained_point {
     duffing_constrained_real u[2];
 } duffing_constrained_point;
 
+/* Places in q, v and their forces. */
+enum {
+    duffing_constrained_q_x1 = 0,
+    duffing_constrained_q_x2 = 1
+};
+
+/* Places in u. */
+enum {
+    duffing_constrained_u_x1 = 0,
+    duffing_constrained_u_x2 = 1
+};
+
+/* Places in multipliers. */
+enum {
+    duffing_constrained_lambda_distance = 0
+};
+
 /*
  * Generalised inertia M(q), symmetric.
  * Rows: x1 (N), x2 (N).

@@ -75,6 +75,18 @@ typedef struct duffing_free_point {
     duffing_free_real u[2];
 } duffing_free_point;
 
+/* Places in q, v and their forces. */
+enum {
+    duffing_free_q_x1 = 0,
+    duffing_free_q_x2 = 1
+};
+
+/* Places in u. */
+enum {
+    duffing_free_u_x1 = 0,
+    duffing_free_u_x2 = 1
+};
+
 /*
  * Generalised inertia M(q), symmetric.
  * Rows: x1 (N), x2 (N).

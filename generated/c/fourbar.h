@@ -98,6 +98,24 @@ typedef struct fourbar_point {
     fourbar_real u[1];
 } fourbar_point;
 
+/* Places in q, v and their forces. */
+enum {
+    fourbar_q_j1 = 0,
+    fourbar_q_j2 = 1,
+    fourbar_q_j3 = 2
+};
+
+/* Places in u. */
+enum {
+    fourbar_u_j1 = 0
+};
+
+/* Places in multipliers. */
+enum {
+    fourbar_lambda_closure_x = 0,
+    fourbar_lambda_closure_y = 1
+};
+
 /*
  * Generalised inertia M(q), symmetric.
  * Rows: j1 (N·m), j2 (N·m), j3 (N·m).

@@ -100,6 +100,40 @@ typedef struct iiwa7_plane_point {
     iiwa7_plane_real u[7];
 } iiwa7_plane_point;
 
+/* Places in q, v and their forces. */
+enum {
+    iiwa7_plane_q_j1 = 0,
+    iiwa7_plane_q_j2 = 1,
+    iiwa7_plane_q_j3 = 2,
+    iiwa7_plane_q_j4 = 3,
+    iiwa7_plane_q_j5 = 4,
+    iiwa7_plane_q_j6 = 5,
+    iiwa7_plane_q_j7 = 6
+};
+
+/* Places in u. */
+enum {
+    iiwa7_plane_u_j1 = 0,
+    iiwa7_plane_u_j2 = 1,
+    iiwa7_plane_u_j3 = 2,
+    iiwa7_plane_u_j4 = 3,
+    iiwa7_plane_u_j5 = 4,
+    iiwa7_plane_u_j6 = 5,
+    iiwa7_plane_u_j7 = 6
+};
+
+/* Places in multipliers. */
+enum {
+    iiwa7_plane_lambda_plane = 0
+};
+
+/* Places in the outputs. */
+enum {
+    iiwa7_plane_y_tip_x = 0,
+    iiwa7_plane_y_tip_y = 1,
+    iiwa7_plane_y_tip_z = 2
+};
+
 /*
  * Generalised inertia M(q), symmetric.
  * Rows: j1 (N·m), j2 (N·m), j3 (N·m), j4 (N·m), j5 (N·m), j6 (N·m), j7 (N·m).

@@ -70,6 +70,30 @@ typedef struct panda_point {
     panda_real u[8];
 } panda_point;
 
+/* Places in q, v and their forces. */
+enum {
+    panda_q_panda_joint1 = 0,
+    panda_q_panda_joint2 = 1,
+    panda_q_panda_joint3 = 2,
+    panda_q_panda_joint4 = 3,
+    panda_q_panda_joint5 = 4,
+    panda_q_panda_joint6 = 5,
+    panda_q_panda_joint7 = 6,
+    panda_q_panda_finger_joint1 = 7
+};
+
+/* Places in u. */
+enum {
+    panda_u_panda_joint1 = 0,
+    panda_u_panda_joint2 = 1,
+    panda_u_panda_joint3 = 2,
+    panda_u_panda_joint4 = 3,
+    panda_u_panda_joint5 = 4,
+    panda_u_panda_joint6 = 5,
+    panda_u_panda_joint7 = 6,
+    panda_u_panda_finger_joint1 = 7
+};
+
 /*
  * Generalised inertia M(q), symmetric.
  * Rows: panda_joint1 (N·m), panda_joint2 (N·m), panda_joint3 (N·m), panda_joint4 (N·m), panda_joint5 (N·m), panda_joint6 (N·m), panda_joint7 (N·m), panda_finger_joint1 (N).

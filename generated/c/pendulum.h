@@ -73,6 +73,16 @@ typedef struct pendulum_point {
     pendulum_real u[1];
 } pendulum_point;
 
+/* Places in q, v and their forces. */
+enum {
+    pendulum_q_j1 = 0
+};
+
+/* Places in u. */
+enum {
+    pendulum_u_j1 = 0
+};
+
 /*
  * Generalised inertia M(q), symmetric.
  * Rows: j1 (N·m).

@@ -77,6 +77,18 @@ typedef struct pendulum2_point {
     pendulum2_real u[2];
 } pendulum2_point;
 
+/* Places in q, v and their forces. */
+enum {
+    pendulum2_q_j1 = 0,
+    pendulum2_q_j2 = 1
+};
+
+/* Places in u. */
+enum {
+    pendulum2_u_j1 = 0,
+    pendulum2_u_j2 = 1
+};
+
 /*
  * Generalised inertia M(q), symmetric.
  * Rows: j1 (N·m), j2 (N·m).

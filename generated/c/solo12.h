@@ -60,6 +60,38 @@ typedef struct solo12_point {
     solo12_real u[12];
 } solo12_point;
 
+/* Places in q, v and their forces. */
+enum {
+    solo12_q_FL_HAA = 0,
+    solo12_q_FL_HFE = 1,
+    solo12_q_FL_KFE = 2,
+    solo12_q_FR_HAA = 3,
+    solo12_q_FR_HFE = 4,
+    solo12_q_FR_KFE = 5,
+    solo12_q_HL_HAA = 6,
+    solo12_q_HL_HFE = 7,
+    solo12_q_HL_KFE = 8,
+    solo12_q_HR_HAA = 9,
+    solo12_q_HR_HFE = 10,
+    solo12_q_HR_KFE = 11
+};
+
+/* Places in u. */
+enum {
+    solo12_u_FL_HAA = 0,
+    solo12_u_FL_HFE = 1,
+    solo12_u_FL_KFE = 2,
+    solo12_u_FR_HAA = 3,
+    solo12_u_FR_HFE = 4,
+    solo12_u_FR_KFE = 5,
+    solo12_u_HL_HAA = 6,
+    solo12_u_HL_HFE = 7,
+    solo12_u_HL_KFE = 8,
+    solo12_u_HR_HAA = 9,
+    solo12_u_HR_HFE = 10,
+    solo12_u_HR_KFE = 11
+};
+
 /*
  * Generalised inertia M(q), symmetric.
  * Rows: FL_HAA (N·m), FL_HFE (N·m), FL_KFE (N·m), FR_HAA (N·m), FR_HFE (N·m), FR_KFE (N·m), HL_HAA (N·m), HL_HFE (N·m), HL_KFE (N·m), HR_HAA (N·m), HR_HFE (N·m), HR_KFE (N·m).

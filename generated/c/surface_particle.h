@@ -84,6 +84,25 @@ typedef struct surface_particle_point {
     surface_particle_real u[3];
 } surface_particle_point;
 
+/* Places in q, v and their forces. */
+enum {
+    surface_particle_q_x = 0,
+    surface_particle_q_y = 1,
+    surface_particle_q_z = 2
+};
+
+/* Places in u. */
+enum {
+    surface_particle_u_x = 0,
+    surface_particle_u_y = 1,
+    surface_particle_u_z = 2
+};
+
+/* Places in multipliers. */
+enum {
+    surface_particle_lambda_surface = 0
+};
+
 /*
  * Generalised inertia M(q), symmetric.
  * Rows: x (N), y (N), z (N).

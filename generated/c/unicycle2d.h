@@ -79,6 +79,24 @@ typedef struct unicycle2d_point {
     unicycle2d_real u[2];
 } unicycle2d_point;
 
+/* Places in q, v and their forces. */
+enum {
+    unicycle2d_q_x = 0,
+    unicycle2d_q_y = 1,
+    unicycle2d_q_theta = 2
+};
+
+/* Places in u. */
+enum {
+    unicycle2d_u_drive = 0,
+    unicycle2d_u_turn = 1
+};
+
+/* Places in multipliers. */
+enum {
+    unicycle2d_lambda_no_side_slip = 0
+};
+
 /*
  * Generalised inertia M(q), symmetric.
  * Rows: x (N), y (N), theta (N·m).

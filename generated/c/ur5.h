@@ -60,6 +60,26 @@ typedef struct ur5_point {
     ur5_real u[6];
 } ur5_point;
 
+/* Places in q, v and their forces. */
+enum {
+    ur5_q_shoulder_pan_joint = 0,
+    ur5_q_shoulder_lift_joint = 1,
+    ur5_q_elbow_joint = 2,
+    ur5_q_wrist_1_joint = 3,
+    ur5_q_wrist_2_joint = 4,
+    ur5_q_wrist_3_joint = 5
+};
+
+/* Places in u. */
+enum {
+    ur5_u_shoulder_pan_joint = 0,
+    ur5_u_shoulder_lift_joint = 1,
+    ur5_u_elbow_joint = 2,
+    ur5_u_wrist_1_joint = 3,
+    ur5_u_wrist_2_joint = 4,
+    ur5_u_wrist_3_joint = 5
+};
+
 /*
  * Generalised inertia M(q), symmetric.
  * Rows: shoulder_pan_joint (N·m), shoulder_lift_joint (N·m), elbow_joint (N·m), wrist_1_joint (N·m), wrist_2_joint (N·m), wrist_3_joint (N·m).

@@ -64,6 +64,27 @@ pub const PARAMETERS: usize = 6;
 /// Names of the parameters, as the model writes them.
 pub const PARAMETER_NAMES: [&str; PARAMETERS] = ["m", "mu", "v_s", "tau", "slow", "g"];
 
+/// Place of the coordinate `x` in `q`, `v` and their forces.
+pub const Q_X: usize = 0;
+
+/// Place of the coordinate `y` in `q`, `v` and their forces.
+pub const Q_Y: usize = 1;
+
+/// Place of the input `pull` in `u`.
+pub const U_PULL: usize = 0;
+
+/// Place of the input `pull_delayed` in `u`.
+pub const U_PULL_DELAYED: usize = 1;
+
+/// Place of the input `lambda_wire` in `u`.
+pub const U_LAMBDA_WIRE: usize = 2;
+
+/// Place of the internal state `delivered` in `z`.
+pub const Z_DELIVERED: usize = 0;
+
+/// Place of the constraint row `wire` in multipliers.
+pub const LAMBDA_WIRE: usize = 0;
+
 /// The model's parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameters<T> {

@@ -47,6 +47,15 @@ pub const PARAMETERS: usize = 5;
 /// Names of the parameters, as the model writes them.
 pub const PARAMETER_NAMES: [&str; PARAMETERS] = ["mc", "mp", "l", "I", "g"];
 
+/// Place of the coordinate `x` in `q`, `v` and their forces.
+pub const Q_X: usize = 0;
+
+/// Place of the coordinate `theta` in `q`, `v` and their forces.
+pub const Q_THETA: usize = 1;
+
+/// Place of the input `x` in `u`.
+pub const U_X: usize = 0;
+
 /// The model's parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(non_snake_case, reason = "names as the model writes them")]

@@ -53,6 +53,21 @@ pub const PARAMETER_NAMES: [&str; PARAMETERS] = [
     "m1", "m2", "k1", "k2", "c1", "c2", "k1nl", "k2nl", "p1", "p2", "p3",
 ];
 
+/// Place of the coordinate `x1` in `q`, `v` and their forces.
+pub const Q_X1: usize = 0;
+
+/// Place of the coordinate `x2` in `q`, `v` and their forces.
+pub const Q_X2: usize = 1;
+
+/// Place of the input `x1` in `u`.
+pub const U_X1: usize = 0;
+
+/// Place of the input `x2` in `u`.
+pub const U_X2: usize = 1;
+
+/// Place of the constraint row `distance` in multipliers.
+pub const LAMBDA_DISTANCE: usize = 0;
+
 /// The model's parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameters<T> {

@@ -53,6 +53,24 @@ pub const PARAMETER_NAMES: [&str; PARAMETERS] = [
     "m1", "L1", "lc1", "I1", "m2", "L2", "lc2", "I2", "m3", "L3", "lc3", "I3", "d", "g",
 ];
 
+/// Place of the coordinate `j1` in `q`, `v` and their forces.
+pub const Q_J1: usize = 0;
+
+/// Place of the coordinate `j2` in `q`, `v` and their forces.
+pub const Q_J2: usize = 1;
+
+/// Place of the coordinate `j3` in `q`, `v` and their forces.
+pub const Q_J3: usize = 2;
+
+/// Place of the input `j1` in `u`.
+pub const U_J1: usize = 0;
+
+/// Place of the constraint row `closure_x` in multipliers.
+pub const LAMBDA_CLOSURE_X: usize = 0;
+
+/// Place of the constraint row `closure_y` in multipliers.
+pub const LAMBDA_CLOSURE_Y: usize = 1;
+
 /// The model's parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(non_snake_case, reason = "names as the model writes them")]

@@ -56,6 +56,60 @@ pub const PARAMETERS: usize = 5;
 pub const PARAMETER_NAMES: [&str; PARAMETERS] =
     ["ee_z", "plane_nx", "plane_ny", "plane_nz", "plane_d"];
 
+/// Place of the coordinate `j1` in `q`, `v` and their forces.
+pub const Q_J1: usize = 0;
+
+/// Place of the coordinate `j2` in `q`, `v` and their forces.
+pub const Q_J2: usize = 1;
+
+/// Place of the coordinate `j3` in `q`, `v` and their forces.
+pub const Q_J3: usize = 2;
+
+/// Place of the coordinate `j4` in `q`, `v` and their forces.
+pub const Q_J4: usize = 3;
+
+/// Place of the coordinate `j5` in `q`, `v` and their forces.
+pub const Q_J5: usize = 4;
+
+/// Place of the coordinate `j6` in `q`, `v` and their forces.
+pub const Q_J6: usize = 5;
+
+/// Place of the coordinate `j7` in `q`, `v` and their forces.
+pub const Q_J7: usize = 6;
+
+/// Place of the input `j1` in `u`.
+pub const U_J1: usize = 0;
+
+/// Place of the input `j2` in `u`.
+pub const U_J2: usize = 1;
+
+/// Place of the input `j3` in `u`.
+pub const U_J3: usize = 2;
+
+/// Place of the input `j4` in `u`.
+pub const U_J4: usize = 3;
+
+/// Place of the input `j5` in `u`.
+pub const U_J5: usize = 4;
+
+/// Place of the input `j6` in `u`.
+pub const U_J6: usize = 5;
+
+/// Place of the input `j7` in `u`.
+pub const U_J7: usize = 6;
+
+/// Place of the constraint row `plane` in multipliers.
+pub const LAMBDA_PLANE: usize = 0;
+
+/// Place of the output `tip_x` in the outputs.
+pub const Y_TIP_X: usize = 0;
+
+/// Place of the output `tip_y` in the outputs.
+pub const Y_TIP_Y: usize = 1;
+
+/// Place of the output `tip_z` in the outputs.
+pub const Y_TIP_Z: usize = 2;
+
 /// The model's parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameters<T> {

@@ -21,6 +21,11 @@ pub mod bead;
 /// `theta` is measured from hanging down.
 pub mod cartpole;
 
+/// The model `delta`.
+///
+/// A delta robot: three arms carry a platform, which therefore does not turn.
+pub mod delta;
+
 /// The model `duffing_constrained`.
 ///
 /// Two masses in a row whose distance follows a law in time (thesis 5.2.1).

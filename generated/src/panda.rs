@@ -70,6 +70,54 @@ pub const PARAMETERS: usize = 0;
 /// Names of the parameters, as the model writes them.
 pub const PARAMETER_NAMES: [&str; PARAMETERS] = [];
 
+/// Place of the coordinate `panda_joint1` in `q`, `v` and their forces.
+pub const Q_PANDA_JOINT1: usize = 0;
+
+/// Place of the coordinate `panda_joint2` in `q`, `v` and their forces.
+pub const Q_PANDA_JOINT2: usize = 1;
+
+/// Place of the coordinate `panda_joint3` in `q`, `v` and their forces.
+pub const Q_PANDA_JOINT3: usize = 2;
+
+/// Place of the coordinate `panda_joint4` in `q`, `v` and their forces.
+pub const Q_PANDA_JOINT4: usize = 3;
+
+/// Place of the coordinate `panda_joint5` in `q`, `v` and their forces.
+pub const Q_PANDA_JOINT5: usize = 4;
+
+/// Place of the coordinate `panda_joint6` in `q`, `v` and their forces.
+pub const Q_PANDA_JOINT6: usize = 5;
+
+/// Place of the coordinate `panda_joint7` in `q`, `v` and their forces.
+pub const Q_PANDA_JOINT7: usize = 6;
+
+/// Place of the coordinate `panda_finger_joint1` in `q`, `v` and their forces.
+pub const Q_PANDA_FINGER_JOINT1: usize = 7;
+
+/// Place of the input `panda_joint1` in `u`.
+pub const U_PANDA_JOINT1: usize = 0;
+
+/// Place of the input `panda_joint2` in `u`.
+pub const U_PANDA_JOINT2: usize = 1;
+
+/// Place of the input `panda_joint3` in `u`.
+pub const U_PANDA_JOINT3: usize = 2;
+
+/// Place of the input `panda_joint4` in `u`.
+pub const U_PANDA_JOINT4: usize = 3;
+
+/// Place of the input `panda_joint5` in `u`.
+pub const U_PANDA_JOINT5: usize = 4;
+
+/// Place of the input `panda_joint6` in `u`.
+pub const U_PANDA_JOINT6: usize = 5;
+
+/// Place of the input `panda_joint7` in `u`.
+pub const U_PANDA_JOINT7: usize = 6;
+
+/// Place of the input `panda_finger_joint1` in `u`.
+pub const U_PANDA_FINGER_JOINT1: usize = 7;
+
 /// The model has no parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameters<T>(core::marker::PhantomData<T>);

@@ -47,6 +47,12 @@ pub const PARAMETERS: usize = 4;
 /// Names of the parameters, as the model writes them.
 pub const PARAMETER_NAMES: [&str; PARAMETERS] = ["m", "l", "I", "g"];
 
+/// Place of the coordinate `j1` in `q`, `v` and their forces.
+pub const Q_J1: usize = 0;
+
+/// Place of the input `j1` in `u`.
+pub const U_J1: usize = 0;
+
 /// The model's parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(non_snake_case, reason = "names as the model writes them")]

@@ -48,6 +48,18 @@ pub const PARAMETERS: usize = 9;
 pub const PARAMETER_NAMES: [&str; PARAMETERS] =
     ["m1", "l1", "lc1", "I1", "m2", "l2", "lc2", "I2", "g"];
 
+/// Place of the coordinate `j1` in `q`, `v` and their forces.
+pub const Q_J1: usize = 0;
+
+/// Place of the coordinate `j2` in `q`, `v` and their forces.
+pub const Q_J2: usize = 1;
+
+/// Place of the input `j1` in `u`.
+pub const U_J1: usize = 0;
+
+/// Place of the input `j2` in `u`.
+pub const U_J2: usize = 1;
+
 /// The model's parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(non_snake_case, reason = "names as the model writes them")]

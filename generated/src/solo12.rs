@@ -53,6 +53,78 @@ pub const PARAMETERS: usize = 0;
 /// Names of the parameters, as the model writes them.
 pub const PARAMETER_NAMES: [&str; PARAMETERS] = [];
 
+/// Place of the coordinate `FL_HAA` in `q`, `v` and their forces.
+pub const Q_FL_HAA: usize = 0;
+
+/// Place of the coordinate `FL_HFE` in `q`, `v` and their forces.
+pub const Q_FL_HFE: usize = 1;
+
+/// Place of the coordinate `FL_KFE` in `q`, `v` and their forces.
+pub const Q_FL_KFE: usize = 2;
+
+/// Place of the coordinate `FR_HAA` in `q`, `v` and their forces.
+pub const Q_FR_HAA: usize = 3;
+
+/// Place of the coordinate `FR_HFE` in `q`, `v` and their forces.
+pub const Q_FR_HFE: usize = 4;
+
+/// Place of the coordinate `FR_KFE` in `q`, `v` and their forces.
+pub const Q_FR_KFE: usize = 5;
+
+/// Place of the coordinate `HL_HAA` in `q`, `v` and their forces.
+pub const Q_HL_HAA: usize = 6;
+
+/// Place of the coordinate `HL_HFE` in `q`, `v` and their forces.
+pub const Q_HL_HFE: usize = 7;
+
+/// Place of the coordinate `HL_KFE` in `q`, `v` and their forces.
+pub const Q_HL_KFE: usize = 8;
+
+/// Place of the coordinate `HR_HAA` in `q`, `v` and their forces.
+pub const Q_HR_HAA: usize = 9;
+
+/// Place of the coordinate `HR_HFE` in `q`, `v` and their forces.
+pub const Q_HR_HFE: usize = 10;
+
+/// Place of the coordinate `HR_KFE` in `q`, `v` and their forces.
+pub const Q_HR_KFE: usize = 11;
+
+/// Place of the input `FL_HAA` in `u`.
+pub const U_FL_HAA: usize = 0;
+
+/// Place of the input `FL_HFE` in `u`.
+pub const U_FL_HFE: usize = 1;
+
+/// Place of the input `FL_KFE` in `u`.
+pub const U_FL_KFE: usize = 2;
+
+/// Place of the input `FR_HAA` in `u`.
+pub const U_FR_HAA: usize = 3;
+
+/// Place of the input `FR_HFE` in `u`.
+pub const U_FR_HFE: usize = 4;
+
+/// Place of the input `FR_KFE` in `u`.
+pub const U_FR_KFE: usize = 5;
+
+/// Place of the input `HL_HAA` in `u`.
+pub const U_HL_HAA: usize = 6;
+
+/// Place of the input `HL_HFE` in `u`.
+pub const U_HL_HFE: usize = 7;
+
+/// Place of the input `HL_KFE` in `u`.
+pub const U_HL_KFE: usize = 8;
+
+/// Place of the input `HR_HAA` in `u`.
+pub const U_HR_HAA: usize = 9;
+
+/// Place of the input `HR_HFE` in `u`.
+pub const U_HR_HFE: usize = 10;
+
+/// Place of the input `HR_KFE` in `u`.
+pub const U_HR_KFE: usize = 11;
+
 /// The model has no parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameters<T>(core::marker::PhantomData<T>);

@@ -51,6 +51,27 @@ pub const PARAMETERS: usize = 7;
 /// Names of the parameters, as the model writes them.
 pub const PARAMETER_NAMES: [&str; PARAMETERS] = ["m", "p1", "p2", "p3", "p4", "p5", "g"];
 
+/// Place of the coordinate `x` in `q`, `v` and their forces.
+pub const Q_X: usize = 0;
+
+/// Place of the coordinate `y` in `q`, `v` and their forces.
+pub const Q_Y: usize = 1;
+
+/// Place of the coordinate `z` in `q`, `v` and their forces.
+pub const Q_Z: usize = 2;
+
+/// Place of the input `x` in `u`.
+pub const U_X: usize = 0;
+
+/// Place of the input `y` in `u`.
+pub const U_Y: usize = 1;
+
+/// Place of the input `z` in `u`.
+pub const U_Z: usize = 2;
+
+/// Place of the constraint row `surface` in multipliers.
+pub const LAMBDA_SURFACE: usize = 0;
+
 /// The model's parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameters<T> {

@@ -51,6 +51,24 @@ pub const PARAMETERS: usize = 3;
 /// Names of the parameters, as the model writes them.
 pub const PARAMETER_NAMES: [&str; PARAMETERS] = ["m", "R", "I_G"];
 
+/// Place of the coordinate `x` in `q`, `v` and their forces.
+pub const Q_X: usize = 0;
+
+/// Place of the coordinate `y` in `q`, `v` and their forces.
+pub const Q_Y: usize = 1;
+
+/// Place of the coordinate `theta` in `q`, `v` and their forces.
+pub const Q_THETA: usize = 2;
+
+/// Place of the input `drive` in `u`.
+pub const U_DRIVE: usize = 0;
+
+/// Place of the input `turn` in `u`.
+pub const U_TURN: usize = 1;
+
+/// Place of the constraint row `no_side_slip` in multipliers.
+pub const LAMBDA_NO_SIDE_SLIP: usize = 0;
+
 /// The model's parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(non_snake_case, reason = "names as the model writes them")]

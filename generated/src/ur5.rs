@@ -61,6 +61,42 @@ pub const PARAMETERS: usize = 0;
 /// Names of the parameters, as the model writes them.
 pub const PARAMETER_NAMES: [&str; PARAMETERS] = [];
 
+/// Place of the coordinate `shoulder_pan_joint` in `q`, `v` and their forces.
+pub const Q_SHOULDER_PAN_JOINT: usize = 0;
+
+/// Place of the coordinate `shoulder_lift_joint` in `q`, `v` and their forces.
+pub const Q_SHOULDER_LIFT_JOINT: usize = 1;
+
+/// Place of the coordinate `elbow_joint` in `q`, `v` and their forces.
+pub const Q_ELBOW_JOINT: usize = 2;
+
+/// Place of the coordinate `wrist_1_joint` in `q`, `v` and their forces.
+pub const Q_WRIST_1_JOINT: usize = 3;
+
+/// Place of the coordinate `wrist_2_joint` in `q`, `v` and their forces.
+pub const Q_WRIST_2_JOINT: usize = 4;
+
+/// Place of the coordinate `wrist_3_joint` in `q`, `v` and their forces.
+pub const Q_WRIST_3_JOINT: usize = 5;
+
+/// Place of the input `shoulder_pan_joint` in `u`.
+pub const U_SHOULDER_PAN_JOINT: usize = 0;
+
+/// Place of the input `shoulder_lift_joint` in `u`.
+pub const U_SHOULDER_LIFT_JOINT: usize = 1;
+
+/// Place of the input `elbow_joint` in `u`.
+pub const U_ELBOW_JOINT: usize = 2;
+
+/// Place of the input `wrist_1_joint` in `u`.
+pub const U_WRIST_1_JOINT: usize = 3;
+
+/// Place of the input `wrist_2_joint` in `u`.
+pub const U_WRIST_2_JOINT: usize = 4;
+
+/// Place of the input `wrist_3_joint` in `u`.
+pub const U_WRIST_3_JOINT: usize = 5;
+
 /// The model has no parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameters<T>(core::marker::PhantomData<T>);

@@ -63,6 +63,39 @@ pub const PARAMETER_NAMES: [&str; PARAMETERS] = [
     "l_br", "b_x", "b_y", "g",
 ];
 
+/// Place of the coordinate `x` in `q`, `v` and their forces.
+pub const Q_X: usize = 0;
+
+/// Place of the coordinate `y` in `q`, `v` and their forces.
+pub const Q_Y: usize = 1;
+
+/// Place of the coordinate `roll` in `q`, `v` and their forces.
+pub const Q_ROLL: usize = 2;
+
+/// Place of the coordinate `pitch` in `q`, `v` and their forces.
+pub const Q_PITCH: usize = 3;
+
+/// Place of the coordinate `yaw` in `q`, `v` and their forces.
+pub const Q_YAW: usize = 4;
+
+/// Place of the coordinate `wheel` in `q`, `v` and their forces.
+pub const Q_WHEEL: usize = 5;
+
+/// Place of the coordinate `reaction` in `q`, `v` and their forces.
+pub const Q_REACTION: usize = 6;
+
+/// Place of the input `reaction` in `u`.
+pub const U_REACTION: usize = 0;
+
+/// Place of the input `wheel` in `u`.
+pub const U_WHEEL: usize = 1;
+
+/// Place of the constraint row `rolling_x` in multipliers.
+pub const LAMBDA_ROLLING_X: usize = 0;
+
+/// Place of the constraint row `rolling_y` in multipliers.
+pub const LAMBDA_ROLLING_Y: usize = 1;
+
 /// The model's parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(non_snake_case, reason = "names as the model writes them")]

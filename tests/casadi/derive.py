@@ -25,7 +25,6 @@ from models import LINEARISED, MODELS
 
 HERE = Path(__file__).resolve().parent
 SEED = 20240601
-CASES = 50
 # What differs between processors: a share of an array's size, and rounding of what is naught
 # (the four-bar's closure is the sum of lengths of about a metre).
 TOLERANCE = 1e-11
@@ -93,10 +92,10 @@ def draw(model, rng):
 
 
 def cases(model, function, constraints):
-    """Fifty states; of a constrained model every second one lies on the constraint."""
+    """Random states; of a constrained model every second one lies on the constraint."""
     rng = np.random.default_rng([SEED, zlib.crc32(model.name.encode())])
     kept = []
-    while len(kept) < CASES:
+    while len(kept) < model.cases:
         state = draw(model, rng)
         on_constraint = bool(constraints) and len(kept) % 2 == 0
         if on_constraint and not project(function, state):

@@ -1,4 +1,4 @@
-"""The nine language models and the Wheelbot, stated by energies, inputs, damping, friction and constraints.
+"""The ten language models and the Wheelbot, stated by energies, inputs, damping, friction and constraints.
 
 Nothing here is an equation of motion: `lagrange.py` derives those with CasADi.
 Names of coordinates, inputs and parameters are those of the simulated logs
@@ -39,6 +39,8 @@ class Model:
     rates: Callable = lambda z, late, p: {}
     stored_power: Callable = lambda v, z: 0
     rubbing: Callable | None = None
+    cases: int = 50
+    """How many states are written down."""
     scale: dict[str, float] = field(default_factory=dict)
     """Half-width of the sampling interval of a coordinate (1 if absent)."""
 
@@ -164,6 +166,52 @@ def _fourbar_closure(q, t, p):
     return {"closure_x": x, "closure_y": y}
 
 
+# --- delta robot -----------------------------------------------------------
+
+_DELTA_ARMS = {"front": 0.0, "left": 2 * ca.pi / 3, "right": 4 * ca.pi / 3}
+_DELTA_PLATFORM = 0.3
+
+
+def _delta_points(q, p, arm):
+    """Shoulder, elbow and wrist of an arm, and where the wrist belongs on the platform."""
+    angle = _DELTA_ARMS[arm]
+    out = ca.vertcat(ca.cos(angle), ca.sin(angle), 0)
+    across = ca.vertcat(-ca.sin(angle), ca.cos(angle), 0)
+    up = ca.vertcat(0, 0, 1)
+    first, second = q[f"{arm}_q"], q[f"{arm}_q"] + q[f"{arm}_bend"]
+    sway = q[f"{arm}_sway"]
+    shoulder = p["base"] * out
+    elbow = shoulder + p["l1"] * (ca.cos(first) * out - ca.sin(first) * up)
+    along = ca.cos(sway) * (ca.cos(second) * out - ca.sin(second) * up) + ca.sin(sway) * across
+    place = ca.vertcat(q["x"], q["y"], q["z"]) + p["tip"] * out
+    return shoulder, elbow, elbow + p["l2"] * along, place
+
+
+def _rod(mass, start, end, q, v):
+    """Energies of a thin rod, from the velocities of its ends."""
+    a, b = _rate(start, q, v), _rate(end, q, v)
+    return mass / 6 * (_squared(a) + ca.dot(a, b) + _squared(b)), mass * 9.81 * (start + end)[2] / 2
+
+
+def _delta_energies(q, v, p):
+    kinetic = _DELTA_PLATFORM / 2 * (v["x"] ** 2 + v["y"] ** 2 + v["z"] ** 2)
+    potential = _DELTA_PLATFORM * 9.81 * q["z"]
+    for arm in _DELTA_ARMS:
+        shoulder, elbow, wrist, _ = _delta_points(q, p, arm)
+        for mass, start, end in ((p["m1"], shoulder, elbow), (p["m2"], elbow, wrist)):
+            T, V = _rod(mass, start, end, q, v)
+            kinetic, potential = kinetic + T, potential + V
+    return kinetic, potential
+
+
+def _delta_closure(q, t, p):
+    gaps = {}
+    for arm in _DELTA_ARMS:
+        *_, wrist, place = _delta_points(q, p, arm)
+        gaps |= {f"{arm}_closes_{axis}": (wrist - place)[i] for i, axis in enumerate("xyz")}
+    return gaps
+
+
 # --- bead on a wire --------------------------------------------------------
 
 _STEEP = 0.8
@@ -258,6 +306,11 @@ MODELS = (
            "m3": 0.9, "L3": 0.36, "lc3": 0.17, "I3": 0.01, "d": 0.42, "g": 9.81},
           _fourbar_energies, _along, holonomic=_fourbar_closure,
           scale={"j1": 3.1, "j2": 3.1, "j3": 3.1}),
+    Model("delta",
+          ("x", "y", "z", *(f"{arm}_{k}" for arm in _DELTA_ARMS for k in ("q", "bend", "sway"))),
+          tuple(f"{arm}_q" for arm in _DELTA_ARMS),
+          {"base": 0.2, "tip": 0.05, "l1": 0.25, "l2": 0.6, "m1": 0.4, "m2": 0.1},
+          _delta_energies, _along, holonomic=_delta_closure, cases=10),
     Model("bead", ("x", "y"), ("pull",),
           {"m": 0.2, "mu": 0.3, "v_s": 0.05, "tau": 0.015, "slow": 0.04, "g": 9.81},
           _bead_energies, lambda q, v, u: 0, holonomic=_bead_wire,

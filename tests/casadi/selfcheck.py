@@ -98,6 +98,44 @@ def fourbar(q, v, u, t, p):
     return M, Q, A, (e * length * w**2).sum(axis=1)
 
 
+def _delta_arm(angle, q, w, p):
+    """Jacobians of elbow and wrist by an arm's angles, and the accelerations that are left at rest."""
+    out = array([cos(angle), sin(angle), 0])
+    across = array([-sin(angle), cos(angle), 0])
+    up = array([0, 0, 1])
+    radial = [cos(x) * out - sin(x) * up for x in (q[0], q[0] + q[1])]
+    normal = [-sin(x) * out - cos(x) * up for x in (q[0], q[0] + q[1])]
+    turn, s, r = w[0] + w[1], q[2], w[2]
+    elbow = array([p["l1"] * normal[0], 0 * up, 0 * up]).T
+    bend = p["l2"] * cos(s) * normal[1]
+    sway = p["l2"] * (-sin(s) * radial[1] + cos(s) * across)
+    elbow_drift = -p["l1"] * radial[0] * w[0]**2
+    drift = -p["l2"] * ((turn**2 + r**2) * cos(s) * radial[1] + 2 * turn * r * sin(s) * normal[1]
+                        + r**2 * sin(s) * across)
+    return elbow, elbow + array([bend, bend, sway]).T, elbow_drift, elbow_drift + drift
+
+
+def delta(q, v, u, t, p):
+    """Simpson's rule makes a rod of three points of mass, exactly."""
+    M, Q = np.zeros((12, 12), dtype=q.dtype), np.zeros(12, dtype=q.dtype)
+    A, b = np.zeros((9, 12), dtype=q.dtype), np.zeros(9, dtype=q.dtype)
+    weight = array([0, 0, 9.81])
+    M[:3, :3], Q[:3] = 0.3 * np.eye(3), -0.3 * weight
+    for i in range(3):
+        own = slice(3 + 3 * i, 6 + 3 * i)
+        elbow, wrist, drift, wrist_drift = _delta_arm(2 * np.pi * i / 3, q[own], v[own], p)
+        for mass, points in ((p["m1"], ((1 / 6, 1, 0), (4 / 6, 1 / 2, 0))),
+                             (p["m2"], ((1 / 6, 1, 0), (4 / 6, 1 / 2, 1 / 2), (1 / 6, 0, 1)))):
+            for share, first, second in points:
+                J = first * elbow + second * wrist
+                M[own, own] += mass * share * J.T @ J
+                Q[own] -= mass * share * J.T @ (first * drift + second * wrist_drift + weight)
+        Q[own.start] += u[i]
+        A[3 * i:3 * i + 3, own], A[3 * i:3 * i + 3, :3] = wrist, -np.eye(3)
+        b[3 * i:3 * i + 3] = -wrist_drift
+    return M, Q, A, b
+
+
 def bead(q, v, u, t, p):
     """Its drive pushes with what is stored, which comes as a parameter here."""
     Q = array([p["delivered"], -p["m"] * p["g"]])
@@ -112,7 +150,7 @@ def bead_friction(q, v, p):
 
 FRICTION = {"bead": bead_friction}
 FORMULAS = {f.__name__: f for f in (surface_particle, unicycle2d, duffing_free, duffing_constrained,
-                                    pendulum, pendulum2, cartpole, fourbar, bead)}
+                                    pendulum, pendulum2, cartpole, fourbar, delta, bead)}
 
 
 def _solved(name, q, v, u, t, p):

@@ -259,6 +259,9 @@ agree! {
     duffing_constrained (DuffingConstrained) from "models/duffing_constrained.model" =>
         mass_matrix bias_force applied_force input_matrix force
         constraint_jacobian constraint_bias constraint_residual constraint_rate;
+    delta (Delta) from "models/delta.model" =>
+        mass_matrix bias_force applied_force input_matrix force
+        constraint_jacobian constraint_bias constraint_residual constraint_rate;
     fourbar (Fourbar) from "models/fourbar.model" =>
         mass_matrix bias_force applied_force input_matrix force
         constraint_jacobian constraint_bias constraint_residual constraint_rate;

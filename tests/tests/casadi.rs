@@ -10,7 +10,8 @@ use identify::machine::{Machine, Motion, States, Terms};
 use integration_tests::models;
 use integration_tests::reference::{Case, Deviations, Reference};
 
-const STATES: usize = 50;
+/// Fewest states of a model: a big one has few.
+const STATES: usize = 10;
 /// Relative to the largest entry of the quantity.
 const VALUES: f64 = 1e-10;
 const DERIVATIVES: f64 = 1e-8;
@@ -29,7 +30,7 @@ fn machine(reference: &Reference) -> Machine {
     assert_eq!(names, reference.inputs);
     let names: Vec<&str> = model.parameters.iter().map(|p| p.name.as_str()).collect();
     assert_eq!(names, reference.parameters);
-    assert_eq!(reference.cases.len(), STATES);
+    assert!(reference.cases.len() >= STATES);
     Machine::new(compiled)
 }
 
@@ -202,7 +203,7 @@ macro_rules! agree {
             #[test]
             fn generated_code() {
                 let reference = Reference::read(stringify!($module));
-                assert_eq!(reference.cases.len(), STATES);
+                assert!(reference.cases.len() >= STATES);
                 assert_eq!(module::COORDINATE_NAMES.as_slice(), reference.coordinates);
                 assert_eq!(module::INPUT_NAMES.as_slice(), reference.inputs);
                 assert_eq!(module::PARAMETER_NAMES.as_slice(), reference.parameters);
@@ -242,6 +243,7 @@ macro_rules! agree {
 
 agree! {
     cartpole Cartpole;
+    delta Delta;
     duffing_constrained DuffingConstrained;
     duffing_free DuffingFree;
     fourbar Fourbar;

@@ -277,6 +277,7 @@ agree! {
     r#type__ call_type__ from models::EVERYTHING;
     sensed call_sensed from models::SENSED;
     cartpole call_cartpole from "models/cartpole.model";
+    delta call_delta from "models/delta.model";
     duffing_constrained call_duffing_constrained from "models/duffing_constrained.model";
     duffing_free call_duffing_free from "models/duffing_free.model";
     limbs call_limbs from models::MANY;
@@ -371,6 +372,7 @@ mod casadi {
 
     agree! {
         cartpole call_cartpole Cartpole from "models/cartpole.model";
+        delta call_delta Delta from "models/delta.model";
         duffing_constrained call_duffing_constrained DuffingConstrained
             from "models/duffing_constrained.model";
         duffing_free call_duffing_free DuffingFree from "models/duffing_free.model";

@@ -340,6 +340,50 @@ fn what_should_not_be_written_is_not() {
     assert!(matches!(refused, Err(Unwritable::Worse)), "{refused:?}");
 }
 
+/// A part states the bodies of all its uses: those of one use have no place of their own.
+#[test]
+fn inertias_of_one_use_are_not_written_into_its_part() {
+    let library = library();
+    let text = "model arm;
+gravity (0, -9.81, 0);
+part link(base) {
+    coordinate j: rad;
+    input j: N*m;
+    body bone { frame: base * rotate_z(j); mass: 2; center: (0.2, 0, 0); inertia: diag(0.02, 0.02, 0.02); }
+    frame end = bone * translate(0.4, 0, 0);
+    force j = input(j);
+}
+use upper = link(world);
+use lower = link(upper.end);
+";
+    let log = log_of(&model(&text.replace("mass: 2;", "mass: 1.5;"), &library), 6);
+    let compiled = model(text, &library);
+    let mut request = Request {
+        source: Source {
+            name: "arm.model",
+            text,
+            library: &library,
+        },
+        compiled: &compiled,
+        parameters: &compiled.model.nominal_parameters(),
+        train: &log,
+        test: None,
+        inertia: Inertia::Consistent,
+        leave_out: &[],
+        trust_columns: false,
+    };
+    let found = fit(&request).unwrap();
+    assert!(!found.inertial.is_empty(), "{found:?}");
+    let refused = written(&found, &request);
+    assert!(
+        matches!(&refused, Err(Unwritable::Part(body)) if body.ends_with("_bone")),
+        "{refused:?}"
+    );
+    request.inertia = Inertia::Fixed;
+    let found = fit(&request).unwrap();
+    assert!(written(&found, &request).is_ok());
+}
+
 /// A drive of one joint that rubs with the sum of two is no coupling: it does not push the other,
 /// in which something acts that nothing explains.
 #[test]

@@ -16,6 +16,7 @@ mod emission;
 mod functions;
 mod given;
 mod header;
+mod indices;
 mod meaning;
 mod naming;
 mod plan;

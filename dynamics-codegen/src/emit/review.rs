@@ -6,9 +6,9 @@ use super::emission::Emission;
 use super::text::{decimal, one_line, plain_lines};
 use crate::compile::Compiled;
 use crate::dimension::shown_unit;
-use crate::graph::{ExprId, SymbolId};
+use crate::graph::{Binary, ExprId, Graph, Node, SymbolId};
 use crate::model::{ConstraintKind, Model, Parameter};
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::fmt::Write as _;
 
 /// Coordinates, inputs, parameters, energies and forces, constraints as derived,
@@ -29,14 +29,30 @@ impl Emission<'_> {
     }
 }
 
-/// More operations than this are not written out.
+/// More operations than this are not written out; a table is one.
 const LONG: usize = 60;
+
+/// What tables are computed with, and which: it shows where a table is not read but its slope is.
+fn insides(graph: &Graph) -> HashMap<ExprId, String> {
+    let mut insides = HashMap::new();
+    for (expr, call) in graph.calls() {
+        let computed = graph.reachable_beyond(&[expr], |part| call.arguments.contains(&part));
+        for part in computed.iter() {
+            // The distance from a point on: nobody else writes that.
+            if matches!(graph.node(part), Node::Binary(Binary::Max, ..)) {
+                insides.insert(part, call.name.clone());
+            }
+        }
+    }
+    insides
+}
 
 struct Sheet<'a> {
     emission: &'a Emission<'a>,
     compiled: &'a Compiled,
     model: &'a Model,
     names: HashMap<SymbolId, String>,
+    insides: HashMap<ExprId, String>,
 }
 
 impl<'a> Sheet<'a> {
@@ -77,6 +93,7 @@ impl<'a> Sheet<'a> {
             compiled,
             model,
             names,
+            insides: insides(&model.graph),
         }
     }
 
@@ -90,10 +107,26 @@ impl<'a> Sheet<'a> {
         self.model.graph.display(expr, name).to_string()
     }
 
-    /// An expression if it fits on a few lines, else how long it is.
+    /// What is derived: the expression if it fits on a few lines and the model has words for it,
+    /// else how long it is.
     fn short(&self, expr: ExprId) -> String {
-        let operations = self.model.graph.operation_count(&[expr]);
-        if operations > LONG {
+        let graph = &self.model.graph;
+        let shown = graph.displayed(expr);
+        let inside = shown.iter().filter_map(|part| self.insides.get(part));
+        let tables: BTreeSet<String> = inside.map(|name| format!("`{}`", one_line(name))).collect();
+        let operations = graph.operation_count(&[expr]);
+        if !tables.is_empty() {
+            let tables: Vec<String> = tables.into_iter().collect();
+            format!(
+                "({operations} operations, with slopes of {})",
+                tables.join(", ")
+            )
+        } else if shown
+            .iter()
+            .filter(|&&part| graph.node(part).is_operation())
+            .count()
+            > LONG
+        {
             format!("({operations} operations, too long to write out)")
         } else {
             self.expression(expr)
@@ -118,6 +151,8 @@ impl<'a> Sheet<'a> {
         self.outputs(out)?;
         self.sensors(out)?;
         self.effects(out)?;
+        self.tables(out)?;
+        self.uses(out)?;
         self.size(out)
     }
 
@@ -354,6 +389,48 @@ impl<'a> Sheet<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Only where there are any.
+    fn tables(&self, out: &mut String) -> std::fmt::Result {
+        if self.model.tables.is_empty() {
+            return Ok(());
+        }
+        heading(out, "tables", self.model.tables.len())?;
+        for table in &self.model.tables {
+            let file = table.file.as_ref();
+            let from = file.map_or(String::new(), |(file, _)| {
+                format!(", from {}", one_line(file))
+            });
+            let unit = shown_unit(&table.unit);
+            writeln!(out, "  {} {unit}{from}", one_line(&table.name))?;
+            for line in plain_lines(&table.doc) {
+                writeln!(out, "    {line}")?;
+            }
+            for (name, unit, points) in &table.arguments {
+                let (Some(first), Some(last)) = (points.first(), points.last()) else {
+                    continue;
+                };
+                let (first, last) = (decimal(*first), decimal(*last));
+                let (name, unit, count) = (one_line(name), shown_unit(unit), points.len());
+                let row = format!("    of {name}: {count} points, {first} to {last} {unit}");
+                writeln!(out, "{}", row.trim_end())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Only where there are any.
+    fn uses(&self, out: &mut String) -> std::fmt::Result {
+        if self.model.uses.is_empty() {
+            return Ok(());
+        }
+        heading(out, "uses of parts", self.model.uses.len())?;
+        let rows = self.model.uses.iter().map(|used| {
+            let given = format!("{}{}", one_line(&used.part), one_line(&used.arguments));
+            [one_line(&used.name), given, one_line(&used.doc)]
+        });
+        columns(out, &rows.collect::<Vec<_>>())
     }
 
     fn size(&self, out: &mut String) -> std::fmt::Result {

@@ -34,7 +34,8 @@ impl Graph {
         match self.node(x) {
             Node::Constant(bits) => self.constant(-f64::from_bits(bits)),
             Node::Unary(Unary::Neg, inner) => inner,
-            Node::Binary(Binary::Sub, a, b) => self.sub(b, a),
+            // What has a name of its own keeps it.
+            Node::Binary(Binary::Sub, a, b) if self.call_of(x).is_none() => self.sub(b, a),
             _ => match self.split_factor(x) {
                 (factor, rest) if factor != 1.0 => self.scale(-factor, rest),
                 _ => self.intern(Node::Unary(Unary::Neg, x)),
@@ -170,7 +171,7 @@ impl Graph {
     /// `-x` for an `x` that carries no constant factor.
     fn intern_negated(&mut self, x: ExprId) -> ExprId {
         match self.node(x) {
-            Node::Binary(Binary::Sub, a, b) => self.sub(b, a),
+            Node::Binary(Binary::Sub, a, b) if self.call_of(x).is_none() => self.sub(b, a),
             _ => self.intern(Node::Unary(Unary::Neg, x)),
         }
     }

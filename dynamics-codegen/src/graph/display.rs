@@ -1,7 +1,7 @@
 //! Expressions as a person would write them.
 
 use super::{Binary, ExprId, Graph, Node, SymbolId, Unary};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt;
 
 /// Longer than this, as a tree, an expression is not written out: sharing can make
@@ -80,8 +80,8 @@ impl Binary {
 
 impl Graph {
     /// `expr` in the model language, with the fewest brackets that keep its
-    /// mathematical meaning and with repeated factors as powers. `name` says what
-    /// a symbol is called.
+    /// mathematical meaning and with repeated factors as powers. What is a
+    /// [call](Self::call) is written as one. `name` says what a symbol is called.
     ///
     /// ```
     /// use dynamics_codegen::graph::Graph;
@@ -106,13 +106,33 @@ impl Graph {
         }
     }
 
+    /// The nodes that `expr` is displayed with, each in front of those that it stands in. What a
+    /// [call](Self::call) is computed with is not displayed.
+    pub fn displayed(&self, expr: ExprId) -> Vec<ExprId> {
+        let mut found = Vec::new();
+        let mut open = BTreeSet::from([expr]);
+        while let Some(last) = open.pop_last() {
+            found.push(last);
+            open.extend(self.displayed_children(last));
+        }
+        found.reverse();
+        found
+    }
+
+    fn displayed_children(&self, expr: ExprId) -> Vec<ExprId> {
+        match self.call_of(expr) {
+            Some(call) => call.arguments.clone(),
+            None => self.node(expr).children().collect(),
+        }
+    }
+
     /// How many nodes `expr` has when every shared part is written out again.
     fn tree_size(&self, expr: ExprId) -> u64 {
         let mut sizes: HashMap<ExprId, u64> = HashMap::new();
-        for part in self.reachable(&[expr]).iter() {
-            let children = self.node(part).children().map(|child| sizes[&child]);
-            let size = children.fold(1, u64::saturating_add);
-            sizes.insert(part, size);
+        for part in self.displayed(expr) {
+            let children = self.displayed_children(part);
+            let children = children.iter().map(|child| sizes[child]);
+            sizes.insert(part, children.fold(1, u64::saturating_add));
         }
         sizes[&expr]
     }
@@ -139,6 +159,11 @@ impl<F: Fn(SymbolId) -> String> Display<'_, F> {
     /// Nested at most [`MAX_TREE`] deep: small frames keep this off the limit of
     /// the stack.
     fn text(&self, expr: ExprId) -> String {
+        if let Some(call) = self.graph.call_of(expr) {
+            let arguments = call.arguments.iter().map(|&argument| self.text(argument));
+            let arguments: Vec<String> = arguments.collect();
+            return format!("{}({})", call.name, arguments.join(", "));
+        }
         match self.graph.node(expr) {
             Node::Constant(bits) => number(f64::from_bits(bits)),
             Node::Symbol(symbol) => (self.name)(symbol),
@@ -170,7 +195,8 @@ impl<F: Fn(SymbolId) -> String> Display<'_, F> {
     /// `expr`, in brackets if it holds together less tightly than `surroundings`.
     fn within(&self, expr: ExprId, surroundings: Precedence) -> String {
         let text = self.text(expr);
-        if self.graph.node(expr).precedence() < surroundings {
+        let called = self.graph.call_of(expr).is_some();
+        if !called && self.graph.node(expr).precedence() < surroundings {
             format!("({text})")
         } else {
             text
@@ -192,7 +218,9 @@ impl<F: Fn(SymbolId) -> String> Display<'_, F> {
         let mut open = vec![expr];
         while let Some(part) = open.pop() {
             match self.graph.node(part) {
-                Node::Binary(Binary::Mul, x, y) => open.extend([y, x]),
+                Node::Binary(Binary::Mul, x, y) if self.graph.call_of(part).is_none() => {
+                    open.extend([y, x])
+                }
                 Node::Constant(bits) => constant *= f64::from_bits(bits),
                 _ => {
                     let power = powers.entry(part).or_insert(0);
@@ -331,5 +359,38 @@ mod tests {
             e
         });
         assert_eq!(text, "(120 operations, too long to write out)");
+    }
+
+    /// What is made of two expressions.
+    type Made = fn(&mut Graph, ExprId, ExprId) -> ExprId;
+
+    /// What a model calls a function of its own is written so, whatever it is computed with.
+    #[test]
+    fn functions_of_the_model_are_written_as_calls() {
+        let curve = |g: &mut Graph, x: ExprId, y: ExprId| {
+            let floor = g.constant(3.0);
+            let bound = g.binary(Binary::Max, y, floor);
+            let curve = g.sub(bound, x);
+            let argument = g.scale(2.0, x);
+            let read = g.sub(bound, argument);
+            g.call(curve, "curve", &[y]);
+            g.call(read, "late", &[argument]);
+            (curve, read)
+        };
+        let cases: [(&str, Made); 3] = [
+            ("-curve(y)", |g, curve, _| g.neg(curve)),
+            ("late(2*x)*curve(y)^2", |g, curve, read| {
+                let square = g.mul(curve, curve);
+                g.mul(square, read)
+            }),
+            ("late(2*x) - curve(y)", |g, curve, read| g.sub(read, curve)),
+        ];
+        for (expected, build) in cases {
+            let found = written(|g, x, y| {
+                let (curve, read) = curve(g, x, y);
+                build(g, curve, read)
+            });
+            assert_eq!(found, expected);
+        }
     }
 }

@@ -26,6 +26,16 @@ pub struct Graph {
     symbols: Vec<String>,
     symbol_nodes: Vec<ExprId>,
     labels: BTreeMap<ExprId, String>,
+    calls: BTreeMap<ExprId, Call>,
+}
+
+/// What an operation is in the words of a model: a function that the graph has no node for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Call {
+    /// The function's name.
+    pub name: String,
+    /// What it is read at.
+    pub arguments: Vec<ExprId>,
 }
 
 impl Graph {
@@ -77,6 +87,30 @@ impl Graph {
     /// What people call this operation, if they do.
     pub fn label_of(&self, expr: ExprId) -> Option<&str> {
         self.labels.get(&expr).map(String::as_str)
+    }
+
+    /// Remembers that an operation is a function of the model, read at `arguments`, and labels
+    /// it so: expressions are then [displayed](Self::display) as the model writes them. The first
+    /// name stays.
+    pub fn call(&mut self, expr: ExprId, name: &str, arguments: &[ExprId]) {
+        self.label(expr, name);
+        // What is displayed is walked from the end: arguments stand in front.
+        if self.node(expr).is_operation() && arguments.iter().all(|&argument| argument < expr) {
+            self.calls.entry(expr).or_insert_with(|| Call {
+                name: name.to_string(),
+                arguments: arguments.to_vec(),
+            });
+        }
+    }
+
+    /// The function of the model that this operation is, if it is one.
+    pub fn call_of(&self, expr: ExprId) -> Option<&Call> {
+        self.calls.get(&expr)
+    }
+
+    /// All operations that are functions of the model.
+    pub fn calls(&self) -> impl Iterator<Item = (ExprId, &Call)> {
+        self.calls.iter().map(|(&expr, call)| (expr, call))
     }
 
     /// The node behind an identifier.

@@ -1,8 +1,8 @@
 //! Statements to a model: names declared, then everything lowered.
 
-use super::Model;
 use super::effects::Templates;
 use super::names::Scope;
+use super::{Model, PartUse};
 use crate::diagnostic::{Diagnostic, nearest};
 use crate::graph::{ExprId, Graph};
 use crate::source::{Sources, Span};
@@ -19,6 +19,7 @@ const MAX_SUGGESTIONS: usize = 100;
 /// `None` if there is an error among them.
 pub(crate) fn build(
     file: &File,
+    uses: Vec<PartUse>,
     sources: &mut Sources,
     library: &super::Library,
     variables: &super::Variables,
@@ -35,12 +36,13 @@ pub(crate) fn build(
         }
     };
     let mut builder = Builder::new(name.text.clone(), file.doc.clone(), variables, diagnostics);
+    builder.model.uses = uses;
     let statements: Vec<&Statement> = file.statements.iter().collect();
     let states_gravity = |s: &&Statement| matches!(s.kind, StatementKind::Gravity(_));
     builder.states_gravity = statements.iter().any(states_gravity);
     builder.declare(&statements, sources, library);
     let unreadable = file.unreadable.iter().map(|name| name.text.clone());
-    builder.scope.unreadable = unreadable.collect();
+    builder.scope.unreadable.extend(unreadable);
     builder.refuse_excess(name.span);
     builder.wrong.note(&statements);
     builder.lower_statements(&statements);
@@ -132,6 +134,8 @@ impl<'a> Builder<'a> {
             boards: Vec::new(),
             accelerations: Vec::new(),
             effects: Vec::new(),
+            tables: Vec::new(),
+            uses: Vec::new(),
         };
         Self {
             model,

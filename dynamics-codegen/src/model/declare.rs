@@ -8,6 +8,7 @@ use crate::diagnostic::Diagnostic;
 use crate::dimension::Dimension;
 use crate::source::{Sources, Span};
 use crate::syntax::{Expr, Name, Statement, StatementKind, Unit};
+use std::collections::BTreeSet;
 
 impl Builder<'_> {
     /// First pass: every name, so that the order of the text does not matter.
@@ -18,6 +19,7 @@ impl Builder<'_> {
         library: &super::Library,
     ) {
         self.note_restated(statements);
+        self.scope.parameters = parameters(statements);
         for statement in statements {
             match &statement.kind {
                 StatementKind::Urdf { file, options } => {
@@ -40,6 +42,12 @@ impl Builder<'_> {
                 }
                 StatementKind::Let { name, value } => self.declare_term(name, value, None, false),
                 _ => {}
+            }
+        }
+        // Numbers of tables may use constants, and values of constants tables.
+        for statement in statements {
+            if let StatementKind::Table(table) = &statement.kind {
+                self.declare_table(table, &statement.doc, sources, library);
             }
         }
         // Nominal values and bounds may use constants.
@@ -65,6 +73,7 @@ impl Builder<'_> {
                 self.set_tries(name, tries.as_ref());
             }
         }
+        self.scope.parameters.clear();
     }
 
     fn declare_coordinate(&mut self, name: &Name, unit: Option<&Unit>, doc: &str) {
@@ -174,4 +183,15 @@ impl Builder<'_> {
                 .also(first, "first here"),
         );
     }
+}
+
+/// The names of the parameters that are declared.
+fn parameters(statements: &[&Statement]) -> BTreeSet<String> {
+    let names = statements
+        .iter()
+        .filter_map(|statement| match &statement.kind {
+            StatementKind::Parameter { name, .. } => Some(name.text.clone()),
+            _ => None,
+        });
+    names.collect()
 }

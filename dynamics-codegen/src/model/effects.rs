@@ -271,6 +271,9 @@ fn refuse_foreign_statements(builder: &mut Builder<'_>, statements: &[&Statement
             StatementKind::Sensor(_) => "a sensor",
             StatementKind::Effect { .. } => "another effect",
             StatementKind::Urdf { .. } => "a robot description",
+            StatementKind::Part(_) => "a part",
+            StatementKind::Table(_) => "a table",
+            StatementKind::Use(_) => "the use of a part",
             _ => continue,
         };
         builder.report::<()>(Diagnostic::error(

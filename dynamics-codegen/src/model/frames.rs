@@ -19,7 +19,7 @@ const MAX_DEPTH: usize = 128;
 pub(super) const WORLD: &str = "world";
 const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 /// The transforms, with what they take.
-const TRANSFORMS: [(&str, usize); 4] = [
+pub(crate) const TRANSFORMS: [(&str, usize); 4] = [
     ("translate", 3),
     ("rotate_x", 1),
     ("rotate_y", 1),
@@ -106,7 +106,7 @@ impl Builder<'_> {
     }
 
     fn unknown_frame(&mut self, name: &str, span: Span) -> Option<usize> {
-        if self.unreadable_base || self.scope.unreadable.contains(name) {
+        if self.unreadable_base || self.scope.is_unreadable(name) {
             return None;
         }
         let error = Diagnostic::error(span, format!("there is no frame named `{name}`"));
@@ -190,6 +190,9 @@ impl Builder<'_> {
                     self.transform(&mut chain, function, arguments, factor.span, name)?;
                 }
                 _ => {
+                    if let Some((name, place)) = self.lost_use(factor) {
+                        return self.unknown_use(&name, place);
+                    }
                     let names = TRANSFORMS.map(|(name, _)| name).join(", ");
                     let error = Diagnostic::error(factor.span, "expected a frame or a transform");
                     return self.report(error.help(format!("the transforms are: {names}")));
@@ -389,6 +392,9 @@ impl Builder<'_> {
     /// `position(tip).x`, `velocity(tip).y`, `angular_velocity(tip).z`, `axis_z(tip).x`;
     /// the first and the last also as seen from a second frame.
     pub(super) fn lower_member(&mut self, inner: &Expr, member: &Name) -> Option<Quantity> {
+        if let Some((name, place)) = self.lost_use(inner) {
+            return self.unknown_use(&name, place);
+        }
         let Some(component) = ["x", "y", "z"].iter().position(|&c| c == member.text) else {
             let message = format!("there is no component `.{}`", member.text);
             return self
@@ -417,6 +423,9 @@ impl Builder<'_> {
         let mut frames = Vec::new();
         for argument in arguments {
             let ExprKind::Name(name) = &argument.kind else {
+                if let Some((name, place)) = self.lost_use(argument) {
+                    return self.unknown_use(&name, place);
+                }
                 let message = format!("`{}` takes the name of a frame or body", function.text);
                 return self.report(Diagnostic::error(argument.span, message));
             };

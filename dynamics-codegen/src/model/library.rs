@@ -2,7 +2,6 @@
 
 use crate::file::{self, Limit};
 use crate::syntax;
-use crate::urdf;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -180,14 +179,14 @@ impl Library {
         self.files.insert(path.into(), (shown.into(), text.into()));
     }
 
-    /// A robot description: the name for messages, and its text.
-    pub(super) fn read(&self, path: &str) -> std::io::Result<(String, String)> {
+    /// A file that a model names: what messages call it, and its text.
+    pub(super) fn read(&self, path: &str, limit: Limit) -> std::io::Result<(String, String)> {
         if let Some(known) = self.files.get(path) {
             return Ok(known.clone());
         }
         let shown = self.folder.join(path);
         let place = self.root.join(&shown);
-        let text = file::read_text(&place, urdf::LIMIT)?;
+        let text = file::read_text(&place, limit)?;
         Ok((shown.display().to_string(), text))
     }
 

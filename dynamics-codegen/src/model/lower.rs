@@ -2,10 +2,9 @@
 
 use super::Coordinate;
 use super::builder::Builder;
-use super::names::{Binding, FUNCTIONS, NO_FUNCTIONS, Scope, TermState, VECTORS};
+use super::names::{Binding, FUNCTIONS, Scope, TermState};
 use super::quantity::{Measure, Quantity};
-use super::sensor::MOMENTARY_VECTORS;
-use crate::diagnostic::{Diagnostic, nearest};
+use crate::diagnostic::Diagnostic;
 use crate::dimension::Dimension;
 use crate::graph::{Binary, ExprId, Unary};
 use crate::source::Span;
@@ -257,6 +256,9 @@ impl Builder<'_> {
     }
 
     fn lower_call(&mut self, name: &Name, arguments: &[Expr], span: Span) -> Lowered {
+        if let Some(table) = self.table_named(&name.text) {
+            return self.lower_table(table, arguments, span);
+        }
         let Some(&(_, arity)) = FUNCTIONS.iter().find(|(known, _)| *known == name.text) else {
             return self.unknown_function(name);
         };
@@ -293,31 +295,6 @@ impl Builder<'_> {
         }
     }
 
-    fn unknown_function(&mut self, name: &Name) -> Lowered {
-        let error = Diagnostic::error(name.span, format!("there is no function `{}`", name.text));
-        if MOMENTARY_VECTORS.contains(&name.text.as_str()) {
-            self.refuse_outside_sensors(name)?;
-        }
-        let vectors = [&VECTORS[..], &MOMENTARY_VECTORS].concat();
-        if vectors.contains(&name.text.as_str()) {
-            let message = format!("`{}(…)` is a vector, not a number", name.text);
-            let help = format!("take a component: `{}(…).x`", name.text);
-            return self.report(Diagnostic::error(name.span, message).help(help));
-        }
-        if self.scope.has_name(&name.text) {
-            let help = format!("a product is written with `*`: `{}*(…)`", name.text);
-            return self.report(error.help(help));
-        }
-        if let Some((_, instead)) = NO_FUNCTIONS.iter().find(|(word, _)| *word == name.text) {
-            return self.report(error.help(*instead));
-        }
-        let known = FUNCTIONS.map(|(known, _)| known);
-        self.report(match nearest(&name.text, known) {
-            Some(near) => error.help(format!("did you mean `{near}`?")),
-            None => error.help(format!("the functions are {}", known.join(", "))),
-        })
-    }
-
     /// `input(x)`, `coordinate(x)`: says which of two namesakes is meant.
     fn lower_lookup(&mut self, what: &str, argument: &Expr) -> Lowered {
         let ExprKind::Name(name) = &argument.kind else {
@@ -340,7 +317,7 @@ impl Builder<'_> {
         };
         match found {
             Some(quantity) => quantity,
-            None if self.scope.unreadable.contains(name) => None,
+            None if self.scope.is_unreadable(name) => None,
             None => self.report(Diagnostic::error(
                 argument.span,
                 format!("there is no {what} named `{name}`"),

@@ -31,20 +31,26 @@ mod sensor;
 mod set;
 mod state;
 mod switch;
+mod table;
+mod table_file;
 mod template;
 mod unilateral;
 mod unit;
+mod unknown;
 
 pub use bodies::{NamedBody, PointForce};
 pub(crate) use builder::build;
 pub use contact::Sliding;
 pub use delay::Delay;
 pub use fold::Variables;
+pub(crate) use frames::TRANSFORMS;
 pub use kinematic::{Kinematic, Reading};
 pub(crate) use library::TEMPLATE_LIMIT;
 pub use library::{Library, LibraryError};
+pub(crate) use names::RESERVED;
 pub use robot::{Described, FRICTION_SPEED, RobotBase, StatedLosses};
 pub use state::State;
+pub use table::Table;
 pub use template::{FitTerm, PointMass, Template, TemplateParameter};
 pub use unilateral::{AXES, Contact, Plane, Shape};
 
@@ -211,6 +217,19 @@ pub struct Effect {
     pub provenance: String,
 }
 
+/// One use of a part; what it adds to the model has its name, and `_`, in front.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PartUse {
+    /// Its name.
+    pub name: String,
+    /// The part's name.
+    pub part: String,
+    /// What it gives the part, in brackets, as written.
+    pub arguments: String,
+    /// What the model says about it.
+    pub doc: String,
+}
+
 /// A checked model.
 #[derive(Debug, Clone)]
 pub struct Model {
@@ -271,6 +290,10 @@ pub struct Model {
     pub accelerations: Vec<SymbolId>,
     /// The effects, in the order of the text.
     pub effects: Vec<Effect>,
+    /// The look-up tables, in the order of the text.
+    pub tables: Vec<Table>,
+    /// The uses of parts, in the order of the text, each in front of those inside it.
+    pub uses: Vec<PartUse>,
 }
 
 impl Model {

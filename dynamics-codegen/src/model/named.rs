@@ -76,24 +76,6 @@ impl Builder<'_> {
         }
     }
 
-    fn unknown_name(&mut self, name: &str, span: Span) -> Lowered {
-        if self.unreadable_base || self.scope.unreadable.contains(name) {
-            return None;
-        }
-        if self.sees_sensor(name) {
-            return self.refuse_reading(name, span);
-        }
-        let error =
-            Diagnostic::error(span, format!("`{name}` is not defined")).label("not defined");
-        let near = self.near(name, self.scope.all_names()).map(str::to_string);
-        self.report(match near {
-            Some(near) => error.help(format!("did you mean `{near}`?")),
-            None => error.help(format!(
-                "declare it, for example with `parameter {name}: … = …;` or `let {name} = …;`"
-            )),
-        })
-    }
-
     pub(super) fn position(&self, index: usize) -> Lowered {
         let coordinate = &self.model.coordinates[index];
         let expr = self.model.graph.var(coordinate.position);

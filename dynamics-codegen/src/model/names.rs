@@ -63,12 +63,14 @@ pub(super) struct Scope {
     pub member: Option<usize>,
     pub frames: super::frames::Frames,
     pub terms: Vec<Term>,
+    /// While names are declared: the parameters of the text, bound or not yet.
+    pub parameters: BTreeSet<String>,
     /// Names whose definition could not be read: not there, and not to be complained about.
     pub unreadable: BTreeSet<String>,
 }
 
 /// Words with a meaning of their own.
-pub(super) const RESERVED: [&str; 2] = ["t", "pi"];
+pub(crate) const RESERVED: [&str; 2] = ["t", "pi"];
 
 /// The functions of the language with their number of arguments.
 pub(super) const FUNCTIONS: [(&str, usize); 35] = [
@@ -187,6 +189,15 @@ impl Scope {
                 arguments.iter().for_each(|expr| self.terms_in(expr, found));
             }
         }
+    }
+
+    /// Whether the definition of a name, or the use of a part that has it, could not be read.
+    pub fn is_unreadable(&self, name: &str) -> bool {
+        let of_use = |lost: &String| {
+            name.strip_prefix(lost.as_str())
+                .is_some_and(|r| r.starts_with('_'))
+        };
+        self.unreadable.contains(name) || self.unreadable.iter().any(of_use)
     }
 
     /// Whether a word may stand in an expression.

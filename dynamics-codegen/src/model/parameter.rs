@@ -7,6 +7,9 @@ use super::{Belief, Parameter};
 use crate::diagnostic::Diagnostic;
 use crate::syntax::{Bounds, Expr, Name, Prior, Unit};
 
+/// What is said where something may vary that must not.
+pub(super) const NUMBERS: &str = "numbers and constants only: `0.5`, `pi/4`, `-g0`";
+
 impl Builder<'_> {
     /// `parameter k: unit = nominal in bounds prior …;`
     pub(super) fn declare_parameter(
@@ -124,7 +127,7 @@ impl Builder<'_> {
             None => self.report(
                 Diagnostic::error(expr.span, "expected a number")
                     .label("this may vary")
-                    .help("numbers and constants only: `0.5`, `pi/4`, `-g0`"),
+                    .help(NUMBERS),
             ),
         }
     }

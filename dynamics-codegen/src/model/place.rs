@@ -84,8 +84,14 @@ impl Builder<'_> {
         what: &str,
         known: &[String],
     ) -> Option<T> {
-        if self.unreadable_base || self.scope.unreadable.contains(&name.text) {
+        if self.unreadable_base || self.scope.is_unreadable(&name.text) {
             return None;
+        }
+        // A name in quotes may have a `.` of its own.
+        if let Some((head, _)) = name.text.split_once('.')
+            && self.near_use(head).is_some()
+        {
+            return self.unknown_use(head, name.span);
         }
         let error = Diagnostic::error(
             name.span,

@@ -98,7 +98,7 @@ impl Builder<'_> {
             return self.report(Diagnostic::error(file.span, message));
         }
         let options = self.robot_options(options)?;
-        let (shown, text) = match library.read(&file.text) {
+        let (shown, text) = match library.read(&file.text, urdf::LIMIT) {
             Ok(found) => found,
             Err(reason) => {
                 let message = format!("cannot read `{}`: {reason}", file.text);

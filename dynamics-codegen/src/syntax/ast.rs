@@ -228,6 +228,12 @@ pub enum StatementKind {
         /// The words `between neighbours`, where they stand.
         neighbours: Option<Span>,
     },
+    /// `part arm(base, angle) { … }`
+    Part(Box<PartStatement>),
+    /// `use left = arm(hub, 0.3) { m = 0.5 }`
+    Use(Box<UseStatement>),
+    /// `table drag(speed: m/s): N { 0: 0; 1: 0.3; 2: 1.4; }`
+    Table(Box<TableStatement>),
     /// `effect viscous(j2) { d = 0.02 }`
     Effect {
         /// The template's name.
@@ -237,6 +243,56 @@ pub enum StatementKind {
         /// Values for its parameters.
         values: Vec<(Name, Expr)>,
     },
+}
+
+/// A mechanism that is written once.
+#[derive(Debug, Clone)]
+pub struct PartStatement {
+    /// Its name.
+    pub name: Name,
+    /// What differs from use to use.
+    pub ports: Vec<Name>,
+    /// What it consists of.
+    pub statements: Vec<Statement>,
+    /// As [`File::unreadable`].
+    pub unreadable: Vec<Name>,
+}
+
+/// One use of a part.
+#[derive(Debug, Clone)]
+pub struct UseStatement {
+    /// Its name: in front of all names of the part.
+    pub name: Name,
+    /// The part.
+    pub part: Name,
+    /// What its ports stand for here.
+    pub arguments: Vec<Expr>,
+    /// The brackets around them.
+    pub brackets: Span,
+    /// Values of its parameters.
+    pub values: Vec<(Name, Expr)>,
+}
+
+/// A function that is known at points.
+#[derive(Debug, Clone)]
+pub struct TableStatement {
+    /// Its name.
+    pub name: Name,
+    /// What it is a function of, with units.
+    pub arguments: Vec<(Name, Option<Unit>)>,
+    /// The unit of its values.
+    pub unit: Option<Unit>,
+    /// Where the numbers are.
+    pub content: TableContent,
+}
+
+/// The numbers of a table.
+#[derive(Debug, Clone)]
+pub enum TableContent {
+    /// In braces: what stands in front of the `:`, and what stands behind it.
+    Rows(Vec<(Expr, Vec<Expr>)>),
+    /// In a file, by its path as written.
+    File(Name),
 }
 
 /// What a log shows, and how well.

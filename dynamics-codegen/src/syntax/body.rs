@@ -98,14 +98,14 @@ pub(super) fn point_force(stream: &mut Stream<'_>, torque: bool) -> Parsed<State
     }
     let (content, paren) = stream.parentheses()?;
     let mut inner = stream.inside(&content);
-    let at = inner.name("the name of a frame")?;
+    let at = inner.place("the name of a frame")?;
     if !inner.input.is_empty() {
         return inner.unexpected("`)`");
     }
     stream.passed(paren.span.close());
     let axes = stream
         .eat_word("in")
-        .then(|| stream.name("the name of a frame"))
+        .then(|| stream.place("the name of a frame"))
         .transpose()?;
     stream.expect('=', "the place")?;
     Ok(StatementKind::PointForce(Box::new(PointForce {

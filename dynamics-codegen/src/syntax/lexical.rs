@@ -14,7 +14,7 @@ pub(super) const MAX_BYTES: usize = 4 << 20;
 /// Bytes of a name or of a number at most. Names stand in every line of generated code, the model's
 /// in front of every one of C's, and what is called after a name of a robot description may be
 /// longer than that. An integer is read in time with the square of its digits.
-pub(super) const LONGEST_WORD: usize = 512;
+pub(crate) const LONGEST_WORD: usize = 512;
 const EMPTY: &str =
     "a model begins with `model name;`, an effect template with `effect name(joint);`";
 /// Past this many findings the file is not what it claims to be.

@@ -5,11 +5,14 @@ mod body;
 mod contact;
 mod expression;
 mod lexical;
+mod part;
 mod sensor;
 mod statement;
 mod stream;
+mod table;
 
 pub use ast::*;
+pub(crate) use lexical::LONGEST_WORD;
 
 use crate::diagnostic::Diagnostic;
 use crate::file::Limit;
@@ -40,6 +43,17 @@ pub fn written_name(name: &str) -> String {
     } else {
         format!("{name:?}")
     }
+}
+
+/// What the parameters of an effect begin with: those of `viscous(j2)` are called `viscous_j2_…`.
+/// `called` says what a place is called; `None` if the statement is no effect.
+pub fn effect_prefix(kind: &StatementKind, called: impl Fn(&str) -> String) -> Option<String> {
+    let StatementKind::Effect { template, on, .. } = kind else {
+        return None;
+    };
+    let places = on.iter().map(|place| called(&place.text));
+    let words = std::iter::once(template.text.clone()).chain(places);
+    Some(words.map(|word| word + "_").collect())
 }
 
 /// Parses one file: a model or an effect template.

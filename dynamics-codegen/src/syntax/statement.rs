@@ -4,12 +4,14 @@ use super::ast::{Expr, File, Heading, Name, Port, PortKind, Prior, Statement, St
 use super::body::{self, triple};
 use super::contact;
 use super::expression::{bounds, expression, unit};
+use super::part;
 use super::sensor;
 use super::stream::{Parsed, Stream};
+use super::table;
 use crate::diagnostic::{Diagnostic, nearest};
 
 /// The words that begin a statement.
-const KEYWORDS: [&str; 23] = [
+const KEYWORDS: [&str; 26] = [
     "coordinate",
     "input",
     "state",
@@ -33,6 +35,9 @@ const KEYWORDS: [&str; 23] = [
     "gravity",
     "torque",
     "term",
+    "part",
+    "use",
+    "table",
 ];
 
 /// The whole file.
@@ -47,10 +52,28 @@ pub(super) fn file(stream: &mut Stream<'_>) -> (Option<File>, Vec<Diagnostic>) {
             (String::new(), None)
         }
     };
+    let (statements, unreadable) = statements(stream, &mut found);
+    (
+        heading.map(|heading| File {
+            heading,
+            doc,
+            statements,
+            unreadable,
+        }),
+        found,
+    )
+}
+
+/// All statements up to the end of the file or of the part, and what those that could not be read
+/// were going to define.
+pub(super) fn statements(
+    stream: &mut Stream<'_>,
+    found: &mut Vec<Diagnostic>,
+) -> (Vec<Statement>, Vec<Name>) {
     let (mut statements, mut unreadable) = (Vec::new(), Vec::new());
     while !stream.input.is_empty() {
         let (start, defined) = (stream.here(), stream.second_word());
-        match statement(stream) {
+        match statement(stream, found) {
             Ok(statement) => statements.push(statement),
             Err(diagnostic) => {
                 found.push(*diagnostic);
@@ -62,15 +85,7 @@ pub(super) fn file(stream: &mut Stream<'_>) -> (Option<File>, Vec<Diagnostic>) {
             }
         }
     }
-    (
-        heading.map(|heading| File {
-            heading,
-            doc,
-            statements,
-            unreadable,
-        }),
-        found,
-    )
+    (statements, unreadable)
 }
 
 /// Goes on behind the next `;`, or in front of the next word that begins a statement.
@@ -140,7 +155,7 @@ fn ports(stream: &mut Stream<'_>) -> Parsed<Vec<Port>> {
 }
 
 /// `( item, item, … )`
-fn in_brackets(
+pub(super) fn in_brackets(
     stream: &mut Stream<'_>,
     mut item: impl FnMut(&mut Stream<'_>) -> Parsed<()>,
 ) -> Parsed<()> {
@@ -159,7 +174,8 @@ fn in_brackets(
     Ok(())
 }
 
-fn statement(stream: &mut Stream<'_>) -> Parsed<Statement> {
+/// One statement. What is wrong inside a part goes to `found`: the part is there all the same.
+fn statement(stream: &mut Stream<'_>, found: &mut Vec<Diagnostic>) -> Parsed<Statement> {
     let doc = stream.doc()?;
     let start = stream.here();
     let keyword = stream.name("a statement")?;
@@ -176,14 +192,14 @@ fn statement(stream: &mut Stream<'_>) -> Parsed<Statement> {
         "input" => input(stream)?,
         "state" => state(stream)?,
         "measured" => {
-            let name = stream.name("the coordinate or sensor that is measured")?;
+            let name = stream.place("the coordinate or sensor that is measured")?;
             StatementKind::Measured {
                 name,
                 value: value(stream)?,
             }
         }
         "mounted" => {
-            let name = stream.name("the frame whose sensors are mounted")?;
+            let name = stream.place("the frame whose sensors are mounted")?;
             StatementKind::Mounted {
                 name,
                 value: value(stream)?,
@@ -233,7 +249,7 @@ fn statement(stream: &mut Stream<'_>) -> Parsed<Statement> {
         }
         "gravity" => StatementKind::Gravity(Box::new(triple(stream)?)),
         "force" => {
-            let on = stream.name("the coordinate that the force acts on")?;
+            let on = stream.place("the coordinate that the force acts on")?;
             StatementKind::Force {
                 on,
                 value: value(stream)?,
@@ -241,6 +257,20 @@ fn statement(stream: &mut Stream<'_>) -> Parsed<Statement> {
         }
         "constraint" => constraint(stream)?,
         "term" => term(stream)?,
+        "table" => {
+            let (kind, ends_in_brace) = table::table(stream)?;
+            braced = ends_in_brace;
+            kind
+        }
+        "part" => {
+            braced = true;
+            part::part(stream, found)?
+        }
+        "use" => {
+            let (kind, ends_in_brace) = part::used(stream)?;
+            braced = ends_in_brace;
+            kind
+        }
         "effect" => return effect(stream, doc, start),
         unknown => return Err(Box::new(unknown_statement(&keyword, unknown))),
     };
@@ -275,7 +305,7 @@ fn value(stream: &mut Stream<'_>) -> Parsed<Expr> {
 }
 
 fn input(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
-    let name = stream.name("the input's name")?;
+    let name = stream.place("the input's name")?;
     if stream.eat('=') {
         return Ok(StatementKind::Channel {
             name,
@@ -304,7 +334,7 @@ fn rate(stream: &mut Stream<'_>) -> Parsed<StatementKind> {
     let start = stream.here();
     let mut names = Vec::new();
     in_brackets(stream, |inner| {
-        names.push(inner.name("the name of a state")?);
+        names.push(inner.place("the name of a state")?);
         Ok(())
     })?;
     let brackets = start.to(stream.previous());
@@ -424,24 +454,10 @@ fn effect(stream: &mut Stream<'_>, doc: String, start: crate::source::Span) -> P
     let template = stream.name("the effect's name")?;
     let mut on = Vec::new();
     in_brackets(stream, |inner| {
-        on.push(inner.name("the name of a coordinate, input, body, sensor or frame")?);
+        on.push(inner.place("the name of a coordinate, input, body, sensor or frame")?);
         Ok(())
     })?;
-    let mut values = Vec::new();
-    let braced = stream.input.peek(syn::token::Brace);
-    if braced {
-        let (content, brace) = stream.braces()?;
-        let mut inner = stream.inside(&content);
-        while !inner.input.is_empty() {
-            let name = inner.name("a parameter of the effect")?;
-            inner.expect('=', "the parameter's name")?;
-            values.push((name, expression(&mut inner)?));
-            if !inner.input.is_empty() && !inner.eat(';') {
-                inner.expect(',', "this value")?;
-            }
-        }
-        stream.passed(brace.span.close());
-    }
+    let (values, braced) = values(stream, "a parameter of the effect")?;
     if !stream.eat(';') && !braced {
         stream.expect(';', "this statement")?;
     }
@@ -455,4 +471,24 @@ fn effect(stream: &mut Stream<'_>, doc: String, start: crate::source::Span) -> P
         span: start.to(stream.previous()),
         kind,
     })
+}
+
+/// `{ parameter = value, … }`, which may be left out. Also: whether it was there.
+pub(super) fn values(stream: &mut Stream<'_>, what: &str) -> Parsed<(Vec<(Name, Expr)>, bool)> {
+    let mut values = Vec::new();
+    let braced = stream.input.peek(syn::token::Brace);
+    if braced {
+        let (content, brace) = stream.braces()?;
+        let mut inner = stream.inside(&content);
+        while !inner.input.is_empty() {
+            let name = inner.place(what)?;
+            inner.expect('=', "the parameter's name")?;
+            values.push((name, expression(&mut inner)?));
+            if !inner.input.is_empty() && !inner.eat(';') {
+                inner.expect(',', "this value")?;
+            }
+        }
+        stream.passed(brace.span.close());
+    }
+    Ok((values, braced))
 }

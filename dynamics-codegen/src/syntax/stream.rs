@@ -227,6 +227,19 @@ impl<'a> Stream<'a> {
         })
     }
 
+    /// Reads the name of something that is there already; inside the use of a part it is reached
+    /// by its path, `left.tip`.
+    pub fn place(&mut self, what: &str) -> Parsed<Name> {
+        let mut place = self.name(what)?;
+        while self.at_member() {
+            self.skip();
+            let inner = self.name("a name")?;
+            place.text = format!("{}.{}", place.text, inner.text);
+            place.span = place.span.to(inner.span);
+        }
+        Ok(place)
+    }
+
     /// Opens `(…)`: the inside and the brackets.
     pub fn parentheses(&self) -> Parsed<(ParseBuffer<'a>, syn::token::Paren)> {
         let open = |input: ParseStream<'a>| {

@@ -15,7 +15,7 @@ mod skate {
     include!(concat!(env!("OUT_DIR"), "/skate.rs"));
 }
 
-use skate::{Parameters, Skate, constrained_dynamics_derivatives};
+use skate::{Parameters, Q_HEADING, Q_X, Q_Y, Skate, constrained_dynamics_derivatives};
 
 /// The position after `seconds`, released from rest across the slope and spinning with `spin`, rad/s.
 fn glide(skate: &Skate<f64>, spin: f64, seconds: f64) -> Result<State<f64, 3, 0>, SolveError> {
@@ -45,10 +45,10 @@ fn side_force(skate: &Skate<f64>) -> (f64, f64) {
 /// How the acceleration across and up the slope changes with the heading, m/s² per rad, at rest.
 fn turning(skate: &Skate<f64>, heading: f64) -> [f64; 2] {
     let mut x = Point::zero();
-    x.q[2] = heading;
+    x.q[Q_HEADING] = heading;
     let slopes = constrained_dynamics_derivatives(&skate.parameters, &x);
-    let [across, up, _] = slopes.constrained_acceleration_by_position;
-    [across[2], up[2]]
+    let slopes = slopes.constrained_acceleration_by_position;
+    [slopes[Q_X][Q_HEADING], slopes[Q_Y][Q_HEADING]]
 }
 
 fn main() -> Result<(), SolveError> {
@@ -62,7 +62,8 @@ fn main() -> Result<(), SolveError> {
     let [start, _] = turning(&skate, 0.0);
     println!("turned out of rest across the slope it speeds up by {start:.2} m/s² per radian");
     for seconds in [1.0, 2.0, 4.0, 8.0] {
-        let [x, y, _] = glide(&skate, 1.0, seconds)?.q;
+        let q = glide(&skate, 1.0, seconds)?.q;
+        let (x, y) = (q[Q_X], q[Q_Y]);
         println!("after {seconds} s: {x:7.3} m across, {y:+7.3} m up");
     }
     Ok(())

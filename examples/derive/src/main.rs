@@ -33,7 +33,7 @@ fn push(
     for k in 0..(seconds / step).round() as u32 {
         state = simulation.rk4_step(step * f64::from(k), &state, step, |_, _| [force])?;
     }
-    Ok(state.q[1])
+    Ok(state.q[Crane::<f64>::Q_SWAY])
 }
 
 /// Square of the frequency of small sway, (rad/s)², from the derivative of the acceleration
@@ -62,8 +62,12 @@ fn sway(crane: &Crane<f64>) -> (f64, f64) {
 /// sway by the angle, and by the force.
 fn linearised(crane: &Crane<f64>) -> [[f64; 2]; 2] {
     let slopes = crane.forward_dynamics_derivatives(&Point::zero());
-    let by_angle = slopes.forward_dynamics_by_position.map(|row| row[1]);
-    let by_force = slopes.forward_dynamics_by_input.map(|row| row[0]);
+    let by_angle = slopes
+        .forward_dynamics_by_position
+        .map(|row| row[Crane::<f64>::Q_SWAY]);
+    let by_force = slopes
+        .forward_dynamics_by_input
+        .map(|row| row[Crane::<f64>::U_X]);
     [by_angle, by_force]
 }
 

@@ -36,6 +36,12 @@ pub enum Unwritable {
          `--inertia consistent` gives ones that are, `--inertia fixed` leaves them as they are"
     )]
     Linear,
+    /// Inertias of one use of a part, which writes those of all uses.
+    #[error(
+        "the inertia of `{0}` stands in a part and is that of all its uses: give it as parameters of \
+         the model and write it by hand, or leave it with `--inertia fixed`"
+    )]
+    Part(String),
     /// The model with what was found does not compile.
     #[error("the model with what was found is none: {0}")]
     Model(Box<Report>),
@@ -69,13 +75,21 @@ pub fn written(fit: &Fit, request: &Request<'_>) -> Result<String, Unwritable> {
         text = without_losses(&text, robot, fit);
     }
     let bodies: Vec<Body> = fit.inertial.chunks(STANDARD.len()).map(Body::of).collect();
+    let of_use = |body: &&Body| {
+        let mut uses = model.uses.iter();
+        uses.any(|used| body.name.starts_with(&format!("{}_", used.name)))
+    };
+    let stated = stated_bodies(source.text);
+    let mut others = bodies.iter().filter(|body| !stated.contains(&body.name));
+    if let Some(body) = others.find(of_use) {
+        return Err(Unwritable::Part(body.name.clone()));
+    }
     text = with_bodies(&text, &bodies);
     let (mut findings, mut described) = (Vec::new(), Vec::new());
     for term in &fit.terms {
         findings.extend(term_findings(term));
     }
     if model.robot.is_some() {
-        let stated = stated_bodies(source.text);
         for body in bodies.iter().filter(|body| !stated.contains(&body.name)) {
             described.extend(body.described());
             findings.push(body.finding(fit.inertia_evidence));

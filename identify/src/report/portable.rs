@@ -1,13 +1,17 @@
 //! A model with all that it needs, so that the folder it lies in can be moved.
 
-use dynamics_codegen::source::Sources;
-use dynamics_codegen::syntax::{Name, Statement, StatementKind, parse};
+use dynamics_codegen::emit::identifier;
+use dynamics_codegen::source::{SourceId, Sources};
+use dynamics_codegen::syntax::{Name, Statement, StatementKind};
+use dynamics_codegen::syntax::{TableContent, TableStatement, parse};
 use dynamics_codegen::{Compiled, Library};
 use std::collections::BTreeMap;
 use std::path::Path;
 
 /// The folder of a robot description, beside the model.
 const ROBOT: &str = "robot";
+/// The folder of the tables, beside the model.
+const TABLES: &str = "tables";
 /// The folder of the effects that are not built in, beside the model.
 pub const EFFECTS: &str = "effects";
 
@@ -22,36 +26,63 @@ pub struct Portable {
     pub effects: Vec<String>,
 }
 
-/// Puts beside the model `text`, a revision of `compiled`, what it names: its robot description
-/// and the effects of `library` that are not built in.
+/// Puts beside the model `text`, a revision of `compiled`, what it names: its robot description,
+/// its tables and the effects of `library` that are not built in.
 pub fn portable(text: &str, compiled: &Compiled, library: &Library) -> Portable {
     let mut portable = Portable {
         model: text.to_string(),
         files: BTreeMap::new(),
         effects: Vec::new(),
     };
-    for statement in statements(text) {
-        match &statement.kind {
-            StatementKind::Urdf { file, .. } => portable.take_robot(text, file, compiled),
-            StatementKind::Effect { template, .. } => portable.take_effect(&template.text, library),
-            _ => {}
-        }
+    // From the end, so that places in front stay where they are.
+    for statement in statements(text).iter().rev() {
+        portable.take(statement, compiled, library);
     }
+    portable.effects.sort();
     portable
 }
 
 impl Portable {
+    fn take(&mut self, statement: &Statement, compiled: &Compiled, library: &Library) {
+        match &statement.kind {
+            StatementKind::Urdf { file, .. } => self.take_robot(file, compiled),
+            StatementKind::Table(table) => self.take_table(table, compiled),
+            StatementKind::Effect { template, .. } => self.take_effect(&template.text, library),
+            StatementKind::Part(part) => {
+                for inner in part.statements.iter().rev() {
+                    self.take(inner, compiled, library);
+                }
+            }
+            _ => {}
+        }
+    }
+
     /// A model has one robot description.
-    fn take_robot(&mut self, text: &str, file: &Name, compiled: &Compiled) {
+    fn take_robot(&mut self, file: &Name, compiled: &Compiled) {
         let Some(robot) = &compiled.model.robot else {
             return;
         };
         let name = Path::new(&file.text).file_name().unwrap_or_default();
         let path = format!("{ROBOT}/{}", name.to_string_lossy());
-        let (before, after) = (&text[..file.span.start], &text[file.span.end..]);
-        self.model = format!("{before}{path:?}{after}");
-        let description = &compiled.warnings.sources.get(robot.source).text;
-        self.files.insert(path, description.clone());
+        self.take_file(file, path, compiled, robot.source);
+    }
+
+    /// Tables have names of their own; their files need not.
+    fn take_table(&mut self, table: &TableStatement, compiled: &Compiled) {
+        let mut known = compiled.model.tables.iter();
+        let known = known.find(|known| known.name == table.name.text);
+        let source = known.and_then(|known| known.file.as_ref());
+        if let (TableContent::File(file), Some((_, source))) = (&table.content, source) {
+            let path = format!("{TABLES}/{}.csv", identifier(&table.name.text));
+            self.take_file(file, path, compiled, *source);
+        }
+    }
+
+    fn take_file(&mut self, named: &Name, path: String, compiled: &Compiled, source: SourceId) {
+        self.model
+            .replace_range(named.span.start..named.span.end, &format!("{path:?}"));
+        let text = &compiled.warnings.sources.get(source).text;
+        self.files.insert(path, text.clone());
     }
 
     fn take_effect(&mut self, name: &str, library: &Library) {
@@ -61,7 +92,6 @@ impl Portable {
         let path = format!("{EFFECTS}/{name}.model");
         if self.files.insert(path, template.to_string()).is_none() {
             self.effects.push(name.to_string());
-            self.effects.sort();
         }
     }
 }
@@ -105,6 +135,34 @@ mod tests {
             [("effects/mine.model", mine), ("robot/arm.urdf", ARM)]
         );
         assert_eq!(portable.effects, ["mine"]);
+    }
+
+    /// Two tables whose files have one name, and an effect that only a part names.
+    #[test]
+    fn tables_come_along() {
+        let mut library = Library::builtin();
+        library.add(
+            "mine",
+            "mine.model",
+            "effect mine(joint); parameter pull: torque(joint) = 0; force joint = pull;",
+        );
+        library.add_file("a/d.csv", "a/d.csv", "0,0\n1,2\n");
+        library.add_file("../d.csv", "d.csv", "0,1\n1,3\n");
+        let text = "model m;\ntable near(x: m): N = \"a/d.csv\";\ntable far(x: m): N = \"../d.csv\";\n\
+                    part cart(k) { coordinate x: m; kinetic k/2*dot(x)^2; force x = near(x) + far(x);\n\
+                    effect mine(x); }\nconstant k: kg = 1;\nuse only = cart(k);\n";
+        let compiled = compile("m.model", text, &library).unwrap();
+        let portable = portable(text, &compiled, &library);
+        let moved = text.replace("a/d.csv", "tables/near.csv");
+        assert_eq!(portable.model, moved.replace("../d.csv", "tables/far.csv"));
+        assert_eq!(portable.files["tables/far.csv"], "0,1\n1,3\n");
+        assert_eq!(portable.effects, ["mine"]);
+        let mut there = Library::builtin();
+        for (path, text) in &portable.files {
+            there.add_file(path, path, text);
+        }
+        there.add("mine", "mine.model", &portable.files["effects/mine.model"]);
+        assert!(compile("m.model", &portable.model, &there).is_ok());
     }
 
     #[test]

@@ -3,8 +3,10 @@
 use super::described::with_described;
 use super::finding::{Finding, ParameterEstimate};
 use dynamics_codegen::model::Described;
+use dynamics_codegen::parts::value_in_use;
 use dynamics_codegen::source::Sources;
-use dynamics_codegen::syntax::{StatementKind, parse, written_name};
+use dynamics_codegen::syntax::{Expr, Name, Statement, StatementKind};
+use dynamics_codegen::syntax::{effect_prefix, parse, written_name};
 
 /// The model's text with the findings written in; `described` are the parameters that a robot
 /// description has the values of. `provenance` is said in a comment beside each finding. New
@@ -99,8 +101,8 @@ fn with_parameter(
 ) -> Option<String> {
     let mut sources = Sources::new();
     let id = sources.add("model", text);
-    let (file, _) = parse(&sources, id);
-    let statements = file.map(|file| file.statements).unwrap_or_default();
+    let file = parse(&sources, id).0?;
+    let statements = file.statements.clone();
     for statement in &statements {
         match &statement.kind {
             StatementKind::Parameter {
@@ -118,32 +120,53 @@ fn with_parameter(
                 ));
             }
             StatementKind::Effect { values, .. } => {
-                let prefix = effect_prefix(&statement.kind);
-                let value = values
+                // Inside the use of a part a place is written as a path.
+                let called: [fn(&str) -> String; 2] = [str::to_string, |on| on.replace('.', "_")];
+                let mut prefixes = called
                     .iter()
-                    .find(|(key, _)| format!("{prefix}{}", key.text) == *name);
-                if let Some((_, expr)) = value {
-                    return Some(format!(
-                        "{}{}{}",
-                        &text[..expr.span.start],
-                        number(estimate),
-                        &text[expr.span.end..]
-                    ));
-                }
-                if let Some(own) = name.strip_prefix(&prefix) {
-                    let (start, end) = (statement.span.start, statement.span.end);
-                    let value = format!("{own} = {}", number(estimate));
-                    let changed = with_value(&text[start..end], values.is_empty(), &value);
-                    return Some(format!("{}{changed}{}", &text[..start], &text[end..]));
+                    .filter_map(|c| effect_prefix(&statement.kind, c));
+                let own = prefixes.find_map(|prefix| name.strip_prefix(&prefix));
+                if let Some(own) = own {
+                    return Some(with_own_value(text, statement, values, (own, estimate)));
                 }
             }
             _ => {}
         }
     }
-    None
+    let (used, key) = value_in_use(file, &sources, name)?;
+    statements
+        .iter()
+        .find_map(|statement| match &statement.kind {
+            StatementKind::Use(found) if found.name.text == used => Some(with_own_value(
+                text,
+                statement,
+                &found.values,
+                (&key, estimate),
+            )),
+            _ => None,
+        })
 }
 
-/// An effect's statement with one more value in its braces, `first` if there is none yet.
+/// A value in the braces of an effect, or of the use of a part, replaced or added.
+fn with_own_value(
+    text: &str,
+    statement: &Statement,
+    values: &[(Name, Expr)],
+    (own, estimate): (&str, &ParameterEstimate),
+) -> String {
+    let same = |key: &str| key.replace('.', "_") == own.replace('.', "_");
+    let given = values.iter().find(|(key, _)| same(&key.text));
+    if let Some((_, expr)) = given {
+        let (before, after) = (&text[..expr.span.start], &text[expr.span.end..]);
+        return format!("{before}{}{after}", number(estimate));
+    }
+    let (start, end) = (statement.span.start, statement.span.end);
+    let value = format!("{own} = {}", number(estimate));
+    let changed = with_value(&text[start..end], values.is_empty(), &value);
+    format!("{}{changed}{}", &text[..start], &text[end..])
+}
+
+/// A statement with one more value in its braces, `first` if there is none yet.
 fn with_value(statement: &str, first: bool, value: &str) -> String {
     let statement = statement.trim_end().trim_end_matches(';').trim_end();
     match statement.strip_suffix('}') {
@@ -153,17 +176,6 @@ fn with_value(statement: &str, first: bool, value: &str) -> String {
             format!("{open}, {value} }}")
         }
         None => format!("{statement} {{ {value} }}"),
-    }
-}
-
-/// Parameters of `viscous(j2)` are called `viscous_j2_<name>`.
-fn effect_prefix(kind: &StatementKind) -> String {
-    match kind {
-        StatementKind::Effect { template, on, .. } => {
-            let places: String = on.iter().map(|place| format!("{}_", place.text)).collect();
-            format!("{}_{places}", template.text)
-        }
-        _ => String::new(),
     }
 }
 
@@ -261,6 +273,52 @@ mod tests {
             assert_eq!(patched, text(changed));
             let library = dynamics_codegen::Library::builtin();
             assert!(dynamics_codegen::compile("a", &patched, &library).is_ok());
+        }
+    }
+
+    /// What one use of a part has for itself stands in its braces, and the others keep theirs.
+    #[test]
+    fn a_use_gets_the_value_that_its_part_had_for_all() {
+        let text = |left: &str| {
+            format!(
+                "model a;\npart leg() {{\n    coordinate j: m;\n    parameter m: kg = 1;\n    \
+                 kinetic m/2*dot(j)^2;\n    effect viscous(j) {{ d = 1 }}\n}}\n\
+                 {left}\nuse right = leg();\neffect spring(left.j) {{ k = 2 }}\n"
+            )
+        };
+        let library = dynamics_codegen::Library::builtin();
+        let written =
+            |changed: &str| text("use left = leg();").replace("use left = leg();", changed);
+        let cases = [
+            (
+                "left_m",
+                "use left = leg();",
+                written("use left = leg() { m = 0.25 }"),
+            ),
+            (
+                "left_m",
+                "use left = leg() { m = 3 }",
+                written("use left = leg() { m = 0.25 }"),
+            ),
+            (
+                "viscous_left_j_d",
+                "use left = leg();",
+                written("use left = leg() { viscous_j_d = 0.25 }"),
+            ),
+            (
+                "spring_left_j_k",
+                "use left = leg();",
+                text("use left = leg();").replace("k = 2", "k = 0.25"),
+            ),
+        ];
+        for (name, before, after) in cases {
+            let found = finding("parameter", name, name, 0.25, 0.01);
+            let patched = patch(&text(before), &[found], &[], "log");
+            assert_eq!(patched, after, "{name}");
+            let compiled = dynamics_codegen::compile("a", &patched, &library).unwrap();
+            let parameters = &compiled.model.parameters;
+            let changed = parameters.iter().find(|p| p.name == name).unwrap();
+            assert_eq!(changed.nominal, 0.25);
         }
     }
 

@@ -3,6 +3,7 @@
 use super::{Lines, Unit, comment};
 use crate::dimension::shown_unit;
 use crate::emit::axes::{coordinate_unit, inputs};
+use crate::emit::indices::indices;
 use crate::emit::naming::c_member;
 use crate::emit::plan::{Entry, Function, Quantity};
 use crate::emit::text::{decimal, one_line};
@@ -79,6 +80,29 @@ impl Unit<'_> {
         w.blank();
         self.parameters_type(w);
         self.point_type(w);
+        self.index_names(w);
+    }
+
+    /// `cartpole_q_theta`, …
+    fn index_names(&self, w: &mut Lines) {
+        for indices in indices(&self.plan.model) {
+            if indices.entries.is_empty() {
+                continue;
+            }
+            let arrays = indices.arrays.replace('`', "");
+            comment(w, 0, &format!("Places in {arrays}."));
+            w.line("enum {");
+            let last = indices.entries.len() - 1;
+            for index in &indices.entries {
+                let comma = if index.place == last { "" } else { "," };
+                w.line(&format!(
+                    "    {}_{} = {}{comma}",
+                    self.prefix, index.code, index.place
+                ));
+            }
+            w.line("};");
+            w.blank();
+        }
     }
 
     /// Everything that the linker sees.

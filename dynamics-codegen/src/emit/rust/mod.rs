@@ -3,7 +3,7 @@
 //! The module refers to nothing but `::dynamics` and `core`, so that it can be a file of
 //! a crate or be included. It holds
 //!
-//! * sizes and names (`COORDINATES`, `COORDINATE_NAMES`, …),
+//! * sizes, names and places (`COORDINATES`, `COORDINATE_NAMES`, `Q_THETA`, …),
 //! * `Parameters<T>`,
 //! * a function `(&Parameters<T>, &Point<T, …>) -> [[T; n]; m]` per
 //!   [quantity](super::quantities) that the model has,
@@ -25,6 +25,7 @@ pub use library::{DuplicateModel, File, module_name, rust_crate, rust_crate_of, 
 use super::axes::inputs;
 use super::emission::Emission;
 use super::header;
+use super::indices::indices;
 use super::naming::{identifier, type_name};
 use super::plan::{Function, Plan};
 use super::symbols::Symbols;
@@ -186,6 +187,25 @@ impl<'a> Unit<'a> {
             "parameters",
             model.parameters.iter().map(|p| p.name.as_str()).collect(),
         );
+        self.index_names(w);
+    }
+
+    /// `Q_THETA`, `U_MOTOR`, …
+    fn index_names(&self, w: &mut Writer) {
+        for indices in indices(&self.compiled.model) {
+            for index in indices.in_capitals() {
+                let (what, name) = (indices.what, code(&index.name));
+                w.doc(&Doc::of(format!(
+                    "Place of the {what} {name} in {}.",
+                    indices.arrays
+                )));
+                w.line(format!(
+                    "pub const {}: usize = {};",
+                    index.code, index.place
+                ));
+                w.blank();
+            }
+        }
     }
 }
 
