@@ -27,6 +27,10 @@ pub struct Summary {
     outputs: Vec<Variables>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     sensors: Vec<SensorSummary>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    tables: Vec<TableSummary>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    uses: Vec<UseSummary>,
     operations: Operations,
     warnings: Vec<Warning>,
 }
@@ -60,6 +64,36 @@ struct SensorSummary {
     resolution: Option<f64>,
     /// Hz.
     rate: Option<f64>,
+    description: String,
+}
+
+/// A look-up table.
+#[derive(Debug, Clone, Serialize)]
+struct TableSummary {
+    name: String,
+    unit: String,
+    arguments: Vec<ArgumentSummary>,
+    /// Where its numbers stand, if not in the model.
+    file: Option<String>,
+    description: String,
+}
+
+/// What a table is a function of.
+#[derive(Debug, Clone, Serialize)]
+struct ArgumentSummary {
+    name: String,
+    unit: String,
+    /// Where the table is known, upwards.
+    points: Vec<f64>,
+}
+
+/// A part under a name of its own.
+#[derive(Debug, Clone, Serialize)]
+struct UseSummary {
+    name: String,
+    part: String,
+    /// In brackets, as a model says it.
+    arguments: String,
     description: String,
 }
 
@@ -164,6 +198,8 @@ impl Summary {
                 .map(|y| Variables::new(&y.name, unit(y.dimension), &y.doc))
                 .collect(),
             sensors: sensors(model),
+            tables: tables(model),
+            uses: uses(model),
             operations: Operations::of(loaded),
             warnings: warnings(loaded),
         }
@@ -248,6 +284,32 @@ fn sensors(model: &Model) -> Vec<SensorSummary> {
         description: sensor.doc.clone(),
     };
     model.sensors.iter().map(summary).collect()
+}
+
+fn tables(model: &Model) -> Vec<TableSummary> {
+    let argument = |(name, unit, points): &(String, String, Vec<f64>)| ArgumentSummary {
+        name: name.clone(),
+        unit: unit.clone(),
+        points: points.clone(),
+    };
+    let summary = |table: &dynamics_codegen::model::Table| TableSummary {
+        name: table.name.clone(),
+        unit: table.unit.clone(),
+        arguments: table.arguments.iter().map(argument).collect(),
+        file: table.file.as_ref().map(|(name, _)| name.clone()),
+        description: table.doc.clone(),
+    };
+    model.tables.iter().map(summary).collect()
+}
+
+fn uses(model: &Model) -> Vec<UseSummary> {
+    let summary = |used: &dynamics_codegen::model::PartUse| UseSummary {
+        name: used.name.clone(),
+        part: used.part.clone(),
+        arguments: used.arguments.clone(),
+        description: used.doc.clone(),
+    };
+    model.uses.iter().map(summary).collect()
 }
 
 fn places(effect: &Effect) -> Vec<String> {

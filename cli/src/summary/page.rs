@@ -54,6 +54,12 @@ impl Summary {
                 self.sensor_rows(),
                 false,
             ),
+            (count(self.tables.len(), "table"), self.table_rows(), false),
+            (
+                format!("{} of parts", count(self.uses.len(), "use")),
+                self.use_rows(),
+                false,
+            ),
             (
                 "operations per state".to_string(),
                 self.operations.rows(),
@@ -138,6 +144,35 @@ impl Summary {
                 &stated("rate", s.rate, " Hz"),
                 first_line(&s.description),
             ]);
+        }
+        table
+    }
+
+    fn table_rows(&self) -> Table {
+        let mut table = Table::new("<<<<");
+        for t in &self.tables {
+            let arguments = t.arguments.iter().map(|a| {
+                let ends = [a.points.first(), a.points.last()];
+                let [first, last] = ends.map(|end| end.map_or_else(String::new, |x| number(*x)));
+                let range = format!("{} {first}..{last} {}", a.name, shown_unit(&a.unit));
+                range.trim_end().to_string()
+            });
+            let arguments: Vec<String> = arguments.collect();
+            table.row([
+                format!("{}({})", t.name, arguments.join(", ")).as_str(),
+                &shown_unit(&t.unit),
+                t.file.as_deref().unwrap_or_default(),
+                first_line(&t.description),
+            ]);
+        }
+        table
+    }
+
+    fn use_rows(&self) -> Table {
+        let mut table = Table::new("<<<");
+        for u in &self.uses {
+            let given = format!("{}{}", u.part, u.arguments);
+            table.row([u.name.as_str(), &given, first_line(&u.description)]);
         }
         table
     }

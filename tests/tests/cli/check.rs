@@ -38,6 +38,12 @@ constraint rolling: dot(x) == x*dot(phi);
 /// How fast.
 output speed = dot(x);
 effect viscous(x) { d = 0.5 }
+/// What the air takes.
+table air(v: m/s): N { -10: -7; 0: 0; 10: 7; }
+force x = -air(dot(x));
+part lump(at, kg) { body lead { frame: at; mass: kg; } }
+/// Keeps it down.
+use ballast = lump(translate(x, 0, 0), 0.5);
 ";
 
 #[test]
