@@ -8,7 +8,10 @@ use super::forces;
 use super::foretold::Foretold;
 use super::judge::{HeldOut, is_worse, judge, trained};
 use super::learn::Learnt;
-use super::outcome::{AT_FLOOR, Basis, HoldIs, Nearest, Outcome, Split, is_far, sensor_noise};
+use super::outcome::{
+    AT_FLOOR, Basis, HoldIs, Nearest, Outcome, Split, foretells_less_than_a_mean, is_far,
+    sensor_noise,
+};
 use super::patch::patch;
 use super::run::Request;
 use super::score::Score;
@@ -113,16 +116,19 @@ impl Judgement {
     }
 
     /// The verdict, where two measured columns tell of these `drives`. What predicts worse than
-    /// the model as given explains nothing, whatever its evidence.
+    /// the model as given explains nothing, whatever its evidence, and neither does what leaves accelerations
+    /// further off than their mean is.
     pub fn verdict(&self, drives: &[Finding], is_other: bool) -> Verdict {
-        if self.is_worse {
-            return Verdict::Unknown;
-        }
         let Learnt {
             dictionary,
             selection,
-            ..
+            basis,
         } = &self.learnt;
+        let is_nowhere = *basis == Basis::Motion
+            && foretells_less_than_a_mean(&self.learnt_errors, &self.noise_floor);
+        if self.is_worse || is_nowhere {
+            return Verdict::Unknown;
+        }
         match verdict(dictionary, selection, is_other) {
             Verdict::None if self.is_far() => Verdict::Unknown,
             Verdict::None | Verdict::Parameter if !drives.is_empty() => Verdict::Channel,
@@ -345,6 +351,47 @@ mod tests {
         let judged = judged(learnt, &test.unwrap(), &request).unwrap();
         assert!(judged.learnt.selection.terms.is_empty());
         assert_eq!(judged.verdict(&[], false), Verdict::None);
+    }
+
+    /// A drive that gives less, which is found; but what would that be worth if accelerations were not foretold?
+    #[test]
+    fn what_foretells_less_than_a_mean_explains_nothing() {
+        let mut text = String::from("t,q_angle,u_motor\n");
+        for k in 0..1000 {
+            let t = 0.004 * f64::from(k);
+            let a = -8.1 * (3.0 * t).sin() - 24.5 * (7.0 * t).sin();
+            let q = 0.9 * (3.0 * t).sin() + 0.5 * (7.0 * t).sin();
+            writeln!(text, "{t},{q},{}", 0.02 / 0.7 * a).unwrap();
+        }
+        let (dictionary, start) = begun(WHEEL, &text, ["angle", "motor"]);
+        let task = Task {
+            dictionary: &dictionary,
+            free_hold: false,
+            suggested: None,
+            at_most: 1,
+            progress: &Silent,
+        };
+        let selection = select(task, start.observed, SensorErrors::White).unwrap();
+        let test = selection.observed.record.clone();
+        let library = Library::builtin();
+        let log = Log::from_bytes("wheel.csv", text.as_bytes()).unwrap();
+        let request = Request::new("wheel", WHEEL, &library, &log);
+        let learnt = Learnt {
+            dictionary,
+            selection,
+            basis: Basis::Motion,
+        };
+        let mut judged = judged(learnt, &test, &request).unwrap();
+        let found = judged.verdict(&[], false);
+        assert!(found != Verdict::Unknown && found != Verdict::None);
+        judged.noise_floor.acceleration.total = 0.2;
+        judged.learnt_errors.acceleration.total = 0.9;
+        assert_eq!(judged.verdict(&[], false), found);
+        judged.learnt_errors.acceleration.total = 1.6;
+        assert_eq!(judged.verdict(&[], false), Verdict::Unknown);
+        // Sensors that are no better say nothing against it.
+        judged.noise_floor.acceleration.total = 1.2;
+        assert_eq!(judged.verdict(&[], false), found);
     }
 
     /// What has no share, or has not changed, is not said beside a line of the model.

@@ -81,6 +81,13 @@ pub(super) fn is_far(errors: &Score, floor: &Score, trained: &Score) -> bool {
         || !at_floor && far(predictions[0], predictions[1])
 }
 
+/// Whether a model's accelerations err by more than those of the log deviate from their mean, and many
+/// times as much as those of a model that is exactly right, the `floor`: that mean foretells them better.
+pub(super) fn foretells_less_than_a_mean(errors: &Score, floor: &Score) -> bool {
+    let [error, floor] = [errors, floor].map(|score| score.acceleration.total);
+    error > 1.0 && error > FAR.0 * floor
+}
+
 /// What comes nearest to an explanation where nothing is one, and what it would do. Nothing of it
 /// is written into the model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
