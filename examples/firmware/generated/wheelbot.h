@@ -72,6 +72,29 @@ typedef struct wheelbot_point {
     wheelbot_real u[2];
 } wheelbot_point;
 
+/* Places in q, v and their forces. */
+enum {
+    wheelbot_q_x = 0,
+    wheelbot_q_y = 1,
+    wheelbot_q_roll = 2,
+    wheelbot_q_pitch = 3,
+    wheelbot_q_yaw = 4,
+    wheelbot_q_wheel = 5,
+    wheelbot_q_reaction = 6
+};
+
+/* Places in u. */
+enum {
+    wheelbot_u_reaction = 0,
+    wheelbot_u_wheel = 1
+};
+
+/* Places in multipliers. */
+enum {
+    wheelbot_lambda_rolling_x = 0,
+    wheelbot_lambda_rolling_y = 1
+};
+
 /*
  * Generalised inertia M(q), symmetric.
  * Rows: x (N), y (N), roll (N·m), pitch (N·m), yaw (N·m), wheel (N·m), reaction (N·m).
