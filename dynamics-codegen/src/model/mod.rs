@@ -49,6 +49,7 @@ pub(crate) use library::TEMPLATE_LIMIT;
 pub use library::{Library, LibraryError};
 pub(crate) use names::RESERVED;
 pub use robot::{Described, FRICTION_SPEED, RobotBase, StatedLosses};
+pub(crate) use sensed::component_names;
 pub use state::State;
 pub use table::Table;
 pub use template::{FitTerm, PointMass, Template, TemplateParameter};

@@ -38,7 +38,7 @@ pub(super) struct WrongSensors {
 }
 
 /// What a sensor's components are called.
-pub(super) fn component_names(sensor: &SensorStatement) -> Vec<String> {
+pub(crate) fn component_names(sensor: &SensorStatement) -> Vec<String> {
     let name = &sensor.name.text;
     match &sensor.value.kind {
         ExprKind::Call(function, _)

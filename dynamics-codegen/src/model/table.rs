@@ -14,7 +14,7 @@ use crate::source::{SourceId, Sources, Span};
 use crate::syntax::{Expr, ExprKind, Name, TableContent, TableStatement, Unit};
 use crate::table::Spline;
 
-/// What a table may be a function of.
+/// Of how many numbers a table may be a function.
 const MAX_ARGUMENTS: usize = 2;
 /// Points along one argument.
 const MAX_POINTS: usize = 256;

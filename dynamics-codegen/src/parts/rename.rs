@@ -1,6 +1,7 @@
 //! The statements of a part as one use reads them: with the use's name in front of what the part
 //! defines, and with the arguments in place of the ports.
 
+use crate::model::component_names;
 use crate::source::Span;
 use crate::syntax::{
     Bounds, ContactStatement, Expr, ExprKind, Name, PartStatement, PointForce, Prior,
@@ -51,16 +52,6 @@ pub(super) fn declared(kind: &StatementKind) -> Option<&Name> {
     }
 }
 
-/// What the components are called of a sensor, which may show a vector.
-fn components(kind: &StatementKind) -> Vec<String> {
-    match kind {
-        StatementKind::Sensor(sensor) => ["x", "y", "z"]
-            .map(|axis| format!("{}_{axis}", sensor.name.text))
-            .to_vec(),
-        _ => Vec::new(),
-    }
-}
-
 impl Scope {
     /// The model itself: names stay as they are, but for paths.
     pub fn model(uses: BTreeSet<String>) -> Self {
@@ -83,7 +74,10 @@ impl Scope {
     ) -> Self {
         let own = part.statements.iter().filter_map(|s| declared(&s.kind));
         let own = own.chain(&part.ports).chain(&part.unreadable);
-        let components = part.statements.iter().flat_map(|s| components(&s.kind));
+        let components = part.statements.iter().flat_map(|s| match &s.kind {
+            StatementKind::Sensor(sensor) => component_names(sensor),
+            _ => Vec::new(),
+        });
         Self {
             prefix: format!("{name}_"),
             own: own

@@ -295,6 +295,7 @@ fn provenance(basis: Basis, scores: [&Score; 2], split: &Split, seed: u64) -> St
 mod tests {
     use super::*;
     use crate::log::Log;
+    use crate::trace::estimate::Observed;
     use crate::trace::progress::Silent;
     use crate::trace::score::{Errors, RolloutErrors};
     use crate::trace::search::{SensorErrors, Task, select};
@@ -303,6 +304,18 @@ mod tests {
     use dynamics_codegen::Library;
     use nalgebra::DMatrix;
     use std::fmt::Write;
+
+    /// What motion says, of one term at most.
+    fn found_in_motion(dictionary: &Dictionary, observed: Observed) -> Selection {
+        let task = Task {
+            dictionary,
+            free_hold: false,
+            suggested: None,
+            at_most: 1,
+            progress: &Silent,
+        };
+        select(task, observed, SensorErrors::White).unwrap()
+    }
 
     /// A wheel as its model says, and a drive that was found to give less than it does: by so little that no
     /// error is a tenth larger.
@@ -321,14 +334,7 @@ mod tests {
         let train = log(0, 1);
         let (dictionary, start) = begun(WHEEL, &train, ["angle", "motor"]);
         let gain = named(&dictionary, "input_gain(motor)");
-        let task = Task {
-            dictionary: &dictionary,
-            free_hold: false,
-            suggested: None,
-            at_most: 1,
-            progress: &Silent,
-        };
-        let mut selection = select(task, start.observed, SensorErrors::White).unwrap();
+        let mut selection = found_in_motion(&dictionary, start.observed);
         assert!(selection.terms.is_empty());
         selection.terms.push(Term {
             candidate: gain,
@@ -364,14 +370,7 @@ mod tests {
             writeln!(text, "{t},{q},{}", 0.02 / 0.7 * a).unwrap();
         }
         let (dictionary, start) = begun(WHEEL, &text, ["angle", "motor"]);
-        let task = Task {
-            dictionary: &dictionary,
-            free_hold: false,
-            suggested: None,
-            at_most: 1,
-            progress: &Silent,
-        };
-        let selection = select(task, start.observed, SensorErrors::White).unwrap();
+        let selection = found_in_motion(&dictionary, start.observed);
         let test = selection.observed.record.clone();
         let library = Library::builtin();
         let log = Log::from_bytes("wheel.csv", text.as_bytes()).unwrap();
