@@ -10,7 +10,7 @@ use super::estimate::Observed;
 use super::score::deviation;
 use super::search::{Fitted, as_given};
 use super::settings::{MARGIN, SEARCHED};
-use crate::log::{Record, Warning, rms};
+use crate::log::{Record, Warning, median_step, rms};
 use crate::machine::{Machine, SolveError};
 use crate::regression::{Hold, ProcessNoise};
 use crate::smooth::{Channels, SmoothError, Smoother};
@@ -121,8 +121,9 @@ impl Observed {
         Ok(self.with_inputs(&felt))
     }
 
-    /// Takes what noise leaves in the inputs for the least of the forces that nothing explains. Of
-    /// the model `focus` with these values of its own parameters.
+    /// Takes the noise of the inputs for the least of the white forces that nothing explains:
+    /// `σ √Δt`. Evening out takes none of it at the frequencies that move a machine. Of the model
+    /// `focus` with these values of its own parameters.
     ///
     /// # Errors
     /// If the equation of motion cannot be solved along the curve.
@@ -135,11 +136,12 @@ impl Observed {
         if self.noisy_inputs().next().is_none() {
             return Ok(());
         }
-        let left = self.forces_of_noise((machine, values), |noise| noise.left)?;
-        for (smallest, left) in noise.smallest.iter_mut().zip(left) {
-            *smallest = smallest.hypot(left);
+        let taken = self.forces_of_noise((machine, values), |noise| noise.taken)?;
+        let root = median_step(&self.record.t).sqrt();
+        for (smallest, taken) in noise.smallest_jitter.iter_mut().zip(taken) {
+            *smallest = smallest.hypot(taken * root);
         }
-        noise.force_sd = noise.force_sd.sup(&noise.smallest);
+        noise.jitter = noise.jitter.sup(&noise.smallest_jitter);
         Ok(())
     }
 

@@ -5,7 +5,7 @@ use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use super::score::NEGLIGIBLE;
 use super::settings::NO_EXCESS;
-use super::settle::{Adapt, SMALLEST_SHARE, left_of_inputs, settle, unexplained};
+use super::settle::{Adapt, SMALLEST_SHARE, beyond_inputs, settle, unexplained};
 use crate::machine::{SolveError, States};
 use crate::regression::{ErrorDynamics, Gram, ProcessNoise, Readings, Whitener};
 use nalgebra::{DMatrix, DVector};
@@ -37,15 +37,14 @@ pub struct Estimate {
     /// Mean square of the accelerations that the unexplained forces make, as a share of
     /// the machine's own.
     pub unexplained: f64,
-    /// The same of what is left of the noise of inputs, which no search explains.
-    pub left_of_inputs: f64,
+    /// The same of those among them that are plainly stronger than the noise of the inputs.
+    pub beyond_inputs: f64,
 }
 
 impl Estimate {
     /// Whether more than the noise of sensors remains, those of inputs among them.
     pub fn leaves_forces(&self) -> bool {
-        let smallest = SMALLEST_SHARE * SMALLEST_SHARE;
-        self.unexplained > NO_EXCESS * smallest.max(self.left_of_inputs)
+        self.beyond_inputs > NO_EXCESS * SMALLEST_SHARE * SMALLEST_SHARE
     }
 }
 
@@ -177,7 +176,7 @@ fn refine_some(
                 cost,
                 rows: gram.readings(),
                 unexplained: unexplained(&dynamics, &explanation.noise),
-                left_of_inputs: left_of_inputs(&dynamics, &explanation.noise),
+                beyond_inputs: beyond_inputs(&dynamics, &explanation.noise),
             };
             // Without a finite solution there is no step from here.
             finite.then(|| Step {

@@ -1,6 +1,7 @@
 //! Forces that nothing explains: as large as the log says, beside a model and its columns.
 
 use super::score::NEGLIGIBLE;
+use super::settings::NO_EXCESS;
 use crate::log::median_step;
 use crate::regression::{ErrorDynamics, Fit, Gram, ProcessNoise, Readings, Whitener};
 use nalgebra::DVector;
@@ -25,8 +26,7 @@ pub fn noise(dynamics: &ErrorDynamics, share: f64) -> ProcessNoise {
     let closed = &dynamics.closed;
     let least = |reach: f64| (reach * SMALLEST_CLOSURE).max(ROUND_OFF);
     let smallest_closure = closed.reach.map(least);
-    let smallest_jitter =
-        &dynamics.force_scale * (SMALLEST_JITTER * median_step(&dynamics.t).sqrt());
+    let smallest_jitter = smallest_jitter(dynamics);
     ProcessNoise {
         force_sd: &dynamics.force_scale * share,
         smallest: &dynamics.force_scale * SMALLEST_SHARE,
@@ -163,19 +163,38 @@ const SETTLED: f64 = 0.03;
 /// Mean square of the accelerations that forces beyond the smallest make, each as a share of the
 /// coordinate's own.
 pub fn unexplained(dynamics: &ErrorDynamics, noise: &ProcessNoise) -> f64 {
-    let excess = DVector::from_fn(dynamics.coordinate_count(), |j, _| {
-        noise.force_sd[j].powi(2) - noise.smallest[j].powi(2)
-    });
-    share_of_accelerations(dynamics, &excess)
+    share_of_accelerations(dynamics, &excess(noise))
 }
 
-/// The same of what is left of the noise of inputs, which the smallest forces hold.
-pub fn left_of_inputs(dynamics: &ErrorDynamics, noise: &ProcessNoise) -> f64 {
-    let left = DVector::from_fn(dynamics.coordinate_count(), |j, _| {
-        let least = SMALLEST_SHARE * dynamics.force_scale[j];
-        (noise.smallest[j].powi(2) - least.powi(2)).max(0.0)
+/// The same of those forces that are plainly stronger than the known noise of the inputs.
+pub fn beyond_inputs(dynamics: &ErrorDynamics, noise: &ProcessNoise) -> f64 {
+    let known = strength_of_inputs(dynamics, noise);
+    let beyond = excess(noise).zip_map(&known, |excess, known| match excess > NO_EXCESS * known {
+        true => excess,
+        false => 0.0,
     });
-    share_of_accelerations(dynamics, &left)
+    share_of_accelerations(dynamics, &beyond)
+}
+
+/// Variance of forces beyond the smallest.
+fn excess(noise: &ProcessNoise) -> DVector<f64> {
+    let squares = |x: &DVector<f64>| x.component_mul(x);
+    squares(&noise.force_sd) - squares(&noise.smallest)
+}
+
+/// Variance of lasting forces that are at low frequencies as strong as the known noise of inputs,
+/// `σ √Δt`: `σ² Δt/2τ`.
+fn strength_of_inputs(dynamics: &ErrorDynamics, noise: &ProcessNoise) -> DVector<f64> {
+    let least = smallest_jitter(dynamics);
+    DVector::from_fn(dynamics.coordinate_count(), |j, _| {
+        let known = noise.smallest_jitter[j].powi(2) - least[j].powi(2);
+        known.max(0.0) / (2.0 * dynamics.correlation[j])
+    })
+}
+
+/// White forces of the smallest share.
+fn smallest_jitter(dynamics: &ErrorDynamics) -> DVector<f64> {
+    &dynamics.force_scale * (SMALLEST_JITTER * median_step(&dynamics.t).sqrt())
 }
 
 /// Mean square of the accelerations `P f` of forces of some variances, each as a share of the
@@ -208,9 +227,7 @@ fn share_of_accelerations(dynamics: &ErrorDynamics, variance: &DVector<f64>) -> 
 mod tests {
     use super::*;
     use crate::trace::Verdict;
-    use crate::trace::linearised::linearised;
-    use crate::trace::refine::Estimate;
-    use crate::trace::search::as_given;
+    use crate::trace::linearised::{first_noise, linearised};
     use crate::trace::wheel::{WHEEL, begun, rectangular, traced};
     use std::fmt::Write;
 
@@ -236,28 +253,30 @@ mod tests {
         assert!(outcome.findings.is_empty());
     }
 
-    /// What is left of that noise accelerates the wheel by as much over its inertia.
+    /// A lasting force is as strong as white noise where `2 τ σ_force² = σ² Δt`; it accelerates the wheel
+    /// by as much over its inertia.
     #[test]
-    fn what_is_left_of_a_torques_noise_is_known() {
+    fn forces_weaker_than_a_torques_noise_are_not_searched_for() {
         let (dictionary, start) = begun(WHEEL, &noisy_torque(), ["angle", "motor"]);
         let felt = start.observed.as_felt(&dictionary, false).unwrap();
-        let left = felt.input_noise[0].left;
-        assert!(left > 0.0);
-        let given = as_given(&dictionary, &felt, felt.hold).unwrap();
+        let taken = felt.input_noise[0].taken;
+        assert!(taken > 0.0);
+        let dynamics = linearised(&dictionary.focus(&[]), &felt, &start.values).unwrap();
+        let mut noise = first_noise(&dictionary.focus(&[]), &felt, &start.values).unwrap();
+        let variance = taken.powi(2) * 0.004 / (2.0 * 0.1);
+        let mut beyond = |factor: f64| {
+            noise.force_sd[0] = (factor * variance + noise.smallest[0].powi(2)).sqrt();
+            beyond_inputs(&dynamics, &noise)
+        };
+        assert_eq!(beyond(2.9), 0.0);
         let squares = felt.curve.t.iter().map(|t| {
             let a = -8.1 * (3.0 * t).sin() - 24.5 * (7.0 * t).sin();
             a * a
         });
-        let share = (left / 0.02).powi(2) / (squares.sum::<f64>() / felt.curve.t.len() as f64);
-        let found = given.estimate.left_of_inputs;
+        let mean = squares.sum::<f64>() / felt.curve.t.len() as f64;
+        let share = 3.1 * variance / 0.02_f64.powi(2) / mean;
+        let found = beyond(3.1);
         assert!((found / share - 1.0).abs() < 0.05, "{found} {share}");
-        // A force that is larger has to be searched for.
-        let forces = |unexplained: f64| Estimate {
-            unexplained,
-            ..given.estimate.clone()
-        };
-        assert!(!forces(2.0 * share).leaves_forces());
-        assert!(forces(4.0 * share).leaves_forces());
     }
 
     /// An encoder whose errors last for 20 ms, four samples, looks like a faint force to a filter that

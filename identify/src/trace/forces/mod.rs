@@ -116,7 +116,7 @@ pub(super) fn learn(
             rows: rows as usize,
             unexplained: share_after.powi(2),
             // What noise leaves of the forces is not in that share.
-            left_of_inputs: 0.0,
+            beyond_inputs: share_after.powi(2),
         },
         values: settled.values,
         held_otherwise: None,
