@@ -8,19 +8,17 @@ pub const MARGIN: f64 = 3.0;
 /// a fault of its drive, and another value of a parameter of the model, which states nothing new, wins
 /// over both.
 pub const STATEMENT: f64 = 1.0;
-/// Nats against inputs that are held between samples: in doubt they go as they are drawn.
-pub const HELD: f64 = 6.0;
-/// Nats against a force that brakes all along the log and would drive the machine if it turned
-/// back: what needs no source of energy is the simpler explanation.
-pub const DRIVES: f64 = 6.0;
+/// Nats against what is possible and unusual: inputs that are held between samples, and a force that
+/// brakes all along the log and would drive the machine if it turned back. What needs no source of
+/// energy is the simpler explanation.
+pub const UNUSUAL: f64 = 6.0;
 /// Share of a force's work that must be taken from the machine for it to be a brake there.
 pub const BRAKES: f64 = 0.9;
 /// Nats within which two hypotheses count as equal.
 pub const TIE: f64 = 6.0;
-/// Nats within which two fits of one hypothesis are the same.
+/// Nats within which two fits of one hypothesis are the same, and one hypothesis that was gone on from
+/// spares going on from another.
 pub const SAME_FIT: f64 = 1.0;
-/// Nats within which one that was gone on from spares going on from another.
-pub const SPARED: f64 = 1.0;
 /// Unexplained variance below this many times the smallest is none.
 pub const NO_EXCESS: f64 = 3.0;
 /// Terms at most.

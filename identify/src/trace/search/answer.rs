@@ -2,11 +2,12 @@
 
 use super::beam::Search;
 use super::channel::is_time;
-use super::fit::Fitted;
+use super::fit::{Fitted, fit};
 use super::hypothesis::Hypothesis;
 use crate::machine::SolveError;
 use crate::trace::dictionary::Dictionary;
-use crate::trace::finding::{Rival, worth};
+use crate::trace::finding::{Rival, says_no_strength, worth};
+use crate::trace::refine::Explanation;
 use crate::trace::remaining::{Remaining, beside};
 use crate::trace::selection::{Selection, Term};
 use crate::trace::sensor_memory::WithoutForces;
@@ -24,7 +25,7 @@ const TOLD_APART: usize = 4;
 /// If the equation of motion cannot be solved along the curve.
 pub fn answer(search: &Search<'_>) -> Result<Selection, SolveError> {
     let dictionary = search.dictionary;
-    let best = search.best();
+    let best = &determined(search);
     let nothing = Hypothesis::nothing(best.hypothesis.hold);
     let mut given = search.given.iter();
     let given = given.find(|given| given.hypothesis == nothing);
@@ -78,6 +79,30 @@ pub fn answer(search: &Search<'_>) -> Result<Selection, SolveError> {
         estimate,
         observed: best.explanation.observed.clone(),
     })
+}
+
+/// The best hypothesis, without terms of which the log says no strength as far as it is about as likely
+/// without them: what is not known takes nothing from what is.
+fn determined(search: &Search<'_>) -> Arc<Fitted> {
+    let dictionary = search.dictionary;
+    let mut best = Arc::clone(search.best());
+    loop {
+        let (values, estimate) = (&best.explanation.values, &best.estimate);
+        let known = (&estimate.parameters[..], &estimate.covariance);
+        let mut terms = best.hypothesis.candidates().iter();
+        let Some(&term) = terms.find(|&&term| says_no_strength(dictionary, term, values, known))
+        else {
+            return best;
+        };
+        let start = Explanation {
+            values: dictionary.without(&[term], values),
+            ..best.explanation.clone()
+        };
+        match fit(dictionary, &best.hypothesis.exchange(&[term], &[]), start) {
+            Ok(without) if without.score < best.score + TIE => best = Arc::new(without),
+            _ => return best,
+        }
+    }
 }
 
 /// Nats by which the log is less likely without a term, after all prices; where there is no fit without

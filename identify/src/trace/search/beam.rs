@@ -19,7 +19,7 @@ use crate::trace::progress::{Progress, Stage};
 use crate::trace::refine::{Effort, Explanation};
 use crate::trace::screen::Considered;
 use crate::trace::selection::Selection;
-use crate::trace::settings::{BEAM, KEPT, NEAR_MISS, SAME_FIT, SPARED, TIE};
+use crate::trace::settings::{BEAM, KEPT, MARGIN, NEAR_MISS, SAME_FIT, TIE};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -283,7 +283,7 @@ impl<'a> Search<'a> {
             let Fitted { hypothesis, .. } = fitted.as_ref();
             hypothesis.candidates().len() >= self.at_most || self.expanded.contains(hypothesis)
         };
-        let mut as_good = kept.iter().filter(|k| k.score < best.score + SPARED);
+        let mut as_good = kept.iter().filter(|k| k.score < best.score + SAME_FIT);
         if !as_good.any(is_expanded) {
             return Some(Next::Expand(Arc::clone(best)));
         }
@@ -291,13 +291,16 @@ impl<'a> Search<'a> {
             return None;
         }
         let forces_remain = best.leaves_forces();
-        let given = Hypothesis::nothing(best.hypothesis.hold);
         let is_simple = best.hypothesis.candidates().len() < 2 && !forces_remain;
-        if !is_simple
-            && !self.leapt.contains(&given)
-            && let Some(given) = self.given.iter().find(|fitted| fitted.hypothesis == given)
-        {
-            return Some(Next::Leap(Arc::clone(given)));
+        let mut given = self.given.iter();
+        if let Some(given) = given.find(|given| given.hypothesis.hold == best.hypothesis.hold) {
+            // What was suggested may be hardly better than nothing, and others far better.
+            if best.score > given.score - MARGIN && !is_expanded(given) {
+                return Some(Next::Expand(Arc::clone(given)));
+            }
+            if !is_simple && !self.leapt.contains(&given.hypothesis) {
+                return Some(Next::Leap(Arc::clone(given)));
+            }
         }
         let others = || {
             kept.iter()
@@ -458,15 +461,18 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The fit with its new effect on a body at another place there, if that is better.
+    /// The fit with its new effect on a body at another place there, if that is better. One that the
+    /// best hypothesis holds has found its place.
     fn replaced(&self, from: &Fitted, fitted: Fitted) -> Fitted {
         if !fitted.leaves_forces() {
             return fitted;
         }
+        let known = [&from.hypothesis, &self.best().hypothesis];
         let terms = fitted.hypothesis.candidates().iter().copied();
         let mut new = terms.filter(|&term| {
             let subject = &self.dictionary.candidates[term].subject;
-            !from.hypothesis.contains(term) && is_on_a_body(self.dictionary, subject)
+            let is_new = known.iter().all(|known| !known.contains(term));
+            is_new && is_on_a_body(self.dictionary, subject)
         });
         let again = new.next().and_then(|term| {
             let start = placed(self.dictionary, &fitted, term)?;

@@ -35,7 +35,11 @@ pub fn placed(dictionary: &Dictionary, fitted: &Fitted, term: usize) -> Option<E
     let known = begun.cost;
     let mut steps = spacing(dictionary, term, &begun.shape);
     let mut best = begun;
-    for _ in 0..SHAPE_STEPS {
+    for tried in 0..SHAPE_STEPS {
+        // What is near the fit has found by itself.
+        if best.cost == known && tried >= SHAPE_STEPS / 3 {
+            return None;
+        }
         let ways: Vec<(usize, f64)> = (0..steps.len())
             .flat_map(|i| [(i, 0.5 * steps[i]), (i, -0.5 * steps[i])])
             .collect();

@@ -6,7 +6,7 @@ use crate::regression::Hold;
 use crate::trace::dictionary::Dictionary;
 use crate::trace::focus::Focus;
 use crate::trace::refine::{Explanation, Refined};
-use crate::trace::settings::{BRAKES, DRIVES, GLANCE, HELD, MARGIN, STATEMENT};
+use crate::trace::settings::{BRAKES, GLANCE, MARGIN, STATEMENT, UNUSUAL};
 use crate::trace::subject::Subject;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -41,7 +41,7 @@ pub fn structure(dictionary: &Dictionary, hypothesis: &Hypothesis) -> f64 {
     });
     let held = match hypothesis.hold {
         Hold::Linear => 0.0,
-        Hold::Previous => HELD,
+        Hold::Previous => UNUSUAL,
     };
     terms.sum::<f64>() + held
 }
@@ -118,7 +118,7 @@ fn driving(dictionary: &Dictionary, hypothesis: &Hypothesis, explanation: &Expla
         let (given, size) = work(&there);
         given < -BRAKES * size && work(&back).0 > 0.0
     });
-    driving.count() as f64 * DRIVES
+    driving.count() as f64 * UNUSUAL
 }
 
 /// The generalised force that `term` adds at each state, coordinate after coordinate.
