@@ -239,9 +239,10 @@ fn lockable(model: &Model, columns: &[Seen]) -> Option<String> {
         // From the folder of the model: that of the description, if there is no model yet.
         let file = Path::new(&robot.file).file_name().unwrap_or_default();
         let (file, joints) = (file.to_string_lossy(), lacking.join(", "));
+        let word = robot.format.word();
         format!(
             "if joints stood still, lock them in a model, each where it stood (`{} = 0.3`, if not \
-             at zero): `urdf {file:?} {{ lock: {joints}; }}`",
+             at zero): `{word} {file:?} {{ lock: {joints}; }}`",
             lacking[0]
         )
     })

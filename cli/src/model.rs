@@ -5,14 +5,15 @@ use crate::{output, parameters};
 use clap::Args;
 use dynamics_codegen::file::{self, Limit};
 use dynamics_codegen::model::LibraryError;
-use dynamics_codegen::{Compiled, Library, compile_bytes, is_urdf, model_limit, model_of_urdf};
+use dynamics_codegen::robot::Format;
+use dynamics_codegen::{Compiled, Library, compile_bytes, model_limit, model_of_description};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// The arguments that every command shares.
 #[derive(Debug, Clone, Args)]
 pub struct ModelArguments {
-    /// The model: a `.model` file, or a robot description (URDF)
+    /// The model: a `.model` file, or a robot description (URDF or MJCF)
     #[arg(value_name = "MODEL")]
     pub model: PathBuf,
 
@@ -46,11 +47,11 @@ impl Loaded {
     /// names it, beside it.
     pub fn text(&self) -> (String, PathBuf) {
         let text = String::from_utf8_lossy(&self.bytes).into_owned();
-        if !is_urdf(&text) {
+        let Some(format) = Format::of(&text) else {
             return (text, self.path.clone());
-        }
+        };
         let file = self.path.file_name().unwrap_or_default();
-        let text = model_of_urdf(&file.to_string_lossy());
+        let text = model_of_description(format, &file.to_string_lossy());
         (text, self.path.with_extension("model"))
     }
 
@@ -76,7 +77,7 @@ impl Loaded {
 
     /// Whether there is no model file yet: the model is a robot description.
     pub fn is_robot_description(&self) -> bool {
-        is_urdf(&String::from_utf8_lossy(&self.bytes))
+        Format::of(&String::from_utf8_lossy(&self.bytes)).is_some()
     }
 }
 

@@ -18,11 +18,12 @@
 //! }
 //! ```
 
-use crate::compile::{Compiled, compile_keeping, is_urdf, model_limit, not_text};
+use crate::compile::{Compiled, compile_keeping, model_limit, not_text};
 use crate::diagnostic::Report;
 use crate::emit::{Emission, FunctionError, Functions};
 use crate::file::{self, Limit};
 use crate::model::{Library, LibraryError, TEMPLATE_LIMIT, Variables};
+use crate::robot::Format;
 use std::fmt;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -103,7 +104,7 @@ pub fn module(path: impl AsRef<Path>) -> Result<(), Error> {
     ModelFile::new(path.as_ref()).write()
 }
 
-/// A model file, or a robot description (URDF), and what is to be made of it.
+/// A model file, or a robot description (URDF or MJCF), and what is to be made of it.
 ///
 /// ```no_run
 /// use dynamics_codegen::build::ModelFile;
@@ -202,9 +203,14 @@ impl ModelFile {
         let name = self.path.display().to_string();
         let compiled =
             compile_keeping(&name, &text, &library, &self.variables).map_err(Error::Model)?;
-        let robot = compiled.model.robot.as_ref();
-        if let Some(robot) = robot.filter(|_| !is_urdf(&text)) {
-            files.push(files[0].with_file_name("").join(&robot.file));
+        if let Some(robot) = &compiled.model.robot {
+            let mut description = files[0].clone();
+            if Format::of(&text).is_none() {
+                description = files[0].with_file_name("").join(&robot.file);
+                files.push(description.clone());
+            }
+            let included = robot.included.iter();
+            files.extend(included.map(|(path, _)| description.with_file_name("").join(path)));
         }
         let tables = compiled.model.tables.iter();
         let numbers = tables.filter_map(|table| table.file.as_ref());

@@ -7,9 +7,9 @@ use crate::file::Limit;
 use crate::model::{Library, Model, Variables, build};
 use crate::parts;
 use crate::plausible;
+use crate::robot::{self, Format};
 use crate::source::{Sources, Span};
 use crate::syntax::{self, parse};
-use crate::urdf;
 use std::path::Path;
 use std::str::Utf8Error;
 
@@ -82,8 +82,8 @@ pub fn compile_keeping(
 ) -> Result<Compiled, Report> {
     // Some editors put a byte-order mark in front.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    if is_urdf(text) {
-        return compile_urdf(name, text, library, variables);
+    if let Some(format) = Format::of(text) {
+        return compile_description(format, name, text, library, variables);
     }
     let mut sources = Sources::new();
     let id = sources.add(name, text);
@@ -121,53 +121,48 @@ pub fn compile_keeping(
     }
 }
 
-/// Whether a text is a robot description: a model never begins with `<`.
-pub fn is_urdf(text: &str) -> bool {
-    text.trim_start_matches('\u{feff}')
-        .trim_start()
-        .starts_with('<')
-}
-
 /// How large a file may be that somebody calls a model: a page, unless it may be a robot
 /// description.
 pub fn model_limit(path: &Path) -> Limit {
     match path.extension() {
         Some(ending) if ending == "model" => syntax::LIMIT,
-        _ => urdf::LIMIT,
+        _ => robot::LIMIT,
     }
 }
 
 /// The model that says nothing but that its base is the robot description `path`:
 /// what effects can be written into.
-pub fn model_of_urdf(path: &str) -> String {
-    model_with_urdf(path, ";")
+pub fn model_of_description(format: Format, path: &str) -> String {
+    model_with(format, path, ";")
 }
 
-fn model_with_urdf(path: &str, options: &str) -> String {
+fn model_with(format: Format, path: &str, options: &str) -> String {
     let stem = Path::new(path).file_stem();
     let stem = stem.unwrap_or_default().to_string_lossy();
-    format!("model {};\n\nurdf {path:?}{options}\n", identifier(&stem))
+    let (stem, word) = (identifier(&stem), format.word());
+    format!("model {stem};\n\n{word} {path:?}{options}\n")
 }
 
 /// A robot description by itself: the model is called what the robot is called. What is
 /// named as variable may be an inertial parameter of any link or a length.
-fn compile_urdf(
+fn compile_description(
+    format: Format,
     name: &str,
     text: &str,
     library: &Library,
     variables: &Variables,
 ) -> Result<Compiled, Report> {
-    const FILE: &str = "robot.urdf";
+    const FILE: &str = "robot";
     let mut library = library.clone();
     library.add_file(FILE, name, text);
     let options = match variables {
         Variables::All => ";",
         Variables::Only(_) | Variables::Except(_) => " { parameters: all; origins: all; }",
     };
-    let model = model_with_urdf(FILE, options);
+    let model = model_with(format, FILE, options);
     let compiled = compile_keeping(name, &model, &library, variables);
-    let mut compiled = compiled.map_err(|report| about_robot(report, text))?;
-    compiled.warnings = about_robot(compiled.warnings, text);
+    let mut compiled = compiled.map_err(|report| about_robot(format, report, text))?;
+    compiled.warnings = about_robot(format, compiled.warnings, text);
     if let Some(robot) = &mut compiled.model.robot {
         robot.file = name.to_string();
         if !robot.name.is_empty() {
@@ -178,15 +173,15 @@ fn compile_urdf(
 }
 
 /// Findings about a robot description by itself: what points into the model that was put
-/// around it, which its author has never seen, points at the `<robot …>` of the text instead,
+/// around it, which its author has never seen, points at the outermost element of the text instead,
 /// or is left out where it only explains.
-fn about_robot(mut report: Report, text: &str) -> Report {
+fn about_robot(format: Format, mut report: Report, text: &str) -> Report {
     let mut ids = report.sources.ids();
     let around = ids.next();
     let Some(robot) = ids.find(|&id| report.sources.get(id).text == text) else {
         return report;
     };
-    let start = text.find("<robot").unwrap_or(0);
+    let start = text.find(&format!("<{}", format.root())).unwrap_or(0);
     let length = text[start..].find('>').map_or(0, |end| end + 1);
     let whole = Span {
         source: robot,

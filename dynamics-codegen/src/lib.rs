@@ -17,6 +17,7 @@ pub mod graph;
 pub mod model;
 pub mod parts;
 mod plausible;
+pub mod robot;
 pub mod source;
 pub mod syntax;
 pub mod table;
@@ -25,7 +26,7 @@ pub mod tree;
 pub mod urdf;
 
 pub use compile::{
-    Compiled, compile, compile_bytes, compile_keeping, is_urdf, model_limit, model_of_urdf,
+    Compiled, compile, compile_bytes, compile_keeping, model_limit, model_of_description,
 };
 pub use derive::System;
 pub use diagnostic::{Diagnostic, Report, Severity};

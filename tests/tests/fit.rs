@@ -1,6 +1,7 @@
 //! `fit` on a real arm, and on a machine whose forces are known.
 
-use dynamics_codegen::{Library, compile, compile_bytes, model_of_urdf};
+use dynamics_codegen::robot::Format;
+use dynamics_codegen::{Library, compile, compile_bytes, model_of_description};
 use identify::fit::{Doubt, Fit, FitError, Inertia, Reason, Request, Source, fit, written};
 use identify::log::Log;
 use identify::machine::{Machine, States};
@@ -22,7 +23,10 @@ fn a_measured_arm_gives_away_friction_rotors_and_coupling() {
     let Some(urdf) = left_out::shared("data/measured/tx40/tx40.urdf") else {
         return;
     };
-    let (text, library) = (model_of_urdf("tx40.urdf"), library(&urdf));
+    let (text, library) = (
+        model_of_description(Format::Urdf, "tx40.urdf"),
+        library(&urdf),
+    );
     let compiled = compile("tx40.model", &text, &library).expect("a robot");
     let log = Log::read(urdf.with_file_name("log.csv.gz")).expect("a log");
     let source = Source {

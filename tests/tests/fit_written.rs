@@ -1,7 +1,8 @@
 //! What `fit` writes into a model: it explains the forces as well as was said, a load is called a
 //! load, and what the model states already competes.
 
-use dynamics_codegen::{Compiled, Library, compile, is_urdf, model_of_urdf};
+use dynamics_codegen::robot::Format;
+use dynamics_codegen::{Compiled, Library, compile, model_of_description};
 use identify::fit::{Fit, Inertia, Request, Source, Unwritable, fit, written};
 use identify::log::Log;
 use identify::machine::{Machine, States};
@@ -142,10 +143,11 @@ fn a_measured_arm_is_written_as_it_was_said() {
     };
     let mut library = Library::builtin();
     library.look_in(urdf.parent().expect("a folder"));
-    assert!(is_urdf(&std::fs::read_to_string(&urdf).unwrap()));
+    let text = std::fs::read_to_string(&urdf).unwrap();
+    assert_eq!(Format::of(&text), Some(Format::Urdf));
     let log = Log::read(urdf.with_file_name("log.csv.gz")).expect("a log");
     let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();
-    let text = model_of_urdf(&name(&urdf));
+    let text = model_of_description(Format::Urdf, &name(&urdf));
     let (found, text) = fitted(&text, &log, Inertia::Consistent, &library);
     assert!(found.after.total < 2.093, "{}", found.after.total);
     assert!(

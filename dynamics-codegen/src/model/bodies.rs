@@ -7,10 +7,10 @@ use super::quantity::{Measure, Quantity};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::dimension::Dimension;
 use crate::graph::ExprId;
+use crate::robot::{Impossible, MEND};
 use crate::source::Span;
 use crate::syntax::{self, BodyStatement, Expr, ExprKind, PortKind};
 use crate::tree::{Body, Inertia, Joint, Placement};
-use crate::urdf::{Impossible, MEND};
 
 /// A named body.
 #[derive(Debug, Clone)]

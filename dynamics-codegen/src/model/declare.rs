@@ -22,9 +22,11 @@ impl Builder<'_> {
         self.scope.parameters = parameters(statements);
         for statement in statements {
             match &statement.kind {
-                StatementKind::Urdf { file, options } => {
-                    self.declare_robot(file, options, sources, library);
-                }
+                StatementKind::Robot {
+                    format,
+                    file,
+                    options,
+                } => self.declare_robot(*format, file, options, sources, library),
                 StatementKind::Frame { name, value } => self.declare_frame(name, value),
                 StatementKind::Body(body) => self.declare_body(body),
                 StatementKind::Coordinate { name, unit } => {

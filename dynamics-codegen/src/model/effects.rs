@@ -270,7 +270,7 @@ fn refuse_foreign_statements(builder: &mut Builder<'_>, statements: &[&Statement
             StatementKind::Output { .. } => "an output",
             StatementKind::Sensor(_) => "a sensor",
             StatementKind::Effect { .. } => "another effect",
-            StatementKind::Urdf { .. } => "a robot description",
+            StatementKind::Robot { .. } => "a robot description",
             StatementKind::Part(_) => "a part",
             StatementKind::Table(_) => "a table",
             StatementKind::Use(_) => "the use of a part",

@@ -3,6 +3,7 @@
 use super::Model;
 use super::builder::Builder;
 use crate::diagnostic::{Diagnostic, Severity};
+use crate::robot::Format;
 use crate::source::Span;
 use crate::tree::{Mechanism, Options};
 
@@ -31,10 +32,15 @@ impl Builder<'_> {
     fn check_motion(&mut self, heading: Span) {
         if self.model.coordinates.is_empty() && self.model.robot.is_some() {
             let message = "the robot description has no joint that moves";
-            self.report::<()>(Diagnostic::error(heading, message).help(format!(
-                "a body that moves freely is a model of two lines, in a file beside the description: `model free;` and `urdf {:?} {{ base: floating; }}`",
-                self.description
-            )));
+            let format = self.model.robot.as_ref().map(|robot| robot.format);
+            let help = match format {
+                Some(Format::Mjcf) => "a body that moves freely has a `<freejoint/>`".to_string(),
+                _ => format!(
+                    "a body that moves freely is a model of two lines, in a file beside the description: `model free;` and `urdf {:?} {{ base: floating; }}`",
+                    self.description
+                ),
+            };
+            self.report::<()>(Diagnostic::error(heading, message).help(help));
         } else if self.model.coordinates.is_empty() {
             self.report::<()>(
                 Diagnostic::error(heading, "the model has no coordinate")

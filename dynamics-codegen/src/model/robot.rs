@@ -1,4 +1,4 @@
-//! `urdf "robot.urdf";`: a robot description as the base of a model.
+//! `urdf "robot.urdf";` and `mjcf "robot.xml";`: a robot description as the base of a model.
 //!
 //! Each joint that moves becomes a coordinate of its name, in the order of
 //! [`Robot::bodies`]: depth first, children as the file lists them. A revolute,
@@ -6,7 +6,8 @@
 //! force. A planar joint `j` has coordinates `j_x`, `j_y`, `j_angle`, a floating
 //! one `j_x`, `j_y`, `j_z` and the unit quaternion `j_qx`, `j_qy`, `j_qz`, `j_qw`,
 //! with its unit constraint `j_unit`. A joint that mimics another has neither.
-//! Links become bodies and frames of their name.
+//! Links become bodies and frames of their name. What an MJCF's actuators drive has their inputs,
+//! scaled by their gears, in place of its own.
 
 use super::builder::Builder;
 use super::names::Binding;
@@ -16,14 +17,16 @@ use crate::diagnostic::{Diagnostic, Severity};
 use crate::dimension::Dimension;
 use crate::emit::identifier;
 use crate::graph::{ExprId, Unary};
+use crate::robot::{self, Format, Joint, JointKind, Robot, Snapped};
 use crate::source::{SourceId, Sources, Span};
 use crate::syntax::{Name, RobotOption};
 use crate::tree;
-use crate::urdf::{self, Joint, JointKind, Robot, Snapped};
+use crate::urdf;
+use std::path::Path;
 
 /// Standard gravity along −z, unless the model states its own, m/s².
 const GRAVITY: f64 = 9.81;
-/// Speed at which Coulomb friction of a URDF has reached 76 %, rad/s or m/s.
+/// Speed at which Coulomb friction of a description has reached 76 %, rad/s or m/s.
 pub const FRICTION_SPEED: f64 = 0.01;
 /// What a rotation's entries are rounded by unless `snap: off`.
 const SNAP: f64 = 1e-9;
@@ -31,17 +34,21 @@ const SNAP: f64 = 1e-9;
 /// What the model says about its robot description.
 #[derive(Debug, Clone)]
 pub struct RobotBase {
-    /// The name in `<robot name="…">`.
+    /// What the description is.
+    pub format: Format,
+    /// The name in `<robot name="…">` or `<mujoco model="…">`.
     pub name: String,
     /// The path as the model writes it.
     pub file: String,
     /// Its text, among those that the compilation has read.
     pub source: SourceId,
+    /// The files that it includes: their paths from its folder, and their texts.
+    pub included: Vec<(String, SourceId)>,
     /// What was rounded to 0 and ±1.
     pub snapped: Snapped,
     /// Which of its numbers are parameters.
     pub described: Vec<Described>,
-    /// What `<dynamics>` says of the joints whose losses act.
+    /// What it says of the losses in joints where they act.
     pub losses: Vec<StatedLosses>,
 }
 
@@ -66,7 +73,7 @@ pub struct StatedLosses {
 pub struct Described {
     /// Its name.
     pub parameter: String,
-    /// The option of `urdf "…" { … }` that makes it one.
+    /// The option in the statement's braces that makes it one.
     pub option: &'static str,
     /// The link or joint that the option names.
     pub of: String,
@@ -76,18 +83,21 @@ impl Builder<'_> {
     /// Reads the description and declares what it holds.
     pub(super) fn declare_robot(
         &mut self,
+        format: Format,
         file: &Name,
         options: &[RobotOption],
         sources: &mut Sources,
         library: &Library,
     ) {
-        if self.read_robot(file, options, sources, library).is_none() {
+        let read = self.read_robot(format, file, options, sources, library);
+        if read.is_none() {
             self.unreadable_base = true;
         }
     }
 
     fn read_robot(
         &mut self,
+        format: Format,
         file: &Name,
         options: &[RobotOption],
         sources: &mut Sources,
@@ -97,8 +107,15 @@ impl Builder<'_> {
             let message = "a model has one robot description";
             return self.report(Diagnostic::error(file.span, message));
         }
+        let base = options.iter().find(|option| option.name.text == "base");
+        if let Some(base) = base.filter(|_| format == Format::Mjcf) {
+            let message = "an MJCF says itself what its bodies stand on";
+            return self.report(Diagnostic::error(base.name.span, message).help(
+                "a body with a `<freejoint/>` floats; `lock` with that joint's name holds it",
+            ));
+        }
         let options = self.robot_options(options)?;
-        let (shown, text) = match library.read(&file.text, urdf::LIMIT) {
+        let (shown, text) = match library.read(&file.text, robot::LIMIT) {
             Ok(found) => found,
             Err(reason) => {
                 let message = format!("cannot read `{}`: {reason}", file.text);
@@ -108,34 +125,44 @@ impl Builder<'_> {
                 );
             }
         };
-        let shown_name = std::path::Path::new(&shown).file_name();
+        let shown_name = Path::new(&shown).file_name();
         self.description = shown_name
             .unwrap_or_default()
             .to_string_lossy()
             .into_owned();
         let id = sources.add(shown, text);
         let mut findings = Vec::new();
-        let reading = urdf::Options {
+        let reading = robot::Options {
             snap: options.snap.then_some(SNAP),
             locked: &options.lock,
             impossible: options.impossible,
         };
-        let robot = urdf::read_with(sources, id, reading, &mut findings);
+        let robot = match format {
+            Format::Urdf => urdf::read_with(sources, id, reading, &mut findings),
+            Format::Mjcf => {
+                let message = "MJCF has no reader yet";
+                return self.report(Diagnostic::error(file.span, message));
+            }
+        };
         for finding in findings {
             self.report::<()>(finding);
         }
         let robot = robot?;
         self.model.robot = Some(RobotBase {
+            format,
             name: robot.name.clone(),
             file: file.text.clone(),
             source: id,
+            included: robot.included.clone(),
             snapped: robot.snapped,
             described: Vec::new(),
             losses: Vec::new(),
         });
         self.has_kinetic = true;
         if !self.states_gravity {
-            self.model.tree.gravity[2] = self.model.graph.constant(-GRAVITY);
+            let gravity = robot.gravity.unwrap_or([0.0, 0.0, -GRAVITY]);
+            let graph = &mut self.model.graph;
+            self.model.tree.gravity = gravity.map(|g| graph.constant(g));
         }
         Assembly {
             builder: self,
@@ -185,12 +212,15 @@ impl Assembly<'_, '_> {
     fn check_names(&mut self) -> Option<()> {
         let joints: Vec<&str> = (self.robot.bodies.iter())
             .filter_map(|body| body.joint.as_ref().map(|joint| joint.name.as_str()))
+            .filter(|name| !name.is_empty())
             .collect();
-        let links: Vec<&str> = self.robot.bodies.iter().map(|b| b.link.as_str()).collect();
-        let inputs = self.options.inputs.iter().flatten();
+        let links: Vec<&str> = (self.robot.bodies.iter().map(|b| b.link.as_str()))
+            .filter(|name| !name.is_empty())
+            .collect();
+        let inputs = self.options.inputs.iter().flat_map(|chosen| &chosen.names);
         let origins = self.options.origins.names.iter();
         let losses = self.options.losses.names().iter();
-        let wanted = inputs.chain(origins).chain(losses);
+        let wanted = inputs.clone().chain(origins).chain(losses);
         let wanted = wanted.map(|name| (name, &joints, "joint"));
         let parameters = self.options.parameters.names.iter();
         let wanted = wanted.chain(parameters.map(|name| (name, &links, "link")));
@@ -210,7 +240,7 @@ impl Assembly<'_, '_> {
             });
         }
         let locked = |name: &&Name| self.options.lock.iter().any(|l| l.joint == name.text);
-        if let Some(name) = self.options.inputs.iter().flatten().find(locked) {
+        if let Some(name) = inputs.clone().find(locked) {
             let message = format!("`{}` is locked: nothing drives it", name.text);
             return self
                 .builder
@@ -252,7 +282,7 @@ impl Assembly<'_, '_> {
                     coordinates,
                 }
             }
-            JointKind::Floating => {
+            JointKind::Floating { .. } => {
                 let name = name.to_string();
                 self.floating(index, &name, span)
             }
@@ -281,6 +311,7 @@ impl Assembly<'_, '_> {
                 ratio: mimic.multiplier,
             };
             self.losses(joint, source, Some(mimic.multiplier));
+            self.energies(joint, &follower);
             return follower;
         }
         let own = match self.coordinates[index].first() {
@@ -304,15 +335,28 @@ impl Assembly<'_, '_> {
         let turns = matches!(joint.kind, JointKind::Revolute { .. });
         let (unit, effort) = if turns { ("rad", "N*m") } else { ("m", "N") };
         let coordinate = self.coordinate(index, &joint.name, unit, joint.span);
-        let driven = match &self.options.inputs {
-            None => true,
-            Some(names) => names.iter().any(|name| name.text == joint.name),
-        };
-        if driven {
-            self.input(&joint.name, effort, joint.span, coordinate.index);
-        }
+        self.drive(index, joint, effort, coordinate.index);
         self.losses(joint, coordinate.index, None);
+        self.energies(joint, &coordinate);
         coordinate.index
+    }
+
+    /// The inputs of a joint: its actuators, or a torque or force of its name. Unless the model says
+    /// which joints are driven, they are those that have an actuator, and all if none has.
+    fn drive(&mut self, index: usize, joint: &Joint, effort: &str, on: usize) {
+        let robot = self.robot;
+        let own = robot.actuators.iter().filter(|drive| drive.body == index);
+        let own: Vec<_> = own.collect();
+        let driven = match &self.options.inputs {
+            None => robot.actuators.is_empty() || !own.is_empty(),
+            Some(chosen) => chosen.includes(&joint.name),
+        };
+        if driven && own.is_empty() {
+            self.input(&joint.name, effort, joint.span, on, 1.0);
+        }
+        for drive in own.into_iter().filter(|_| driven) {
+            self.input(&drive.name, effort, drive.span, on, drive.gear);
+        }
     }
 
     fn coordinate(&mut self, body: usize, name: &str, unit: &str, span: Span) -> tree::Coordinate {
@@ -349,11 +393,19 @@ impl Assembly<'_, '_> {
         }
     }
 
-    fn input(&mut self, name: &str, unit: &str, span: Span, on: usize) {
+    fn input(&mut self, name: &str, unit: &str, span: Span, on: usize, gear: f64) {
+        if let Some(first) = self.builder.scope.inputs.get(name) {
+            let message = format!("two inputs are called `{name}`");
+            let error = Diagnostic::error(span, message).also(first.span, "the first");
+            let error = error.help("rename the actuator or the joint");
+            self.builder.report::<()>(error);
+            return;
+        }
         let model = &mut self.builder.model;
         let symbol = model.graph.symbol(format!("u_{name}"));
         let arrives = model.graph.var(symbol);
-        model.forces[on] = model.graph.add(model.forces[on], arrives);
+        let force = model.graph.scale(gear, arrives);
+        model.forces[on] = model.graph.add(model.forces[on], force);
         let input = Input {
             name: name.to_string(),
             dimension: Some(match unit {
@@ -367,10 +419,28 @@ impl Assembly<'_, '_> {
             assumed: true,
         };
         self.builder.push_input(input, span);
-        self.builder.note_driven(on, arrives);
+        self.builder.note_driven(on, force);
     }
 
-    /// `<dynamics damping friction>`: viscous and Coulomb friction; a joint that follows turns
+    /// Of a joint's rotor, `armature v²/2`, and of its spring, `stiffness (q − rest)²/2`.
+    fn energies(&mut self, joint: &Joint, coordinate: &tree::Coordinate) {
+        let model = &mut self.builder.model;
+        let graph = &mut model.graph;
+        if joint.armature != 0.0 {
+            let square = graph.mul(coordinate.v, coordinate.v);
+            let energy = graph.scale(0.5 * joint.armature, square);
+            model.kinetic = graph.add(model.kinetic, energy);
+        }
+        if let Some(spring) = joint.spring {
+            let rest = graph.constant(spring.rest);
+            let stretch = graph.sub(coordinate.q, rest);
+            let square = graph.mul(stretch, stretch);
+            let energy = graph.scale(0.5 * spring.stiffness, square);
+            model.potential = graph.add(model.potential, energy);
+        }
+    }
+
+    /// What a description states of friction, viscous and Coulomb; a joint that follows turns
     /// `follows` times as far as its coordinate.
     fn losses(&mut self, joint: &Joint, on: usize, follows: Option<f64>) {
         let acts = self.options.losses.includes(&joint.name);
@@ -443,13 +513,20 @@ impl Assembly<'_, '_> {
         let placement = self.placement(index);
         let model = &mut self.builder.model;
         model.tree.bodies.push(tree::Body {
-            name: body.link.clone(),
+            name: match &body.joint {
+                Some(joint) if body.link.is_empty() => joint.name.clone(),
+                _ => body.link.clone(),
+            },
             parent: Some(parent),
             placement,
             joint,
             inertia,
         });
         let frame = model.tree.bodies.len() - 1;
+        self.frames.push(frame);
+        if body.link.is_empty() {
+            return;
+        }
         model.bodies.push(super::NamedBody {
             name: body.link.clone(),
             frame,
@@ -457,7 +534,6 @@ impl Assembly<'_, '_> {
             doc: String::new(),
         });
         self.builder.name_frame(&body.link, body.span, frame);
-        self.frames.push(frame);
     }
 
     /// Where a body's joint stands on its parent. `origins: all` frees the lengths that the
@@ -465,10 +541,10 @@ impl Assembly<'_, '_> {
     fn placement(&mut self, index: usize) -> tree::Placement {
         let Some(joint) = &self.robot.bodies[index].joint else {
             let graph = &mut self.builder.model.graph;
-            let urdf::Placement {
+            let robot::Placement {
                 rotation,
                 translation,
-            } = urdf::Placement::IDENTITY;
+            } = robot::Placement::IDENTITY;
             return tree::Placement {
                 rotation,
                 translation: translation.map(|x| graph.constant(x)),
@@ -479,7 +555,7 @@ impl Assembly<'_, '_> {
         let given = joint.placement.translation;
         let entries = [("x", given[0]), ("y", given[1]), ("z", given[2])];
         let translation = entries.map(|(axis, value)| {
-            if named || (all && value != 0.0) {
+            if named || (all && value != 0.0 && !joint.name.is_empty()) {
                 let described = Described {
                     parameter: format!("{}_origin_{axis}", identifier(&joint.name)),
                     option: "origins",

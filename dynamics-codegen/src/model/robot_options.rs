@@ -1,14 +1,15 @@
-//! What stands in the braces of `urdf "…" { … }`.
+//! What stands in the braces of `urdf "…" { … }` and `mjcf "…" { … }`.
 
 use super::builder::Builder;
 use crate::diagnostic::{Diagnostic, nearest};
+use crate::robot::Lock;
 use crate::syntax::{Expr, Name, RobotOption};
-use crate::urdf::Lock;
 
 /// The braces, read.
 pub(super) struct Options {
     pub floating: bool,
-    pub inputs: Option<Vec<Name>>,
+    /// Which joints are driven; `None`: as the description says.
+    pub inputs: Option<Chosen>,
     pub losses: Acting,
     pub lock: Vec<Lock>,
     pub impossible: bool,
@@ -59,6 +60,10 @@ impl Chosen {
 
     pub fn names(&self, name: &str) -> bool {
         self.names.iter().any(|chosen| chosen.text == name)
+    }
+
+    pub fn includes(&self, name: &str) -> bool {
+        self.all || self.names(name)
     }
 }
 
@@ -121,11 +126,7 @@ impl Builder<'_> {
                     only("on") || only("off")
                 }
                 "inputs" => {
-                    options.inputs = match (only("none"), only("all")) {
-                        (true, _) => Some(Vec::new()),
-                        (_, true) => None,
-                        _ => Some(values.clone()),
-                    };
+                    options.inputs = Some(Chosen::read(values));
                     true
                 }
                 "parameters" => {

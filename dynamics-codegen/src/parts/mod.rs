@@ -126,7 +126,7 @@ impl<'a> Expansion<'a, '_> {
                         self.unreadable.push(scope.declare(&used.name));
                     }
                 }
-                StatementKind::Urdf { .. } if !scope.is_model() => self.report(
+                StatementKind::Robot { .. } if !scope.is_model() => self.report(
                     Diagnostic::error(
                         span,
                         "a robot description stands in the model, not in a part",

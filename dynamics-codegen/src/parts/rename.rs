@@ -298,7 +298,7 @@ impl Scope {
                 *neighbours = neighbours.map(|span| self.span(span));
             }
             StatementKind::Table(_)
-            | StatementKind::Urdf { .. }
+            | StatementKind::Robot { .. }
             | StatementKind::Part(_)
             | StatementKind::Use(_) => {}
         }

@@ -1,5 +1,6 @@
 //! The syntax tree. Every node keeps its place in the text.
 
+use crate::robot::Format;
 use crate::source::Span;
 
 /// A word with its place.
@@ -201,8 +202,10 @@ pub enum StatementKind {
     Sensor(Box<SensorStatement>),
     /// `contact foot: sphere(ankle, r) on plane_z(world) { friction: mu; }`
     Contact(Box<ContactStatement>),
-    /// `urdf "robot.urdf" { base: floating; }`
-    Urdf {
+    /// `urdf "robot.urdf" { base: floating; }`, `mjcf "robot.xml";`
+    Robot {
+        /// What the description is, by the statement's word.
+        format: Format,
         /// The path as written.
         file: Name,
         /// What stands in the braces.
@@ -327,7 +330,7 @@ pub struct ContactStatement {
     pub restitution: Option<Expr>,
 }
 
-/// An entry in the braces of `urdf "…" { … }`.
+/// An entry in the braces of `urdf "…" { … }` or `mjcf "…" { … }`.
 #[derive(Debug, Clone)]
 pub struct RobotOption {
     /// Which option.

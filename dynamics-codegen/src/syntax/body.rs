@@ -5,14 +5,18 @@ use super::ast::{BodyStatement, Expr, PointForce, RobotOption, StatementKind};
 use super::expression::expression;
 use super::stream::{Parsed, Stream};
 use crate::diagnostic::{Diagnostic, nearest};
+use crate::robot::Format;
 
 /// What `{ … }` of a body may hold.
 const BODY: [&str; 4] = ["frame", "mass", "center", "inertia"];
 
 /// `urdf "robot.urdf" { base: floating; inputs: j1, j2; lock: j3 = 0.5; };`, the braces may be
-/// left out. Also: whether they were there.
-pub(super) fn urdf(stream: &mut Stream<'_>) -> Parsed<(StatementKind, bool)> {
-    let file = stream.text("the path of a URDF in quotes: `urdf \"robot.urdf\";`")?;
+/// left out; `mjcf` is the same of another format. Also: whether they were there.
+pub(super) fn robot(stream: &mut Stream<'_>, format: Format) -> Parsed<(StatementKind, bool)> {
+    let file = stream.text(match format {
+        Format::Urdf => "the path of a URDF in quotes: `urdf \"robot.urdf\";`",
+        Format::Mjcf => "the path of an MJCF in quotes: `mjcf \"robot.xml\";`",
+    })?;
     let mut options = Vec::new();
     let braced = in_braces(stream, false, |inner| {
         let name = inner.name("an option such as `base`")?;
@@ -33,7 +37,12 @@ pub(super) fn urdf(stream: &mut Stream<'_>) -> Parsed<(StatementKind, bool)> {
         });
         Ok(())
     })?;
-    Ok((StatementKind::Urdf { file, options }, braced))
+    let kind = StatementKind::Robot {
+        format,
+        file,
+        options,
+    };
+    Ok((kind, braced))
 }
 
 /// `frame hub = base * rotate_z(yaw) * translate(0, 0, r);`

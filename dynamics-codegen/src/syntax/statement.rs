@@ -9,9 +9,10 @@ use super::sensor;
 use super::stream::{Parsed, Stream};
 use super::table;
 use crate::diagnostic::{Diagnostic, nearest};
+use crate::robot::Format;
 
 /// The words that begin a statement.
-const KEYWORDS: [&str; 26] = [
+const KEYWORDS: [&str; 27] = [
     "coordinate",
     "input",
     "state",
@@ -30,6 +31,7 @@ const KEYWORDS: [&str; 26] = [
     "sensor",
     "effect",
     "urdf",
+    "mjcf",
     "frame",
     "body",
     "gravity",
@@ -237,8 +239,10 @@ fn statement(stream: &mut Stream<'_>, found: &mut Vec<Diagnostic>) -> Parsed<Sta
         "dissipation" => StatementKind::Dissipation(expression(stream)?),
         "force" if stream.at_call("at") => body::point_force(stream, false)?,
         "torque" => body::point_force(stream, true)?,
-        "urdf" => {
-            let (kind, ends_in_brace) = body::urdf(stream)?;
+        word @ ("urdf" | "mjcf") => {
+            let mut formats = Format::ALL.into_iter();
+            let format = formats.find(|format| format.word() == word);
+            let (kind, ends_in_brace) = body::robot(stream, format.unwrap_or(Format::Urdf))?;
             braced = ends_in_brace;
             kind
         }

@@ -3,13 +3,11 @@
 use super::joint::Part;
 use super::mimic::relations;
 use super::records::{JointRecord, LinkRecord};
-use super::robot::{Body, Frame, Joint, Mimic, Robot};
-use super::snap::Snapped;
-use super::spatial::{Inertia, Placement};
-use super::text::shown;
 use super::tree::Place;
-use super::xml::Places;
 use crate::diagnostic::Diagnostic;
+use crate::robot::text::shown;
+use crate::robot::xml::Places;
+use crate::robot::{Body, Format, Frame, Inertia, Joint, Mimic, Placement, Robot, Snapped};
 use roxmltree::Document;
 
 /// Everything that has been read, in the order of the file.
@@ -45,11 +43,15 @@ pub(super) fn assemble(
         placement: Placement::IDENTITY,
     });
     Robot {
+        format: Format::Urdf,
         name: root.attribute("name").unwrap_or("").to_string(),
         span: places.tag(root),
         frames: frames.collect(),
         bodies,
         snapped: parts.snapped,
+        gravity: None,
+        actuators: Vec::new(),
+        included: Vec::new(),
     }
 }
 
@@ -70,6 +72,8 @@ fn body(places: Places, parts: &Parts, place: &Place, mimics: &[Option<Mimic>]) 
                 limits: part.limits,
                 mimic: mimics[index],
                 losses: part.losses,
+                armature: 0.0,
+                spring: None,
             }
         }),
         inertia: parts.inertias[place.link],

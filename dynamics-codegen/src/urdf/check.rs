@@ -1,11 +1,12 @@
 //! The form of the file: elements, attributes and values against the schema.
 
 use super::records::{is_element, is_own};
-use super::schema::{AttributeRule, ElementRule, Form, Occurs, ROBOT};
-use super::text::{shown, suggest};
-use super::value;
-use super::xml::{Places, unexpanded};
+use super::schema::{AttributeRule, ElementRule, Occurs, ROBOT};
 use crate::diagnostic::Diagnostic;
+use crate::robot::Format;
+use crate::robot::text::{shown, suggest};
+use crate::robot::value::{self, Form};
+use crate::robot::xml::{Places, unexpanded};
 use crate::source::Span;
 use roxmltree::{Document, Node};
 use std::collections::BTreeMap;
@@ -48,9 +49,9 @@ pub(super) fn is_urdf(places: Places, document: &Document) -> Result<(), Box<Dia
         format!("the outermost element is <{}>, not <robot>", shown(name)),
     );
     let help = match name {
-        "mujoco" => "this is MJCF; convert it to URDF",
+        "mujoco" => "this is MJCF: write `mjcf \"…\";` in place of `urdf \"…\";`",
         "sdf" => "this is SDFormat; convert it to URDF",
-        _ => "a URDF is one <robot name=\"…\"> … </robot>",
+        _ => Format::Urdf.shape(),
     };
     Err(Box::new(error.help(help)))
 }
@@ -95,6 +96,9 @@ fn known(child: Node, rule: &'static ElementRule) -> Option<(Occurs, &'static El
         .find(|(_, rule)| is_element(child, rule.name))
         .copied()
 }
+
+/// What stands in for a joint that URDF does not have.
+const BALL: &str = "a ball joint is three revolute joints about perpendicular axes, with two links without <inertial> between them";
 
 /// How messages call a link or a joint.
 fn owner(node: Node) -> String {
@@ -147,13 +151,13 @@ impl Pass<'_, '_> {
             match rule.attributes.iter().find(|a| a.name == attribute.name()) {
                 Some(a) => {
                     let name = Self::name(rule, a.name, owner);
-                    self.findings.extend(value::check(
-                        self.places,
-                        &attribute,
-                        a.form,
-                        &name,
-                        a.meaning,
-                    ));
+                    let wrong = value::check(self.places, &attribute, a.form, &name, a.meaning);
+                    let spherical = attribute.value() == "spherical";
+                    let hinted = wrong.map(|found| match a.form {
+                        Form::Word(_) if spherical => found.help(BALL),
+                        _ => found,
+                    });
+                    self.findings.extend(hinted);
                 }
                 None => self.unknown_attribute(node, &attribute, rule, owner),
             }

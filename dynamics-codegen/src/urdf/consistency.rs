@@ -1,15 +1,11 @@
-//! Whether a body with these masses and inertias can exist, and can be moved.
+//! Whether a body with these masses and inertias can exist.
 
-use super::impossible::{Impossible, MEND};
-use super::merge::merge_fixed;
 use super::records::{LinkRecord, child};
-use super::robot::{JointKind, Robot};
-use super::spatial::{Inertia, Matrix3, apply, dot};
-use super::text::shown;
 use super::tree::Place;
-use super::xml::Places;
-use crate::diagnostic::{Diagnostic, Severity};
-use crate::source::Span;
+use crate::diagnostic::Diagnostic;
+use crate::robot::text::shown;
+use crate::robot::xml::Places;
+use crate::robot::{Format, Impossible, Inertia, Robot, merge_fixed};
 
 /// The tree, as far as this check needs it.
 pub(super) struct Tree {
@@ -62,38 +58,7 @@ pub(super) fn check_links(
             .map(|tree| &tree.wholes[index])
             .filter(|whole| *whole != inertia)
             .filter(possible);
-        findings.push(finding(at, &name, &impossible, whole.is_some()));
-    }
-}
-
-/// The finding about an inertia that no body has.
-fn finding(at: Span, name: &str, impossible: &Impossible, welded: bool) -> Diagnostic {
-    let what = format!("link `{name}`: {}", impossible.what);
-    if let Some(rounding) = impossible.rounding() {
-        return Diagnostic::warning(at, what)
-            .label(impossible.why)
-            .help(rounding);
-    }
-    if welded {
-        return Diagnostic::warning(at, what).label(impossible.why).help(
-            "fixed joints weld this link to others, and the whole is a possible body: the figures are used as they stand",
-        );
-    }
-    Diagnostic::error(at, what).label(impossible.why).help(MEND)
-}
-
-/// Makes warnings of errors about inertias: whoever published them may have no better ones.
-pub(super) fn excuse(findings: &mut [Diagnostic]) {
-    for finding in findings
-        .iter_mut()
-        .filter(|f| f.severity == Severity::Error)
-    {
-        finding.severity = Severity::Warning;
-        finding.help = vec![
-            "the figures are used as they stand: energy may become negative, and then no motion \
-             can be predicted; `dynamics fit --inertia consistent` finds ones that a body can have"
-                .to_string(),
-        ];
+        findings.push(impossible.finding(at, Format::Urdf, &name, whole.is_some()));
     }
 }
 
@@ -138,93 +103,4 @@ pub(super) fn tree(robot: &Robot, order: &[Place]) -> Option<Tree> {
     }
     let root = order.first()?.link;
     Some(Tree { root, wholes })
-}
-
-/// Every independent coordinate must move something.
-pub(super) fn check_mobility(robot: &Robot, findings: &mut Vec<Diagnostic>) {
-    let merged = merge_fixed(robot);
-    let bodies = &merged.bodies;
-    let distal = distal(&merged);
-    let mut moves: Vec<bool> = vec![false; bodies.len()];
-    let mut carries: Vec<bool> = vec![false; bodies.len()];
-    for (i, body) in bodies.iter().enumerate() {
-        let Some(joint) = &body.joint else { continue };
-        let leaf = distal[i].bodies == 1;
-        let something = match joint.kind {
-            JointKind::Fixed => true,
-            JointKind::Prismatic { .. } | JointKind::Planar { .. } | JointKind::Floating => {
-                distal[i].mass > 0.0
-            }
-            JointKind::Revolute { axis } if leaf => about(&body.inertia, axis) > 0.0,
-            JointKind::Revolute { .. } => distal[i].mass > 0.0 || distal[i].rotational,
-        };
-        // A joint that follows moves its inertia with the joint it follows.
-        let coordinate = joint.mimic.filter(|m| m.multiplier != 0.0);
-        moves[i] |= something;
-        carries[i] |= distal[i].mass > 0.0;
-        if let Some(mimic) = coordinate {
-            moves[mimic.source] |= something;
-            carries[mimic.source] |= distal[i].mass > 0.0;
-        }
-    }
-    for ((body, moves), carries) in bodies.iter().zip(moves).zip(carries) {
-        let Some(joint) = &body.joint else { continue };
-        if joint.mimic.is_none() && !moves {
-            findings.push(immobile(&joint.name, joint.span, joint.kind, carries));
-        }
-    }
-}
-
-fn immobile(name: &str, span: Span, kind: JointKind, carries: bool) -> Diagnostic {
-    let lacks = match kind {
-        JointKind::Revolute { .. } => "inertia about its axis",
-        _ => "mass",
-    };
-    let message = format!("joint `{}` moves nothing that has {lacks}", shown(name));
-    if carries {
-        // A design without the rotor: forces follow from motion, motion not from forces.
-        return Diagnostic::warning(span, message)
-            .label("its acceleration is undetermined")
-            .help("give a link beyond it its inertia, or add that of the rotor to the model: `effect armature(joint) { … }`");
-    }
-    Diagnostic::error(span, message)
-        .label("its acceleration would be undetermined")
-        .help("give a link beyond it an <inertial>, or make the joint type=\"fixed\"")
-}
-
-/// What hangs on a joint.
-#[derive(Debug, Clone, Copy)]
-struct Distal {
-    mass: f64,
-    rotational: bool,
-    bodies: usize,
-}
-
-/// Sums from the leaves to the root: children stand after their parents.
-fn distal(robot: &Robot) -> Vec<Distal> {
-    let mut sums: Vec<Distal> = robot
-        .bodies
-        .iter()
-        .map(|body| Distal {
-            mass: body.inertia.mass,
-            rotational: body.inertia.tensor.iter().flatten().any(|&x| x != 0.0),
-            bodies: 1,
-        })
-        .collect();
-    for i in (0..sums.len()).rev() {
-        if let Some(joint) = &robot.bodies[i].joint {
-            let own = sums[i];
-            let parent = &mut sums[joint.parent];
-            parent.mass += own.mass;
-            parent.rotational |= own.rotational;
-            parent.bodies += own.bodies;
-        }
-    }
-    sums
-}
-
-/// The moment of inertia about an axis through the origin, `aᵀ I a`.
-fn about(inertia: &Inertia, axis: [f64; 3]) -> f64 {
-    let tensor: Matrix3 = inertia.about_origin();
-    dot(axis, apply(&tensor, axis))
 }

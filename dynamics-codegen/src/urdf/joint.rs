@@ -1,16 +1,12 @@
 //! What single links and joints mean: origins, axes, limits, losses, inertias.
 
-use super::Options;
 use super::records::{JointRecord, LinkRecord, child};
-use super::robot::{JointKind, Limits, Losses};
-use super::snap::Snapped;
-use super::spatial::{
-    Inertia, Placement, Vector3, dot, rotation_from_quaternion, rotation_from_rpy,
-};
-use super::text::shown;
 use super::values::{quaternion, version};
-use super::xml::Places;
 use crate::diagnostic::Diagnostic;
+use crate::robot::spatial::{dot, rotation_from_quaternion, rotation_from_rpy};
+use crate::robot::text::shown;
+use crate::robot::xml::Places;
+use crate::robot::{Inertia, JointKind, Limits, Losses, Options, Placement, Snapped, Vector3};
 use roxmltree::Node;
 
 /// A joint without its place in the tree.
@@ -77,7 +73,9 @@ impl<'p, 't> PartReader<'p, 't> {
             urdf_rs::JointType::Planar => JointKind::Planar {
                 axis: self.axis(record, value.axis.xyz.0),
             },
-            urdf_rs::JointType::Floating => JointKind::Floating,
+            urdf_rs::JointType::Floating => JointKind::Floating {
+                home: Placement::IDENTITY,
+            },
             // The schema has refused `spherical`.
             urdf_rs::JointType::Fixed | urdf_rs::JointType::Spherical => JointKind::Fixed,
         };

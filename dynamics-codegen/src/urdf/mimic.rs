@@ -1,9 +1,9 @@
 //! Joints that follow other joints.
 
-use super::MAX_FINDINGS;
 use super::records::{JointRecord, Reference};
-use super::text::{shown, suggest};
 use crate::diagnostic::Diagnostic;
+use crate::robot::MAX_FINDINGS;
+use crate::robot::text::{shown, suggest};
 use std::collections::BTreeMap;
 
 /// For each joint the joint that its `<mimic>` names, as far as it may.

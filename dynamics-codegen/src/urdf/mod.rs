@@ -1,4 +1,4 @@
-//! URDF: from the text of a robot description to a tree of bodies.
+//! URDF: from the text of a robot description to a [`Robot`], a tree of bodies.
 //!
 //! ```text
 //! text ──xml──▶ document ──check──▶ records ──tree──▶ order ──assemble──▶ Robot
@@ -27,74 +27,26 @@
 mod assemble;
 mod check;
 mod consistency;
-mod impossible;
 mod joint;
-mod lock;
-mod merge;
 mod mimic;
 mod records;
-mod robot;
 mod schema;
-mod snap;
-mod spatial;
 #[cfg(test)]
 mod tests;
-mod text;
 mod tree;
-mod value;
 mod values;
-mod xml;
-
-pub(crate) use impossible::{Impossible, MEND};
-pub use lock::Lock;
-pub use merge::merge_fixed;
-pub use robot::{Body, Frame, Joint, JointKind, Limits, Losses, Mimic, Robot, plane_basis};
-pub use snap::Snapped;
-pub use spatial::{IDENTITY, Inertia, Matrix3, Placement, Vector3};
 
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::file::Limit;
+use crate::robot::text::shown;
+use crate::robot::xml::{self, Places};
+use crate::robot::{Format, Inertia, Options, Robot, check_mobility, excuse, lock, shorten};
 use crate::source::{SourceId, Sources};
 use assemble::{Parts, assemble, check_mimics};
-use consistency::{check_links, check_mobility, tree};
+use consistency::{check_links, tree};
 use joint::PartReader;
 use records::{JointRecord, LinkRecord};
 use roxmltree::Document;
 use tree::Place;
-use xml::Places;
-
-/// How large the file of a robot description may be.
-pub const LIMIT: Limit = Limit {
-    what: "a robot description",
-    bytes: xml::MAX_BYTES as u64,
-};
-
-/// How many findings about one file are reported; of more, the first errors.
-const MAX_FINDINGS: usize = 100;
-
-/// How a URDF is read.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Options<'a> {
-    /// Entries of rotations and axes that are this near to 0 or ±1 are rounded
-    /// to it; `None` leaves them as they are. At 1e-9, the default, an angle
-    /// such as `1.57079632679` becomes a quarter turn; files with six or seven
-    /// digits (`1.570796`) need 1e-6.
-    pub snap: Option<f64>,
-    /// Joints that stand still, welded at a position; those that mimic them stand still, too.
-    pub locked: &'a [Lock],
-    /// Whether an inertia that no body can have is a warning, and used as it stands.
-    pub impossible: bool,
-}
-
-impl Default for Options<'_> {
-    fn default() -> Self {
-        Self {
-            snap: Some(1e-9),
-            locked: &[],
-            impossible: false,
-        }
-    }
-}
 
 /// Reads a URDF with the default [`Options`].
 ///
@@ -155,7 +107,7 @@ fn read_text(
     options: Options<'_>,
     findings: &mut Vec<Diagnostic>,
 ) -> Option<Robot> {
-    let document = xml::parse(places)
+    let document = xml::parse(places, Format::Urdf)
         .and_then(|document| check::is_urdf(places, &document).map(|()| document))
         .map_err(|error| findings.push(*error))
         .ok()?;
@@ -225,7 +177,7 @@ impl File<'_, '_> {
             assemble(self.places, self.document, &parts, order)
         });
         if let Some(robot) = &mut robot {
-            lock::lock(robot, options.locked, findings);
+            lock(robot, options.locked, findings);
         }
         let tree = robot
             .as_ref()
@@ -234,7 +186,7 @@ impl File<'_, '_> {
         let first = findings.len();
         check_links(self.places, &self.links, &inertias, tree.as_ref(), findings);
         if options.impossible {
-            consistency::excuse(&mut findings[first..]);
+            excuse(&mut findings[first..]);
         }
         if let Some(robot) = &robot {
             check_mimics(robot, findings);
@@ -256,22 +208,6 @@ fn no_link(places: Places, document: &Document) -> Diagnostic {
 fn objection(places: Places, document: &Document, error: &str) -> Diagnostic {
     Diagnostic::error(
         places.tag(document.root_element()),
-        format!("urdf-rs cannot read this robot: {}", text::shown(error)),
+        format!("urdf-rs cannot read this robot: {}", shown(error)),
     )
-}
-
-/// So many findings as anyone reads, errors before warnings.
-fn shorten(mut findings: Vec<Diagnostic>) -> Vec<Diagnostic> {
-    if findings.len() <= MAX_FINDINGS {
-        return findings;
-    }
-    findings.sort_by_key(|f| (std::cmp::Reverse(f.severity), f.primary.span.start));
-    let left_out = findings.len() - MAX_FINDINGS;
-    findings.truncate(MAX_FINDINGS);
-    if let Some(last) = findings.last_mut() {
-        last.help.push(format!(
-            "{left_out} more findings in this file are not shown"
-        ));
-    }
-    findings
 }

@@ -1,6 +1,6 @@
 //! Links and joints by name, with their places.
 
-use super::xml::Places;
+use crate::robot::xml::Places;
 use crate::source::Span;
 use roxmltree::{Document, Node};
 

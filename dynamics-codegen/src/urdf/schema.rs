@@ -3,35 +3,7 @@
 //! From the specification at <http://wiki.ros.org/urdf/XML>; what does not bear
 //! on motion is listed as ignored and not looked into.
 
-/// What an attribute's value must look like.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Form {
-    /// Any text but none.
-    Name,
-    /// Any text.
-    Text,
-    /// `major.minor`.
-    Version,
-    /// One of the words.
-    Word(&'static [&'static str]),
-    /// A number.
-    Number(Range),
-    /// So many finite numbers.
-    Vector(usize),
-}
-
-/// Which numbers are allowed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Range {
-    /// Every finite number.
-    Finite,
-    /// Finite, and not negative.
-    NotNegative,
-    /// Every number, infinity included.
-    Any,
-    /// Not negative, infinity included.
-    NotNegativeOrInfinite,
-}
+use crate::robot::value::{Form, Range};
 
 /// An attribute.
 #[derive(Debug)]

@@ -1,9 +1,9 @@
 //! The shape of the file: whether links and joints form one tree.
 
-use super::MAX_FINDINGS;
 use super::records::{JointRecord, LinkRecord, Reference};
-use super::text::{shown, suggest};
 use crate::diagnostic::Diagnostic;
+use crate::robot::MAX_FINDINGS;
+use crate::robot::text::{shown, suggest};
 use std::collections::BTreeMap;
 
 /// One body of the tree.

@@ -7,7 +7,8 @@
 //! is all that connects them with their places.
 
 use super::records::{child, is_element};
-use super::schema::{ElementRule, Form, ROBOT};
+use super::schema::{ElementRule, ROBOT};
+use crate::robot::value::{Form, parse_version};
 use roxmltree::{Document, Node};
 use std::fmt::Write;
 
@@ -66,7 +67,7 @@ fn open(node: Node, rule: &ElementRule, out: &mut String) {
             // ±π/2 into rounded angles. The version only changes the defaults
             // of limits, which are stated below.
             Form::Text | Form::Version | Form::Vector(4) => {}
-            Form::Word(_) | Form::Number(_) | Form::Vector(_) => {
+            Form::Word(_) | Form::Number(_) | Form::Vector(_) | Form::Between(..) => {
                 let _ = write!(out, " {}=\"{}\"", attribute.name, words.join(" "));
             }
         }
@@ -98,12 +99,6 @@ fn write_limit_defaults(limit: Node, out: &mut String) {
 pub(super) fn version(document: &Document) -> (u32, u32) {
     let stated = document.root_element().attribute("version");
     stated.and_then(parse_version).unwrap_or((1, 0))
-}
-
-/// `major.minor`.
-pub(super) fn parse_version(text: &str) -> Option<(u32, u32)> {
-    let (major, minor) = text.trim().split_once('.')?;
-    Some((major.parse().ok()?, minor.parse().ok()?))
 }
 
 fn close(rule: &ElementRule, out: &mut String) {

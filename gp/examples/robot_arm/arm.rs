@@ -6,12 +6,13 @@ use crate::Failure;
 use dynamics::nalgebra::{SMatrix, SVector};
 use dynamics::{Constraint, Equation, Point, System};
 use dynamics_codegen::graph::{Graph, SymbolId};
+use dynamics_codegen::robot::{JointKind, Placement as Pose, Robot};
 use dynamics_codegen::source::Sources;
 use dynamics_codegen::tape::Tape;
 use dynamics_codegen::tree::{
     Body, Coordinate, Frame, Inertia, Joint, Mechanism, Options, Placement, Tree,
 };
-use dynamics_codegen::urdf::{self, JointKind, Robot};
+use dynamics_codegen::urdf;
 
 /// Joints.
 pub const N: usize = 7;
@@ -78,7 +79,7 @@ fn tree(g: &mut Graph, robot: &Robot, q: &[SymbolId], v: &[SymbolId], end: &[Sym
             tensor: body.inertia.tensor.map(|row| row.map(|x| g.constant(x))),
         };
         let (parent, placement, joint) = match &body.joint {
-            None => (None, urdf::Placement::IDENTITY, Joint::Fixed),
+            None => (None, Pose::IDENTITY, Joint::Fixed),
             Some(joint) => {
                 let motion = match joint.kind {
                     JointKind::Revolute { axis } => {

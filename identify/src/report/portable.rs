@@ -6,7 +6,7 @@ use dynamics_codegen::syntax::{Name, Statement, StatementKind};
 use dynamics_codegen::syntax::{TableContent, TableStatement, parse};
 use dynamics_codegen::{Compiled, Library};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Component, Path};
 
 /// The folder of a robot description, beside the model.
 const ROBOT: &str = "robot";
@@ -45,7 +45,7 @@ pub fn portable(text: &str, compiled: &Compiled, library: &Library) -> Portable 
 impl Portable {
     fn take(&mut self, statement: &Statement, compiled: &Compiled, library: &Library) {
         match &statement.kind {
-            StatementKind::Urdf { file, .. } => self.take_robot(file, compiled),
+            StatementKind::Robot { file, .. } => self.take_robot(file, compiled),
             StatementKind::Table(table) => self.take_table(table, compiled),
             StatementKind::Effect { template, .. } => self.take_effect(&template.text, library),
             StatementKind::Part(part) => {
@@ -57,7 +57,8 @@ impl Portable {
         }
     }
 
-    /// A model has one robot description.
+    /// A model has one robot description, with the files that this includes: those that lie
+    /// beside it or below.
     fn take_robot(&mut self, file: &Name, compiled: &Compiled) {
         let Some(robot) = &compiled.model.robot else {
             return;
@@ -65,6 +66,14 @@ impl Portable {
         let name = Path::new(&file.text).file_name().unwrap_or_default();
         let path = format!("{ROBOT}/{}", name.to_string_lossy());
         self.take_file(file, path, compiled, robot.source);
+        let sources = &compiled.warnings.sources;
+        for (path, source) in &robot.included {
+            let below = |part| matches!(part, Component::Normal(_) | Component::CurDir);
+            if Path::new(path).components().all(below) {
+                let text = sources.get(*source).text.clone();
+                self.files.insert(format!("{ROBOT}/{path}"), text);
+            }
+        }
     }
 
     /// Tables have names of their own; their files need not.

@@ -1,6 +1,6 @@
 //! The numbers of a robot description as parameters.
 //!
-//! What a URDF says of its links and joints may be as wrong as any parameter. Where the model
+//! What a description says of its links and joints may be as wrong as any parameter. Where the model
 //! leaves open whether they are parameters (`urdf "arm.urdf";`), they are where effects do not
 //! explain the log; in the model that is written only those are that have another value.
 
@@ -76,7 +76,7 @@ fn description(text: &str) -> Option<(Statement, Vec<RobotOption>)> {
     let (file, _) = parse(&sources, id);
     let mut statements = file?.statements.into_iter();
     statements.find_map(|statement| match &statement.kind {
-        StatementKind::Urdf { options, .. } => {
+        StatementKind::Robot { options, .. } => {
             let options = options.clone();
             Some((statement, options))
         }

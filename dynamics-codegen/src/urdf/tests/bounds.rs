@@ -1,7 +1,7 @@
 //! Files that are large, deep, or built to hurt.
 
 use super::{INERTIAL, headlines, robot};
-use crate::urdf::{JointKind, merge_fixed};
+use crate::robot::{JointKind, merge_fixed};
 use std::fmt::Write;
 
 const Z: &str = r#"<axis xyz="0 0 1"/>"#;

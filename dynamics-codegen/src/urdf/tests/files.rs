@@ -1,8 +1,9 @@
 //! Published robots, read where they are.
 
-use super::{Options, read_text};
+use super::read_text;
 use crate::diagnostic::{Report, Severity};
-use crate::urdf::{Robot, merge_fixed};
+use crate::robot::Options;
+use crate::robot::{Robot, merge_fixed};
 
 fn read_shared(path: &str) -> Option<(Option<Robot>, Report)> {
     let text = std::fs::read_to_string(left_out::shared(path)?).unwrap();

@@ -1,8 +1,8 @@
 //! Joints that are locked.
 
 use super::read_text;
+use crate::robot::{JointKind, Lock, Options, Robot, merge_fixed};
 use crate::source::Span;
-use crate::urdf::{JointKind, Lock, Options, Robot, merge_fixed};
 
 /// Three rods; the finger follows the wrist.
 fn arm(wrist: &str) -> String {

@@ -1,7 +1,7 @@
 //! Every rule with the message that it gives.
 
 use super::{INERTIAL, arm, read_text};
-use crate::urdf::Options;
+use crate::robot::Options;
 
 pub(super) const AXIS: &str = r#"<axis xyz="0 0 1"/>"#;
 

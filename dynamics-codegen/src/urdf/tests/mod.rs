@@ -9,8 +9,9 @@ mod reading;
 mod structure;
 mod welding;
 
-use super::{Options, Robot, read_with};
+use super::read_with;
 use crate::diagnostic::{Report, Severity};
+use crate::robot::{Options, Robot};
 use crate::source::Sources;
 
 /// Reads a text that messages call `robot.urdf`.

@@ -1,7 +1,8 @@
 //! Our own URDFs have the figures of the published ones.
 
-use super::{Options, read_text};
-use crate::urdf::{Joint, JointKind, Robot};
+use super::read_text;
+use crate::robot::Options;
+use crate::robot::{Joint, JointKind, Robot};
 use std::path::Path;
 
 /// A file that must be read without a word.

@@ -1,8 +1,9 @@
 //! What a right file is read as.
 
 use super::{INERTIAL, arm, headlines, read_text, robot};
+use crate::robot::{Inertia, JointKind, Limits, Options, Placement, Robot};
 use crate::source::Sources;
-use crate::urdf::{Inertia, JointKind, Limits, Options, Robot, read};
+use crate::urdf::read;
 
 pub(super) const Z: &str = r#"<axis xyz="0 0 1"/>"#;
 
@@ -11,7 +12,7 @@ pub(super) fn close(a: f64, b: f64) {
 }
 
 /// The joint of the arm.
-fn shoulder(kind: &str, joint: &str) -> crate::urdf::Joint {
+fn shoulder(kind: &str, joint: &str) -> crate::robot::Joint {
     let robot = robot(&arm(kind, INERTIAL, joint));
     robot.bodies[1].joint.clone().unwrap()
 }
@@ -65,7 +66,13 @@ fn every_joint_type_is_read() {
         ("continuous", JointKind::Revolute { axis }, 1),
         ("prismatic", JointKind::Prismatic { axis }, 1),
         ("planar", JointKind::Planar { axis }, 3),
-        ("floating", JointKind::Floating, 6),
+        (
+            "floating",
+            JointKind::Floating {
+                home: Placement::IDENTITY,
+            },
+            6,
+        ),
         ("fixed", JointKind::Fixed, 0),
     ] {
         let joint = shoulder(kind, &both);

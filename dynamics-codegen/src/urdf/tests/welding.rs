@@ -2,7 +2,7 @@
 
 use super::reading::{Z, close};
 use super::{INERTIAL, robot};
-use crate::urdf::{IDENTITY, Inertia, JointKind, Placement, Robot, merge_fixed};
+use crate::robot::{IDENTITY, Inertia, JointKind, Placement, Robot, merge_fixed};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
 /// base ─fixed─ plate ─continuous─ arm ─fixed─ tool ─continuous─ tip, the last

@@ -3,7 +3,8 @@
 use super::{check_compiled, check_report};
 use crate::fuzz::Input;
 use dynamics_codegen::source::Sources;
-use dynamics_codegen::urdf::{self, Robot, merge_fixed};
+use dynamics_codegen::robot::{Robot, merge_fixed};
+use dynamics_codegen::urdf;
 use dynamics_codegen::{Library, Report, compile, compile_bytes};
 use rand::RngExt;
 

@@ -193,8 +193,17 @@ pub fn dot(a: Vector3, b: Vector3) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// `a × b`.
+pub fn cross(a: Vector3, b: Vector3) -> Vector3 {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
 /// `R I Rᵀ` for a symmetric `I`; the result is symmetric to the last bit.
-fn congruent(r: &Matrix3, tensor: &Matrix3) -> Matrix3 {
+pub(crate) fn congruent(r: &Matrix3, tensor: &Matrix3) -> Matrix3 {
     if *r == IDENTITY {
         return *tensor;
     }
@@ -209,23 +218,28 @@ fn congruent(r: &Matrix3, tensor: &Matrix3) -> Matrix3 {
     result
 }
 
-/// The eigenvalues of a symmetric matrix in ascending order, by Jacobi's
-/// rotations (Golub and Van Loan, *Matrix Computations*, 8.5).
+/// The eigenvalues of a symmetric matrix in ascending order.
 pub fn principal_values(symmetric: &Matrix3) -> Vector3 {
-    let mut a = *symmetric;
-    // Quadratic convergence: five sweeps reach round-off, the rest is reserve.
-    for _ in 0..12 {
-        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
-            rotate_away(&mut a, p, q);
-        }
-    }
-    let mut values = [a[0][0], a[1][1], a[2][2]];
+    let (mut values, _) = principal_axes(symmetric);
     values.sort_by(f64::total_cmp);
     values
 }
 
-/// One Jacobi rotation: makes `a[p][q]` zero.
-fn rotate_away(a: &mut Matrix3, p: usize, q: usize) {
+/// The eigenvalues of a symmetric matrix, with their eigenvectors as columns, by Jacobi's
+/// rotations (Golub and Van Loan, *Matrix Computations*, 8.5).
+pub fn principal_axes(symmetric: &Matrix3) -> (Vector3, Matrix3) {
+    let (mut a, mut axes) = (*symmetric, IDENTITY);
+    // Quadratic convergence: five sweeps reach round-off, the rest is reserve.
+    for _ in 0..12 {
+        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
+            rotate_away(&mut a, &mut axes, p, q);
+        }
+    }
+    ([a[0][0], a[1][1], a[2][2]], axes)
+}
+
+/// One Jacobi rotation: makes `a[p][q]` zero, and turns the columns of `axes` along.
+fn rotate_away(a: &mut Matrix3, axes: &mut Matrix3, p: usize, q: usize) {
     if a[p][q] == 0.0 {
         return;
     }
@@ -233,7 +247,7 @@ fn rotate_away(a: &mut Matrix3, p: usize, q: usize) {
     let t = 1.0_f64.copysign(tau) / (tau.abs() + (tau * tau + 1.0).sqrt());
     let c = 1.0 / (t * t + 1.0).sqrt();
     let s = t * c;
-    for row in a.iter_mut() {
+    for row in a.iter_mut().chain(axes) {
         let (x, y) = (row[p], row[q]);
         row[p] = c * x - s * y;
         row[q] = s * x + c * y;
@@ -293,6 +307,14 @@ mod tests {
         let a = [[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]];
         let r = 2.0_f64.sqrt();
         close(&principal_values(&a), &[2.0 - r, 2.0, 2.0 + r]);
+    }
+
+    #[test]
+    fn principal_axes_give_the_matrix_back() {
+        let a = [[2.0, -0.3, 0.1], [-0.3, 1.5, 0.7], [0.1, 0.7, 3.0]];
+        let (values, axes) = principal_axes(&a);
+        let diagonal = [0, 1, 2].map(|i| [0, 1, 2].map(|j| if i == j { values[i] } else { 0.0 }));
+        close(congruent(&axes, &diagonal).as_flattened(), a.as_flattened());
     }
 
     #[test]

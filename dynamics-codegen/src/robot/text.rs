@@ -7,7 +7,7 @@ const LONGEST: usize = 60;
 
 /// A piece of the user's text, fit to stand in a message: short, and without
 /// control characters.
-pub(super) fn shown(text: &str) -> String {
+pub(crate) fn shown(text: &str) -> String {
     let clean = |c: char| if c.is_control() { '\u{fffd}' } else { c };
     let mut result: String = text.chars().take(LONGEST).map(clean).collect();
     if text.chars().nth(LONGEST).is_some() {
@@ -18,7 +18,7 @@ pub(super) fn shown(text: &str) -> String {
 
 /// The known name that was probably meant. Very long names are not compared:
 /// the time grows with the square of their length.
-pub(super) fn suggest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub(crate) fn suggest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     if name.is_empty() || name.len() > LONGEST {
         return None;
     }

@@ -93,7 +93,7 @@ impl Snapped {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::urdf::spatial::rotation_from_rpy;
+    use crate::robot::spatial::rotation_from_rpy;
 
     #[test]
     #[expect(clippy::approx_constant, reason = "an angle as files write it")]

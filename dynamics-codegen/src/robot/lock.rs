@@ -1,6 +1,6 @@
 //! Joints that stand still: their bodies are welded where they are.
 
-use super::robot::{Joint, JointKind, Robot};
+use super::body::{Joint, JointKind, Robot};
 use super::spatial::{Placement, rotation_about};
 use super::text::{shown, suggest};
 use crate::diagnostic::Diagnostic;
@@ -19,7 +19,7 @@ pub struct Lock {
 
 /// Makes joints of one freedom fixed ones, with those that follow them; a planar or floating one
 /// stays where the file puts it. What cannot be locked is reported.
-pub(super) fn lock(robot: &mut Robot, locks: &[Lock], findings: &mut Vec<Diagnostic>) {
+pub(crate) fn lock(robot: &mut Robot, locks: &[Lock], findings: &mut Vec<Diagnostic>) {
     for (index, lock) in locks.iter().enumerate() {
         let name = shown(&lock.joint);
         if let Some(first) = locks[..index].iter().find(|l| l.joint == lock.joint) {
@@ -58,7 +58,7 @@ fn refused(joint: &Joint, lock: &Lock) -> Option<Diagnostic> {
     }
     match joint.kind {
         JointKind::Fixed => Some(error(format!("`{name}` does not move: it is fixed"))),
-        JointKind::Planar { .. } | JointKind::Floating if lock.at != 0.0 => {
+        JointKind::Planar { .. } | JointKind::Floating { .. } if lock.at != 0.0 => {
             let error = error(format!("`{name}` has no single position to be locked at"));
             Some(error.help("leave out the number: it stays where the description puts it"))
         }
@@ -84,6 +84,7 @@ fn weld(joint: &mut Joint, at: f64) {
     match joint.kind {
         JointKind::Revolute { axis } if at != 0.0 => inner.rotation = rotation_about(axis, at),
         JointKind::Prismatic { axis } => inner.translation = axis.map(|x| at * x),
+        JointKind::Floating { home } => inner = home,
         _ => {}
     }
     joint.placement = joint.placement.then(&inner);

@@ -1,16 +1,46 @@
 //! Whether an attribute's text is what it must be.
 
-use super::schema::{Form, Range};
 use super::text::{shown, suggest};
-use super::values::parse_version;
 use super::xml::Places;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 use roxmltree::Attribute;
 
+/// What an attribute's value must look like.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Form {
+    /// Any text but none.
+    Name,
+    /// Any text.
+    Text,
+    /// `major.minor`.
+    Version,
+    /// One of the words.
+    Word(&'static [&'static str]),
+    /// A number.
+    Number(Range),
+    /// So many finite numbers.
+    Vector(usize),
+    /// From so many to so many finite numbers.
+    Between(usize, usize),
+}
+
+/// Which numbers are allowed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Range {
+    /// Every finite number.
+    Finite,
+    /// Finite, and not negative.
+    NotNegative,
+    /// Every number, infinity included.
+    Any,
+    /// Not negative, infinity included.
+    NotNegativeOrInfinite,
+}
+
 /// What is wrong with an attribute's value, if anything. `name` is how messages
 /// call the attribute, `meaning` what it is and in which unit.
-pub(super) fn check(
+pub(crate) fn check(
     places: Places,
     attribute: &Attribute,
     form: Form,
@@ -31,8 +61,15 @@ pub(super) fn check(
         Form::Name => check_name(at, value, name),
         Form::Word(words) => check_word(at, value, words, name),
         Form::Number(range) => check_number(at, value, range, name, meaning),
-        Form::Vector(count) => check_vector(places, attribute, count, name, meaning),
+        Form::Vector(count) => check_vector(places, attribute, [count; 2], name, meaning),
+        Form::Between(least, most) => check_vector(places, attribute, [least, most], name, meaning),
     }
+}
+
+/// `major.minor`.
+pub(crate) fn parse_version(text: &str) -> Option<(u32, u32)> {
+    let (major, minor) = text.trim().split_once('.')?;
+    Some((major.parse().ok()?, minor.parse().ok()?))
 }
 
 /// Bytes of a name at most: names stand in every line of generated code.
@@ -66,9 +103,6 @@ fn check_word(at: Span, value: &str, words: &[&str], name: &str) -> Option<Diagn
         .label(format!("expected one of {}", words.join(", ")));
     Some(match suggest(value.trim(), words.iter().copied()) {
         Some(word) => error.help(format!("did you mean `{word}`?")),
-        None if value == "spherical" => error.help(
-            "a ball joint is three revolute joints about perpendicular axes, with two links without <inertial> between them",
-        ),
         None => error,
     })
 }
@@ -107,12 +141,16 @@ fn check_number(
 fn check_vector(
     places: Places,
     attribute: &Attribute,
-    count: usize,
+    [least, most]: [usize; 2],
     name: &str,
     meaning: &str,
 ) -> Option<Diagnostic> {
     let value = attribute.value();
     let at = places.value(attribute);
+    let count = match least == most {
+        true => most.to_string(),
+        false => format!("{least} to {most}"),
+    };
     let expected = format!("expected {count} numbers separated by blanks: {meaning}");
     for word in value.split_whitespace() {
         let place = word_place(places, attribute, word);
@@ -129,7 +167,7 @@ fn check_vector(
         }
     }
     let found = value.split_whitespace().count();
-    (found != count).then(|| {
+    (!(least..=most).contains(&found)).then(|| {
         let plural = if found == 1 { "" } else { "s" };
         Diagnostic::error(
             at,

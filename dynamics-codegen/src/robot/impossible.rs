@@ -1,6 +1,9 @@
 //! Inertias that no body can have, wherever they are stated.
 
+use super::format::Format;
 use super::spatial::{Matrix3, principal_values};
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::source::Span;
 
 /// Below this share of the largest moment, a violation is the computer's
 /// round-off and not worth a word.
@@ -70,6 +73,22 @@ impl Impossible {
             format!("{percent} % of the largest is missing, which may be rounding: the figures are used as they stand")
         })
     }
+
+    /// What to say of the body `name` of a description; `welded` if others are fixed to it, and
+    /// the whole is possible.
+    pub fn finding(&self, at: Span, format: Format, name: &str, welded: bool) -> Diagnostic {
+        let kind = format.body();
+        let what = format!("{kind} `{name}`: {}", self.what);
+        if let Some(rounding) = self.rounding() {
+            return Diagnostic::warning(at, what).label(self.why).help(rounding);
+        }
+        if welded {
+            return Diagnostic::warning(at, what).label(self.why).help(format!(
+                "fixed joints weld this {kind} to others, and the whole is a possible body: the figures are used as they stand",
+            ));
+        }
+        Diagnostic::error(at, what).label(self.why).help(MEND)
+    }
 }
 
 /// Four significant digits.
@@ -80,4 +99,19 @@ fn digits(x: f64) -> String {
         return format!("{rounded}");
     }
     format!("{x:.3e}")
+}
+
+/// Makes warnings of errors about inertias: whoever published them may have no better ones.
+pub(crate) fn excuse(findings: &mut [Diagnostic]) {
+    for finding in findings
+        .iter_mut()
+        .filter(|f| f.severity == Severity::Error)
+    {
+        finding.severity = Severity::Warning;
+        finding.help = vec![
+            "the figures are used as they stand: energy may become negative, and then no motion \
+             can be predicted; `dynamics fit --inertia consistent` finds ones that a body can have"
+                .to_string(),
+        ];
+    }
 }

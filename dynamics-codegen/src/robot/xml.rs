@@ -2,6 +2,7 @@
 //!
 //! Nothing here or in the passes that follow recurses over the tree.
 
+use super::format::Format;
 use super::text::shown;
 use crate::diagnostic::Diagnostic;
 use crate::source::{SourceId, Span};
@@ -9,18 +10,16 @@ use roxmltree::{Attribute, Document, Error, Node, ParsingOptions, TextPos};
 use std::ops::Range;
 
 /// The largest file that is read, in bytes.
-pub(super) const MAX_BYTES: usize = 16 << 20;
+pub(crate) const MAX_BYTES: usize = 16 << 20;
 /// The largest number of XML nodes.
 const MAX_NODES: u32 = 1_000_000;
-/// The deepest nesting of elements; a URDF needs 5.
-const MAX_DEPTH: u32 = 64;
 /// The most quotation marks between two `<`: the parser's time grows with the
 /// square of the number of attributes of one element.
 const MAX_QUOTES: usize = 2000;
 
 /// Turns places in the tree into places in the sources.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Places<'t> {
+pub(crate) struct Places<'t> {
     pub source: SourceId,
     pub text: &'t str,
 }
@@ -111,7 +110,10 @@ impl Places<'_> {
 }
 
 /// Parses the text.
-pub(super) fn parse<'t>(places: Places<'t>) -> Result<Document<'t>, Box<Diagnostic>> {
+pub(crate) fn parse<'t>(
+    places: Places<'t>,
+    format: Format,
+) -> Result<Document<'t>, Box<Diagnostic>> {
     if places.text.len() > MAX_BYTES {
         let mib = places.text.len() >> 20;
         return Err(Diagnostic::error(
@@ -121,7 +123,10 @@ pub(super) fn parse<'t>(places: Places<'t>) -> Result<Document<'t>, Box<Diagnost
                 MAX_BYTES >> 20
             ),
         )
-        .help("a URDF holds numbers and names; keep meshes in files of their own")
+        .help(format!(
+            "{} holds numbers and names; keep meshes in files of their own",
+            format.one()
+        ))
         .into());
     }
     check_attribute_count(places)?;
@@ -131,8 +136,8 @@ pub(super) fn parse<'t>(places: Places<'t>) -> Result<Document<'t>, Box<Diagnost
         ..ParsingOptions::default()
     };
     let document = Document::parse_with_options(places.text, options)
-        .map_err(|error| Box::new(explain(places, &error)))?;
-    check_depth(places, &document)?;
+        .map_err(|error| Box::new(explain(places, format, &error)))?;
+    check_depth(places, format, &document)?;
     Ok(document)
 }
 
@@ -157,8 +162,8 @@ fn check_attribute_count(places: Places) -> Result<(), Box<Diagnostic>> {
     Ok(())
 }
 
-/// Refuses trees deeper than any URDF.
-fn check_depth(places: Places, document: &Document) -> Result<(), Box<Diagnostic>> {
+/// Refuses trees deeper than any description.
+fn check_depth(places: Places, format: Format, document: &Document) -> Result<(), Box<Diagnostic>> {
     let mut depth: Vec<u32> = Vec::new();
     for node in document.descendants() {
         // Document order: a node's parent has been seen, and identifiers count up from 0.
@@ -167,12 +172,12 @@ fn check_depth(places: Places, document: &Document) -> Result<(), Box<Diagnostic
             .map_or(0, |parent| depth[parent.id().get_usize()] + 1);
         debug_assert_eq!(depth.len(), node.id().get_usize());
         depth.push(own);
-        if own > MAX_DEPTH {
+        if own > format.depth() {
             return Err(Diagnostic::error(
                 places.tag(node),
-                format!("elements are nested more than {MAX_DEPTH} deep"),
+                format!("elements are nested more than {} deep", format.depth()),
             )
-            .help("links and joints stand side by side in <robot>; only <parent> and <child> connect them")
+            .help(format.nesting())
             .into());
         }
     }
@@ -180,7 +185,7 @@ fn check_depth(places: Places, document: &Document) -> Result<(), Box<Diagnostic
 }
 
 /// A parser's error in our words and at its place.
-fn explain(places: Places, error: &Error) -> Diagnostic {
+fn explain(places: Places, format: Format, error: &Error) -> Diagnostic {
     let at = places.position(error.pos());
     match error {
         Error::DtdDetected => {
@@ -190,7 +195,10 @@ fn explain(places: Places, error: &Error) -> Diagnostic {
                 "a document type declaration is refused",
             )
             .label("entities declared here could expand without bound")
-            .help("a URDF needs none: delete the <!DOCTYPE …> declaration and write the values out")
+            .help(format!(
+                "{} needs none: delete the <!DOCTYPE …> declaration and write the values out",
+                format.one()
+            ))
         }
         Error::UnknownNamespace(prefix, _) if prefix == "xacro" => {
             unexpanded(at, "a `xacro:` element")
@@ -200,8 +208,9 @@ fn explain(places: Places, error: &Error) -> Diagnostic {
             format!("the prefix `{}:` is not declared", shown(prefix)),
         )
         .help(format!(
-            "declare it in <robot xmlns:{0}=\"…\">, or write the name without a prefix",
-            shown(prefix)
+            "declare it in <{1} xmlns:{0}=\"…\">, or write the name without a prefix",
+            shown(prefix),
+            format.root()
         )),
         Error::UnexpectedCloseTag(expected, actual, _) => Diagnostic::error(
             at,
@@ -230,19 +239,22 @@ fn explain(places: Places, error: &Error) -> Diagnostic {
         ),
         Error::NoRootNode => {
             Diagnostic::error(places.beginning(), "the file contains no XML element")
-                .help("a URDF is one <robot name=\"…\"> … </robot>")
+                .help(format.shape())
         }
         Error::UnclosedRootNode | Error::UnexpectedEndOfStream => {
             Diagnostic::error(places.end(), "the file ends in the middle of an element")
                 .label("the rest is missing")
-                .help("close every element; the last line is </robot>")
+                .help(format!(
+                    "close every element; the last line is </{}>",
+                    format.root()
+                ))
         }
         other => Diagnostic::error(at, format!("this is not XML: {}", without_place(other))),
     }
 }
 
 /// The message for text that xacro should have replaced.
-pub(super) fn unexpanded(at: Span, what: &str) -> Diagnostic {
+pub(crate) fn unexpanded(at: Span, what: &str) -> Diagnostic {
     Diagnostic::error(
         at,
         format!("{what} is left in the text: this is xacro, not URDF"),

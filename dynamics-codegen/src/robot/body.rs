@@ -1,22 +1,30 @@
 //! A robot as the derivation wants it: a tree of bodies, numbers only.
 
+use super::format::Format;
 use super::snap::Snapped;
 use super::spatial::{Inertia, Placement, Vector3};
-use crate::source::Span;
+use crate::source::{SourceId, Span};
 
-/// A robot read from a URDF.
+/// A robot read from a description.
 ///
 /// **Order.** The bodies stand depth first: every parent before its children,
 /// and the children of a link in the order in which the file states the joints
-/// that lead to them. The body without a joint, the root, comes first. The
-/// order of the links in the file does not matter. The descendants of body `i`
-/// are therefore one contiguous run that starts at `i + 1`.
+/// that lead to them. The body without a joint, the root, comes first: of an
+/// MJCF it is the world. The order of the links in a URDF does not matter. The
+/// descendants of body `i` are therefore one contiguous run that starts at
+/// `i + 1`.
+///
+/// **Names.** A link that an MJCF does not have, between two joints of one body
+/// or in an anchor that is not the body's origin, has the empty name, as has the
+/// weld behind it: no file can name them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Robot {
-    /// The name in `<robot name="…">`, exactly as written: it is not an
-    /// identifier and must be mangled before it becomes one.
+    /// What the description is.
+    pub format: Format,
+    /// The name in `<robot name="…">` or `<mujoco model="…">`, exactly as written: it
+    /// is not an identifier and must be mangled before it becomes one.
     pub name: String,
-    /// The opening tag of `<robot>`.
+    /// The opening tag of `<robot>` or `<mujoco>`.
     pub span: Span,
     /// The bodies, parents before children.
     pub bodies: Vec<Body>,
@@ -25,6 +33,12 @@ pub struct Robot {
     pub frames: Vec<Frame>,
     /// What was rounded to 0 and ±1.
     pub snapped: Snapped,
+    /// Gravitational acceleration in the root's axes, m/s², where the file states one.
+    pub gravity: Option<Vector3>,
+    /// What drives it, in the order of the file; empty if the file does not say.
+    pub actuators: Vec<Actuator>,
+    /// The files that it includes: their paths from its folder, and their texts.
+    pub included: Vec<(String, SourceId)>,
 }
 
 /// A rigid body: one link and the joint that carries it.
@@ -63,9 +77,13 @@ pub struct Joint {
     pub limits: Option<Limits>,
     /// Whether it follows another joint.
     pub mimic: Option<Mimic>,
-    /// `<dynamics>`: what the file says about losses. Kept as information; it
-    /// is the model that decides whether they act.
+    /// What the file says about losses. Kept as information; it is the model that
+    /// decides whether they act.
     pub losses: Option<Losses>,
+    /// Inertia of the drive's rotor as the joint feels it: kg·m², or kg.
+    pub armature: f64,
+    /// A spring in the joint.
+    pub spring: Option<Spring>,
 }
 
 /// How a joint moves. Axes are unit vectors in the link's frame.
@@ -85,7 +103,10 @@ pub enum JointKind {
         axis: Vector3,
     },
     /// Three translations and three rotations.
-    Floating,
+    Floating {
+        /// Where the link's frame stands in the joint's when nothing moves it.
+        home: Placement,
+    },
     /// Two translations in the plane perpendicular to the axis, and the
     /// rotation about it. [`plane_basis`] completes the axis.
     Planar {
@@ -101,7 +122,7 @@ impl JointKind {
             Self::Fixed => 0,
             Self::Revolute { .. } | Self::Prismatic { .. } => 1,
             Self::Planar { .. } => 3,
-            Self::Floating => 6,
+            Self::Floating { .. } => 6,
         }
     }
 
@@ -111,7 +132,7 @@ impl JointKind {
             Self::Revolute { axis } | Self::Prismatic { axis } | Self::Planar { axis } => {
                 Some(axis)
             }
-            Self::Fixed | Self::Floating => None,
+            Self::Fixed | Self::Floating { .. } => None,
         }
     }
 }
@@ -170,15 +191,37 @@ pub struct Mimic {
     pub span: Span,
 }
 
-/// What `<dynamics>` states; unstated is 0.
+/// What `<dynamics>` of a URDF or `<joint>` of an MJCF states; unstated is 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Losses {
     /// Viscous: N·m·s/rad, or N·s/m.
     pub damping: f64,
     /// Coulomb: N·m, or N.
     pub friction: f64,
-    /// `<dynamics>`.
+    /// The element.
     pub span: Span,
+}
+
+/// A spring in a joint: the torque or force `−stiffness (q − rest)`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spring {
+    /// N·m/rad, or N/m.
+    pub stiffness: f64,
+    /// The coordinate where it is slack, rad or m.
+    pub rest: f64,
+}
+
+/// A drive that pulls at a joint: `gear u` with its own force `u`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Actuator {
+    /// Its name, exactly as written; that of the joint if it has none.
+    pub name: String,
+    /// Where it is stated.
+    pub span: Span,
+    /// Index of the body whose joint it drives.
+    pub body: usize,
+    /// The joint's torque or force by the drive's.
+    pub gear: f64,
 }
 
 /// A link as a frame that rides on a body.

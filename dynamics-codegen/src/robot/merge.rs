@@ -1,6 +1,6 @@
 //! Welding what fixed joints connect.
 
-use super::robot::{Body, Joint, JointKind, Robot};
+use super::body::{Body, Joint, JointKind, Robot};
 use super::spatial::Placement;
 
 /// The same robot with every link on a fixed joint welded to the body that
@@ -31,6 +31,9 @@ pub fn merge_fixed(robot: &Robot) -> Robot {
         if let Some(mimic) = body.joint.as_mut().and_then(|joint| joint.mimic.as_mut()) {
             mimic.source = went[mimic.source].0;
         }
+    }
+    for actuator in &mut merged.actuators {
+        actuator.body = went[actuator.body].0;
     }
     for frame in &robot.frames {
         let (body, placement) = &went[frame.body];
