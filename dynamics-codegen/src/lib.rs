@@ -14,6 +14,7 @@ pub mod dimension;
 pub mod emit;
 pub mod file;
 pub mod graph;
+pub mod mjcf;
 pub mod model;
 pub mod parts;
 mod plausible;

@@ -17,6 +17,7 @@ use crate::diagnostic::{Diagnostic, Severity};
 use crate::dimension::Dimension;
 use crate::emit::identifier;
 use crate::graph::{ExprId, Unary};
+use crate::mjcf;
 use crate::robot::{self, Format, Joint, JointKind, Robot, Snapped};
 use crate::source::{SourceId, Sources, Span};
 use crate::syntax::{Name, RobotOption};
@@ -140,8 +141,12 @@ impl Builder<'_> {
         let robot = match format {
             Format::Urdf => urdf::read_with(sources, id, reading, &mut findings),
             Format::Mjcf => {
-                let message = "MJCF has no reader yet";
-                return self.report(Diagnostic::error(file.span, message));
+                let folder = Path::new(&file.text).parent().unwrap_or(Path::new(""));
+                let beside = |path: &str| {
+                    let path = folder.join(path);
+                    library.read(&path.to_string_lossy(), robot::LIMIT)
+                };
+                mjcf::read_with(sources, id, reading, &beside, &mut findings)
             }
         };
         for finding in findings {

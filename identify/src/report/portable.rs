@@ -146,6 +146,27 @@ mod tests {
         assert_eq!(portable.effects, ["mine"]);
     }
 
+    #[test]
+    fn what_a_description_includes_comes_along() {
+        let mut library = Library::builtin();
+        let arm = "<mujoco><include file=\"parts/a.xml\"/><worldbody><body name=\"rod\"><joint name=\"j\"/>\
+                   <geom size=\"0.1\"/></body></worldbody></mujoco>";
+        let part = "<mujocoinclude><default><geom density=\"500\"/></default></mujocoinclude>";
+        library.add_file("../far/arm.xml", "far/arm.xml", arm);
+        library.add_file("../far/parts/a.xml", "far/parts/a.xml", part);
+        let text = "model m;\nmjcf \"../far/arm.xml\";\n";
+        let compiled = compile("m.model", text, &library).unwrap();
+        let portable = portable(text, &compiled, &library);
+        assert_eq!(portable.model, text.replace("../far/", "robot/"));
+        assert_eq!(portable.files["robot/arm.xml"], arm);
+        assert_eq!(portable.files["robot/parts/a.xml"], part);
+        let mut there = Library::builtin();
+        for (path, text) in &portable.files {
+            there.add_file(path, path, text);
+        }
+        assert!(compile("m.model", &portable.model, &there).is_ok());
+    }
+
     /// Two tables whose files have one name, and an effect that only a part names.
     #[test]
     fn tables_come_along() {
