@@ -1,0 +1,166 @@
+#!/usr/bin/env python3
+"""Writes (or with --check compares) mjcf.json: the equations of models/*.xml, as MuJoCo has them.
+
+    python mjcf.py            recreate
+    python mjcf.py --check    recreate in memory and compare at 1e-12
+
+The format is described in ../README.md.
+"""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+HERE = Path(__file__).resolve().parent
+MODELS = HERE / "models"
+NAMES = ["chain", "several", "classes", "geoms", "walker"]
+TOLERANCE = 1e-12
+STATES = 6
+SEED = 11
+
+
+def joints(model):
+    """Name, kind and places of every joint, in MuJoCo's order."""
+    for index in range(model.njnt):
+        yield (model.joint(index).name, model.jnt_type[index], model.jnt_qposadr[index],
+               model.jnt_dofadr[index])
+
+
+def names(model):
+    """The coordinates that the reader makes of the joints."""
+    free = ["x", "y", "z", "qx", "qy", "qz", "qw"]
+    found = []
+    for name, kind, _, _ in joints(model):
+        is_free = kind == mujoco.mjtJoint.mjJNT_FREE
+        found += [f"{name}_{part}" for part in free] if is_free else [name]
+    return found
+
+
+def state(model, random):
+    """Positions and velocities drawn at random."""
+    data = mujoco.MjData(model)
+    for _, kind, place, _ in joints(model):
+        if kind == mujoco.mjtJoint.mjJNT_FREE:
+            quaternion = random.normal(size=4)
+            data.qpos[place:place + 3] = random.uniform(-1, 1, 3)
+            data.qpos[place + 3:place + 7] = quaternion / np.linalg.norm(quaternion)
+        else:
+            data.qpos[place] = random.uniform(-1, 1)
+    data.qvel[:] = random.uniform(-2, 2, model.nv)
+    return data
+
+
+def rates(model, data):
+    """The rates of our coordinates by MuJoCo's velocities, a matrix.
+
+    Those of a free joint are the origin's along the world's axes and the body's own turning:
+    the quaternion (w, v) changes by half of (-v, w + v x) times that. Ours has w last.
+    """
+    blocks = np.zeros((model.nq, model.nv))
+    for _, kind, place, dof in joints(model):
+        if kind != mujoco.mjtJoint.mjJNT_FREE:
+            blocks[place, dof] = 1
+            continue
+        blocks[place:place + 3, dof:dof + 3] = np.eye(3)
+        w, x, y, z = data.qpos[place + 3:place + 7]
+        blocks[place + 3:place + 7, dof + 3:dof + 6] = 0.5 * np.array([
+            [w, -z, y],
+            [z, w, -x],
+            [-y, x, w],
+            [-x, -y, -z],
+        ])
+    return blocks
+
+
+def positions(model, data):
+    """Our coordinates."""
+    ours = data.qpos.copy()
+    for _, kind, place, _ in joints(model):
+        if kind == mujoco.mjtJoint.mjJNT_FREE:
+            w, *v = data.qpos[place + 3:place + 7]
+            ours[place + 3:place + 7] = [*v, w]
+    return ours
+
+
+def case(model, random):
+    """One state, with the equations there."""
+    data = state(model, random)
+    mujoco.mj_forward(model, data)
+    mass = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, mass)
+    by_rates = rates(model, data)
+    # Straight from the velocity: the rates must be what mj_integratePos takes them for.
+    step = 1e-7
+    moved = data.qpos.copy()
+    mujoco.mj_integratePos(model, moved, data.qvel, step)
+    later = mujoco.MjData(model)
+    later.qpos[:] = moved
+    difference = (positions(model, later) - positions(model, data)) / step
+    assert np.abs(difference - by_rates @ data.qvel).max() < 1e-5
+    return {
+        "q": positions(model, data).tolist(),
+        "v": (by_rates @ data.qvel).tolist(),
+        "velocity": data.qvel.tolist(),
+        "rates": by_rates.tolist(),
+        "M": mass.tolist(),
+        "bias": data.qfrc_bias.tolist(),
+        "spring": data.qfrc_spring.tolist(),
+        "damper": data.qfrc_damper.tolist(),
+    }
+
+
+def robot(name, random):
+    """A model with its constants and some states."""
+    model = mujoco.MjModel.from_xml_path(str(MODELS / f"{name}.xml"))
+    drives = []
+    for index in range(model.nu):
+        joint = model.actuator_trnid[index, 0]
+        drives.append({"name": model.actuator(index).name, "joint": model.joint(joint).name,
+                       "gear": float(model.actuator_gear[index, 0])})
+    return {
+        "coordinates": names(model),
+        "drives": drives,
+        "friction": model.dof_frictionloss.tolist(),
+        "states": [case(model, random) for _ in range(STATES)],
+    }
+
+
+def figures():
+    """Everything, as it is written."""
+    random = np.random.default_rng(SEED)
+    found = {"mujoco_version": mujoco.__version__}
+    return found | {name: robot(name, random) for name in NAMES}
+
+
+def flat(value):
+    """All numbers, in order."""
+    if isinstance(value, dict):
+        return [x for part in value.values() for x in flat(part)]
+    if isinstance(value, list):
+        return [x for part in value for x in flat(part)]
+    return [value] if isinstance(value, float) else []
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--check", action="store_true")
+    arguments = parser.parse_args()
+    path, found = HERE / "mjcf.json", figures()
+    if arguments.check:
+        known = json.loads(path.read_text(encoding="utf-8"))
+        pairs = zip(flat(known), flat(found), strict=True)
+        off = max(abs(a - b) / max(1.0, abs(b)) for a, b in pairs)
+        if off > TOLERANCE:
+            sys.exit(f"mjcf.json: off by {off:.1e}")
+        print(f"mjcf.json: as known, within {off:.1e}")
+        return
+    lines = [f' "{name}": {json.dumps(value)}' for name, value in found.items()]
+    path.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
