@@ -14,7 +14,7 @@ pub struct Attributes {
     pub functions: Option<LitStr>,
 }
 
-const ON_STRUCT: [&str; 4] = ["model", "urdf", "effects", "functions"];
+const ON_STRUCT: [&str; 5] = ["model", "urdf", "mjcf", "effects", "functions"];
 const ON_FIELD: [&str; 1] = ["parameter"];
 
 impl Attributes {
@@ -22,7 +22,10 @@ impl Attributes {
     pub fn of(item: &DeriveInput) -> Result<Self> {
         let (mut model, mut effects, mut functions) = (None, Vec::new(), None);
         each(&item.attrs, |meta| {
-            if meta.path.is_ident("model") || meta.path.is_ident("urdf") {
+            if ["model", "urdf", "mjcf"]
+                .iter()
+                .any(|key| meta.path.is_ident(key))
+            {
                 once(&mut model, &meta)
             } else if meta.path.is_ident("effects") {
                 effects.push(text(&meta)?);
@@ -36,7 +39,7 @@ impl Attributes {
         let model = model.ok_or_else(|| {
             Error::new(
                 item.ident.span(),
-                "`#[derive(Dynamics)]` needs a model: add `#[dynamics(model = \"path/to/the.model\")]`, or `urdf = \"…\"`",
+                "`#[derive(Dynamics)]` needs a model: add `#[dynamics(model = \"path/to/the.model\")]`, or `urdf = \"…\"` or `mjcf = \"…\"`",
             )
         })?;
         Ok(Self {

@@ -38,6 +38,7 @@
 //! |---|---|
 //! | `model = "cart.model"` | the model file, relative to the folder of `Cargo.toml` |
 //! | `urdf = "arm.urdf"` | in its place a robot description; what may stay variable are the inertial parameters of its links, `<link>_mass`, `<link>_cx`, …, `<link>_iyz` |
+//! | `mjcf = "arm.xml"` | the same of MuJoCo's format |
 //! | `effects = "effects"` | a folder of effect templates of one's own; may be repeated |
 //! | `functions = "full"` | functions beside the terms, as [`dynamics generate --functions`](dynamics_codegen::emit::Functions) takes them: `full`, or names separated by commas such as `inverse_dynamics,forward_dynamics_derivatives`; each becomes a method |
 //! | `parameter = "…"`, on a field | the parameter's name, where the field has another |

@@ -62,6 +62,13 @@ struct Arm<T> {
     lower_mass: T,
 }
 
+/// The same of MuJoCo's format, whose defaults stand in a file that it includes.
+#[derive(Dynamics)]
+#[dynamics(mjcf = "tests/models/arm.xml")]
+struct Mjcf<T> {
+    lower_mass: T,
+}
+
 /// A model on top of one.
 #[derive(Dynamics)]
 #[dynamics(model = "tests/models/held.model")]
@@ -243,6 +250,9 @@ fn robot_descriptions_are_models() {
             assert!((terms.mass_matrix[(i, j)] - mass[i][j]).abs() < 1e-14);
         }
     }
+    let same = Mjcf { lower_mass: m2 }.equation(&x);
+    assert_eq!(same.mass_matrix, terms.mass_matrix);
+    assert_eq!(same.force, terms.force);
     assert_eq!(Arm::<f64>::nominal().lower_mass, 1.0);
     assert_eq!(Held.constraint_jacobian(&x), [[0.0, 1.0]]);
 }
@@ -258,6 +268,8 @@ fn a_change_of_the_model_builds_anew() {
         "cubic_drag.model",
         "held.model",
         "arm.urdf",
+        "arm.xml",
+        "arm_defaults.xml",
     ];
     for file in files {
         assert!(watched.contains(file), "{file} is not among {watched}");
