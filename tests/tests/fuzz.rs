@@ -42,6 +42,7 @@ fn models_are_read_or_refused() {
 #[test]
 fn robots_are_read_or_refused() {
     run(Kind::Urdf);
+    run(Kind::Mjcf);
 }
 
 #[test]
@@ -87,9 +88,15 @@ fn undamaged_texts_are_accepted() {
             })
     };
     let check = move || {
-        for input in [Kind::Urdf, Kind::Map, Kind::Inputs, Kind::Control]
-            .into_iter()
-            .flat_map(whole)
+        for input in [
+            Kind::Urdf,
+            Kind::Mjcf,
+            Kind::Map,
+            Kind::Inputs,
+            Kind::Control,
+        ]
+        .into_iter()
+        .flat_map(whole)
         {
             let text = String::from_utf8_lossy(&input.bytes);
             assert_eq!(outcome(&input), Outcome::Accepted, "{text}");

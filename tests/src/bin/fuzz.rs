@@ -22,7 +22,7 @@ struct Arguments {
     #[arg(long, default_value_t = 1)]
     count: u64,
 
-    /// The kind: model, urdf, effect, log, map, state, inputs; without it all, by their share
+    /// The kind: model, urdf, mjcf, effect, log, map, state, inputs, control; without it all, by their share
     #[arg(long)]
     kind: Option<Kind>,
 

@@ -15,6 +15,8 @@ use std::sync::LazyLock;
 /// Rows of a log: a little more than a log must have, so that a deletion does not make it too
 /// short.
 const ROWS: usize = 70;
+/// Where most MJCF files are, and what they include.
+pub(super) const MJCF: &str = "tests/mujoco/models";
 /// States of a file of states.
 const STATES: usize = 3;
 
@@ -134,6 +136,14 @@ fn texts(kind: Kind, hosts: &[Host]) -> Vec<Grown> {
             let folders = ["models", "tests/data/fuzz"];
             let files = folders.iter().flat_map(|folder| files(folder, "urdf"));
             files.map(|path| alone(text(&path))).collect()
+        }
+        Kind::Mjcf => {
+            let folders = ["models", MJCF];
+            let files = folders.iter().flat_map(|folder| files(folder, "xml"));
+            let texts = files.map(|path| text(&path));
+            // What another includes is none by itself.
+            let whole = texts.filter(|text| text.contains("<worldbody>"));
+            whole.map(alone).collect()
         }
         Kind::Effect => {
             let files = files("models/effects", "model");

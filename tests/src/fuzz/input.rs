@@ -67,6 +67,7 @@ impl Input {
         match self.kind {
             Kind::Model => "fuzz.model",
             Kind::Urdf => "fuzz.urdf",
+            Kind::Mjcf => "fuzz.xml",
             Kind::Effect => "effect.model",
             Kind::Log => "log.csv",
             Kind::Map => "log.toml",

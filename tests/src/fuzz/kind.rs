@@ -8,7 +8,7 @@ use std::str::FromStr;
 pub enum Kind {
     /// A model, `*.model`.
     Model,
-    /// A robot description.
+    /// A robot description, URDF.
     Urdf,
     /// An effect template, applied to a model.
     Effect,
@@ -22,11 +22,13 @@ pub enum Kind {
     Inputs,
     /// A controller, TOML, as `--control` reads it.
     Control,
+    /// A robot description, MJCF.
+    Mjcf,
 }
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Model,
         Self::Urdf,
         Self::Effect,
@@ -35,6 +37,7 @@ impl Kind {
         Self::State,
         Self::Inputs,
         Self::Control,
+        Self::Mjcf,
     ];
 
     /// Its name on the command line.
@@ -48,6 +51,7 @@ impl Kind {
             Self::State => "state",
             Self::Inputs => "inputs",
             Self::Control => "control",
+            Self::Mjcf => "mjcf",
         }
     }
 
@@ -60,9 +64,10 @@ impl Kind {
             Self::Effect => 120,
             Self::Log => 100,
             Self::Map => 160,
-            Self::State => 200,
+            Self::State => 150,
             Self::Inputs => 100,
             Self::Control => 60,
+            Self::Mjcf => 50,
         }
     }
 

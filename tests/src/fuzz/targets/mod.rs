@@ -10,12 +10,13 @@ mod inputs;
 mod log;
 mod map;
 mod model;
+mod robot;
 mod state;
-mod urdf;
 
 use super::input::Input;
 use super::kind::Kind;
 use dynamics_cli::mistake::Mistake;
+use dynamics_codegen::robot::Format;
 use dynamics_codegen::{Compiled, Report};
 use rand_chacha::ChaCha8Rng;
 use std::io::Write;
@@ -28,7 +29,8 @@ use tempfile::NamedTempFile;
 pub fn run(input: &Input) -> bool {
     match input.kind {
         Kind::Model => model::run(input),
-        Kind::Urdf => urdf::run(input),
+        Kind::Urdf => robot::run(input, Format::Urdf),
+        Kind::Mjcf => robot::run(input, Format::Mjcf),
         Kind::Effect => effect::run(input),
         Kind::Log => log::run(input),
         Kind::Map => map::run(input),
