@@ -11,6 +11,7 @@ mod interrupt;
 mod large;
 mod linearise;
 mod memory;
+mod mjcf;
 mod oracle;
 mod reading;
 mod sensors;
