@@ -30,7 +30,7 @@ impl Model {
     /// Reads a model.
     ///
     /// Args:
-    ///     path: a `.model` file or a robot description (`.urdf`).
+    ///     path: a `.model` file or a robot description (URDF or MJCF).
     ///     parameters: values in place of the nominal ones: a mapping from names to numbers, or
     ///         the path of a JSON file.
     ///     effects: folders of your own effect templates; they win over the built-in ones.
