@@ -25,6 +25,8 @@ mod place;
 mod quantity;
 mod restated;
 mod robot;
+mod robot_drives;
+mod robot_numbers;
 mod robot_options;
 mod sensed;
 mod sensor;

@@ -11,12 +11,11 @@
 
 use super::builder::Builder;
 use super::names::Binding;
-use super::robot_options::{Chosen, Options};
-use super::{Constraint, ConstraintKind, Coordinate, Input, Library, Parameter};
+use super::robot_options::Options;
+use super::{Constraint, ConstraintKind, Coordinate, Library};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::dimension::Dimension;
-use crate::emit::identifier;
-use crate::graph::{ExprId, Unary};
+use crate::graph::Unary;
 use crate::mjcf;
 use crate::robot::{self, Format, Joint, JointKind, Robot, Snapped};
 use crate::source::{SourceId, Sources, Span};
@@ -182,10 +181,10 @@ impl Builder<'_> {
 }
 
 /// A robot on its way into a model.
-struct Assembly<'a, 'b> {
-    builder: &'a mut Builder<'b>,
-    robot: &'a Robot,
-    options: &'a Options,
+pub(super) struct Assembly<'a, 'b> {
+    pub builder: &'a mut Builder<'b>,
+    pub robot: &'a Robot,
+    pub options: &'a Options,
     /// The statement.
     at: Span,
     /// Per body: indices of the coordinates of its joint.
@@ -346,24 +345,6 @@ impl Assembly<'_, '_> {
         coordinate.index
     }
 
-    /// The inputs of a joint: its actuators, or a torque or force of its name. Unless the model says
-    /// which joints are driven, they are those that have an actuator, and all if none has.
-    fn drive(&mut self, index: usize, joint: &Joint, effort: &str, on: usize) {
-        let robot = self.robot;
-        let own = robot.actuators.iter().filter(|drive| drive.body == index);
-        let own: Vec<_> = own.collect();
-        let driven = match &self.options.inputs {
-            None => robot.actuators.is_empty() || !own.is_empty(),
-            Some(chosen) => chosen.includes(&joint.name),
-        };
-        if driven && own.is_empty() {
-            self.input(&joint.name, effort, joint.span, on, 1.0);
-        }
-        for drive in own.into_iter().filter(|_| driven) {
-            self.input(&drive.name, effort, drive.span, on, drive.gear);
-        }
-    }
-
     fn coordinate(&mut self, body: usize, name: &str, unit: &str, span: Span) -> tree::Coordinate {
         let model = &mut self.builder.model;
         let dimension = match unit {
@@ -395,53 +376,6 @@ impl Assembly<'_, '_> {
             v,
             index,
             ratio: 1.0,
-        }
-    }
-
-    fn input(&mut self, name: &str, unit: &str, span: Span, on: usize, gear: f64) {
-        if let Some(first) = self.builder.scope.inputs.get(name) {
-            let message = format!("two inputs are called `{name}`");
-            let error = Diagnostic::error(span, message).also(first.span, "the first");
-            let error = error.help("rename the actuator or the joint");
-            self.builder.report::<()>(error);
-            return;
-        }
-        let model = &mut self.builder.model;
-        let symbol = model.graph.symbol(format!("u_{name}"));
-        let arrives = model.graph.var(symbol);
-        let force = model.graph.scale(gear, arrives);
-        model.forces[on] = model.graph.add(model.forces[on], force);
-        let input = Input {
-            name: name.to_string(),
-            dimension: Some(match unit {
-                "N" => Dimension::ENERGY / Dimension::LENGTH,
-                _ => Dimension::ENERGY,
-            }),
-            unit: unit.to_string(),
-            symbol,
-            arrives,
-            doc: String::new(),
-            assumed: true,
-        };
-        self.builder.push_input(input, span);
-        self.builder.note_driven(on, force);
-    }
-
-    /// Of a joint's rotor, `armature v²/2`, and of its spring, `stiffness (q − rest)²/2`.
-    fn energies(&mut self, joint: &Joint, coordinate: &tree::Coordinate) {
-        let model = &mut self.builder.model;
-        let graph = &mut model.graph;
-        if joint.armature != 0.0 {
-            let square = graph.mul(coordinate.v, coordinate.v);
-            let energy = graph.scale(0.5 * joint.armature, square);
-            model.kinetic = graph.add(model.kinetic, energy);
-        }
-        if let Some(spring) = joint.spring {
-            let rest = graph.constant(spring.rest);
-            let stretch = graph.sub(coordinate.q, rest);
-            let square = graph.mul(stretch, stretch);
-            let energy = graph.scale(0.5 * spring.stiffness, square);
-            model.potential = graph.add(model.potential, energy);
         }
     }
 
@@ -540,138 +474,9 @@ impl Assembly<'_, '_> {
         });
         self.builder.name_frame(&body.link, body.span, frame);
     }
-
-    /// Where a body's joint stands on its parent. `origins: all` frees the lengths that the
-    /// description has, a joint's name all three of its.
-    fn placement(&mut self, index: usize) -> tree::Placement {
-        let Some(joint) = &self.robot.bodies[index].joint else {
-            let graph = &mut self.builder.model.graph;
-            let robot::Placement {
-                rotation,
-                translation,
-            } = robot::Placement::IDENTITY;
-            return tree::Placement {
-                rotation,
-                translation: translation.map(|x| graph.constant(x)),
-            };
-        };
-        let Chosen { all, .. } = self.options.origins;
-        let named = self.options.origins.names(&joint.name);
-        let given = joint.placement.translation;
-        let entries = [("x", given[0]), ("y", given[1]), ("z", given[2])];
-        let translation = entries.map(|(axis, value)| {
-            if named || (all && value != 0.0 && !joint.name.is_empty()) {
-                let described = Described {
-                    parameter: format!("{}_origin_{axis}", identifier(&joint.name)),
-                    option: "origins",
-                    of: joint.name.clone(),
-                };
-                let any = f64::NEG_INFINITY;
-                self.builder
-                    .described_parameter(described, joint.span, "m", any, value)
-            } else {
-                self.builder.model.graph.constant(value)
-            }
-        });
-        tree::Placement {
-            rotation: joint.placement.rotation,
-            translation,
-        }
-    }
-
-    fn inertia(&mut self, index: usize) -> tree::Inertia {
-        let body = &self.robot.bodies[index];
-        let given = &body.inertia;
-        let Chosen { all, .. } = self.options.parameters;
-        let free = self.options.parameters.names(&body.link) || (all && !given.is_zero());
-        let mut entry = |what: &str, unit: &str, lower: f64, value: f64| {
-            if free {
-                let described = Described {
-                    parameter: format!("{}_{what}", identifier(&body.link)),
-                    option: "parameters",
-                    of: body.link.clone(),
-                };
-                self.builder
-                    .described_parameter(described, body.span, unit, lower, value)
-            } else {
-                self.builder.model.graph.constant(value)
-            }
-        };
-        let mass = entry("mass", "kg", 0.0, given.mass);
-        let any = f64::NEG_INFINITY;
-        let center = [("cx", 0), ("cy", 1), ("cz", 2)]
-            .map(|(what, i)| entry(what, "m", any, given.center[i]));
-        let mut tensor = [[mass; 3]; 3];
-        for (what, i, j) in [
-            ("ixx", 0, 0),
-            ("iyy", 1, 1),
-            ("izz", 2, 2),
-            ("ixy", 0, 1),
-            ("ixz", 0, 2),
-            ("iyz", 1, 2),
-        ] {
-            let lower = if i == j { 0.0 } else { any };
-            let value = entry(what, "kg*m^2", lower, given.tensor[i][j]);
-            tensor[i][j] = value;
-            tensor[j][i] = value;
-        }
-        tree::Inertia {
-            mass,
-            center,
-            tensor,
-        }
-    }
 }
 
 impl Builder<'_> {
-    /// `<link>_mass`, `<link>_cx`, …, `<link>_iyz`, `<joint>_origin_x`, ….
-    fn described_parameter(
-        &mut self,
-        described: Described,
-        span: Span,
-        unit: &str,
-        lower: f64,
-        value: f64,
-    ) -> ExprId {
-        let full_name = described.parameter.clone();
-        let (value, belief) = self.stated_for_robot(&full_name, lower, value);
-        let name = Name {
-            text: full_name.clone(),
-            span,
-        };
-        let index = self.model.parameters.len();
-        if !self.bind(&name, Binding::Parameter(index)) {
-            return self.model.graph.constant(value);
-        }
-        let symbol = self.model.graph.symbol(full_name.clone());
-        let kilogram = Dimension::of_unit("kg").unwrap_or_default();
-        let dimension = match unit {
-            "kg" => kilogram,
-            "m" => Dimension::LENGTH,
-            _ => kilogram * Dimension::LENGTH.powi(2),
-        };
-        self.model.parameters.push(Parameter {
-            name: full_name,
-            dimension: Some(dimension),
-            unit: unit.to_string(),
-            nominal: value,
-            default: value,
-            lower,
-            upper: f64::INFINITY,
-            belief,
-            tries: None,
-            symbol,
-            effect: None,
-            doc: String::new(),
-        });
-        if let Some(robot) = &mut self.model.robot {
-            robot.described.push(described);
-        }
-        // The description's values are final, and bodies are built at once.
-        self.fold_parameter(index);
-        self.model.graph.var(symbol)
-    }
-
     /// Whether an error was found so far.
     pub(super) fn failed(&self) -> bool {
         self.findings()

@@ -59,7 +59,7 @@ fn a_mistake_has_its_place_in_the_file() {
     let (_folder, path) = folder();
     fs::write(path("b.xml"), SAME.replace("axis", "axes")).unwrap();
     let said = refuse(&["check", &path("b.xml")], "");
-    assert!(said.contains("b.xml:2:40"), "{said}");
+    assert!(said.contains("b.xml:2:36"), "{said}");
     assert!(said.contains("did you mean `axis`?"), "{said}");
     // Each format says which statement takes the other.
     for (statement, other) in [("mjcf \"a.urdf\"", "urdf"), ("urdf \"b.xml\"", "mjcf")] {

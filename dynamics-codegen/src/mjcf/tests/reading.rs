@@ -210,10 +210,10 @@ proptest! {
     /// unit, or by the axes.
     #[test]
     fn a_rotation_is_the_same_in_all_ways(axis in prop::array::uniform3(-1.0..1.0), angle in -3.0..3.0) {
-        let axis: [f64; 3] = axis;
+        let (axis, angle): ([f64; 3], f64) = (axis, angle);
         prop_assume!(axis.iter().map(|x| x * x).sum::<f64>() > 0.01);
         let [x, y, z] = crate::mjcf::pose::unit(axis);
-        let (s, c) = (0.5 * angle as f64).sin_cos();
+        let (s, c) = (0.5 * angle).sin_cos();
         let r = crate::robot::spatial::rotation_about([x, y, z], angle);
         let ways = [
             format!("quat=\"{c} {} {} {}\"", s * x, s * y, s * z),
