@@ -128,7 +128,7 @@ def has_twin(truth):
 
 SAME = {"f_c": ("Fc",), "v_s": ("vs",), "q_0": ("q0",), "gain": ("c",), "bias": ("u0",), "c": ("c",), "d": ("d",),
         "k": ("k",), "f": ("f",), "tau": ("tau", "T"), "mu": ("mu",), "offset": ("offset",),
-        "scale": ("scale",), "phi_z": ("phi_z",)}
+        "scale": ("scale",), "phi_x": ("phi_x",), "phi_y": ("phi_y",), "phi_z": ("phi_z",)}
 
 
 def estimates(truth, report):

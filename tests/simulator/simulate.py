@@ -18,6 +18,7 @@ import numpy as np
 import disturbing
 import effects as fx
 import sensing
+import wheelbots
 import writing
 from machine import VISIBLE, Machine, Untamed
 from sets import frozen, recipe
@@ -139,6 +140,8 @@ def visible_effects(machine, rng, verdict, only, given=None):
 
 def make_of_set(index, entry, out):
     """Builds and writes one machine of a frozen set."""
+    if entry.get("robot") == "wheelbot":
+        return wheelbots.make(index, entry["seed"], out)
     return make(index, entry["seed"], out, **recipe(entry, index))
 
 

@@ -53,7 +53,8 @@ def rates(lines, details):
 
 def figures(lines):
     """Errors over the floor, calibration of the standard errors, and processor time."""
-    over = [x["score"]["after"][0] / x["floor"] for x in lines if x.get("score") and x["wanted"] != "unknown"]
+    over = [x["score"]["after"][0] / x["floor"] for x in lines
+            if x.get("score") and x["floor"] and x["wanted"] != "unknown"]
     if over:
         print(f"error after over that of the true machine: median {quantile(over, 0.5):.3f}, "
               f"90 % {quantile(over, 0.9):.3f}, worst {max(over):.3f}")

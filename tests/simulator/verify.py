@@ -18,10 +18,13 @@ HERE = Path(__file__).resolve().parent
 sys.path.append(str(HERE.parent / "casadi"))
 
 import effects as fx  # noqa: E402
+import lagrange  # noqa: E402
+import models  # noqa: E402
 import plant  # noqa: E402
 import rollout  # noqa: E402
 import second_route  # noqa: E402
 import simulate  # noqa: E402
+import wheelbot  # noqa: E402
 from systems import SYSTEMS, no_effects  # noqa: E402
 
 FAILED = []
@@ -138,6 +141,71 @@ def step_halving():
         report(f"{name}, {kind}: half the step", np.abs(coarse.q[reach] - fine.q[reach]).max(), 1e-5)
 
 
+def wheelbot_states():
+    """Some states of the Wheelbot on the floor, with inputs and parameters of a body that is off its centre."""
+    rng = np.random.default_rng(23)
+    parameters = {**wheelbot.NOMINAL, "b_x": 0.01, "b_y": -0.02}
+    p = np.array([*parameters.values(), *wheelbot.FAULTS.values()])
+    for _ in range(20):
+        q, w, u = rng.uniform(-1, 1, 7), rng.uniform(-5, 5, 5), rng.uniform(-1, 1, 2)
+        _, v, a = (np.array(part).ravel() for part in wheelbot.MOTION(np.concatenate([q, w, [0, 0]]), u, p))
+        yield parameters, p, q, v, a, u
+
+
+def wheelbot_accelerations():
+    """Maggi's equations against Lagrange's with multipliers, from the energies of ../casadi."""
+    function, _ = lagrange.derive(next(m for m in models.LINEARISED if m.name == "wheelbot"))
+    place = function.name_out().index("a")
+    worst = 0.0
+    for parameters, _, q, v, a, u in wheelbot_states():
+        expected = function(q, v, u, 0.0, list(parameters.values()))[place]
+        worst = max(worst, distance(a, np.array(expected).ravel()))
+    report("wheelbot: a against Lagrange's equations", worst, 1e-10)
+
+
+def wheelbot_instruments():
+    """What an IMU feels against the second difference of where it is, and turns against the first of its axes."""
+    step, worst = 1e-3, 0.0
+    for _, p, q, v, a, _ in wheelbot_states():
+        boards = [boards_at(q + h * v + h * h / 2 * a) for h in (-step, 0, step)]
+        readings = np.array(wheelbot.INSTRUMENTS(q, v, a, p)).ravel()
+        for imu, (before, now, after) in enumerate(zip(*boards)):
+            pushed = (before[0] - 2 * now[0] + after[0]) / step**2 + [0, 0, wheelbot.NOMINAL["g"]]
+            turned = now[1].T @ (after[1] - before[1]) / (2 * step)
+            felt, turning = now[1].T @ pushed, [turned[2, 1], turned[0, 2], turned[1, 0]]
+            worst = max(worst, distance(readings[12 + 3 * imu:15 + 3 * imu], felt),
+                        distance(readings[3 * imu:3 * imu + 3], turning))
+    report("wheelbot: IMUs against differences of their places", worst, 1e-3)
+
+
+def boards_at(q):
+    """Place and axes of each IMU."""
+    upright = turned_about(2, q[4]) @ turned_about(0, q[2])
+    chassis = upright @ turned_about(1, q[3])
+    hub = np.array([q[0], q[1], 0]) + wheelbot.NOMINAL["r_w"] * upright[:, 2]
+    mounts = [(np.array(place), np.deg2rad(turns)) for *place, z, x in wheelbot.MOUNTS for turns in [(z, x)]]
+    return [(hub + chassis @ place, chassis @ turned_about(2, z) @ turned_about(0, x)) for place, (z, x) in mounts]
+
+
+def turned_about(axis, angle):
+    """Rodrigues' formula about one of the axes."""
+    cross = np.cross(np.eye(3), np.eye(3)[axis])
+    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+
+
+def wheelbot_step():
+    """Half the step changes the first fall of a robot with friction by less than its sensors could show."""
+    ends = []
+    for steps in (1, 2):
+        x = np.zeros(14)
+        x[2:4], p = 0.02, np.array([*wheelbot.NOMINAL.values(), *{**wheelbot.FAULTS, "dry_wheel": 0.02}.values()])
+        for k in range(20 * steps):
+            u = np.array([0.1 * np.sin(0.3 * (k // steps)), 0.05 * np.cos(0.3 * (k // steps))])
+            x = np.array(wheelbot.ADVANCED(x, u, p, 0.01 / steps / wheelbot.STEPS))[:, -1]
+        ends.append(x)
+    report("wheelbot: half the step", np.abs(ends[0] - ends[1]).max(), 1e-6)
+
+
 def determinism():
     """The same seed and index give the same bytes, whatever was made before."""
     with tempfile.TemporaryDirectory() as one, tempfile.TemporaryDirectory() as two:
@@ -155,6 +223,9 @@ def main():
     motion_between_samples()
     energy()
     step_halving()
+    wheelbot_accelerations()
+    wheelbot_instruments()
+    wheelbot_step()
     determinism()
     print(f"{len(FAILED)} checks failed" if FAILED else "all checks hold")
     return 1 if FAILED else 0
