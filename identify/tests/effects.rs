@@ -101,7 +101,7 @@ fn nothing_happens_at_the_defaults() {
             .map(|port| match port {
                 PortKind::Coordinate | PortKind::Reading => coordinates.next().unwrap(),
                 PortKind::Coordinates => "x, z",
-                PortKind::Input => "ua",
+                PortKind::Input | PortKind::Drive => "ua",
                 PortKind::Constraint => "hill",
                 PortKind::Body | PortKind::Sensor | PortKind::Frame => "",
             })

@@ -337,6 +337,7 @@ impl Builder<'_> {
             PortKind::Coordinate | PortKind::Coordinates => self.model.coordinates[index].dimension,
             PortKind::Constraint => self.model.constraints[index].dimension,
             PortKind::Input => self.model.inputs[index].dimension,
+            PortKind::Drive => self.shaft_dimension(index),
             PortKind::Sensor | PortKind::Reading => self.wrong.known[index].dimension,
             PortKind::Body | PortKind::Frame => Some(Dimension::LENGTH),
         }

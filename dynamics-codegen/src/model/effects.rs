@@ -161,6 +161,7 @@ fn bind_ports(
             PortKind::Frame => builder.find_frame(&place.text, place.span)?,
             PortKind::Coordinate => builder.find_coordinate(place)?,
             PortKind::Input => builder.find_input(place)?,
+            PortKind::Drive => builder.find_drive(place)?,
             PortKind::Body => builder.find_body(&place.text, place.span)?,
             PortKind::Constraint => builder.find_constraint(place)?,
             PortKind::Coordinates if position + 1 < ports.len() => {

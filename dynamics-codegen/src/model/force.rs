@@ -15,6 +15,9 @@ impl Builder<'_> {
         if let Some(constraint) = self.contact_named(&on.text) {
             return self.lower_sliding_force(constraint, value);
         }
+        if let Some(input) = self.shaft(&on.text) {
+            return self.lower_shaft_force(input, on, value);
+        }
         let index = self.find_coordinate(on)?;
         let quantity = self.lower(value)?;
         self.add_force(index, quantity, &on.text, value.span)

@@ -65,6 +65,7 @@ const BUILTIN: &[(&str, &str)] = builtin![
     "coulomb",
     "cubic_spring",
     "dead_band",
+    "drive_friction",
     "gravity_tilt",
     "input_bias",
     "input_delay",

@@ -327,6 +327,9 @@ impl Builder<'_> {
 
     /// `d/dt` along the motion: `q → v`, `t → 1`.
     fn lower_dot(&mut self, argument: &Expr, span: Span) -> Lowered {
+        if let Some(speed) = self.lower_shaft_speed(argument)? {
+            return Some(speed);
+        }
         let inner = self.lower(argument)?;
         let mut coordinates = self.model.coordinates.iter();
         let same = |c: &&Coordinate| self.model.graph.var(c.position) == inner.expr;

@@ -6,6 +6,7 @@ mod constraint;
 mod contact;
 mod declare;
 mod delay;
+mod drive;
 mod effects;
 mod energy;
 mod finish;

@@ -44,6 +44,11 @@ impl Builder<'_> {
                     let help = format!("read something off it: `position({name}).x`");
                     self.report(Diagnostic::error(span, message).help(help))
                 }
+                PortKind::Drive => {
+                    let message = format!("`{name}` is a drive, not a number");
+                    let help = format!("read how fast it turns: `dot({name})`");
+                    self.report(Diagnostic::error(span, message).help(help))
+                }
                 PortKind::Body => {
                     let message = format!("`{name}` is a body, not a number");
                     let help =

@@ -48,7 +48,8 @@ impl Builder<'_> {
             }
             PortKind::Input => Some(&self.model.inputs[index].unit),
             PortKind::Sensor | PortKind::Reading => Some(&self.wrong.known[index].unit),
-            PortKind::Constraint | PortKind::Body | PortKind::Frame => None,
+            PortKind::Drive if self.model.inputs[index].unit == "N*m" => Some("rad"),
+            PortKind::Constraint | PortKind::Body | PortKind::Frame | PortKind::Drive => None,
         }
     }
 

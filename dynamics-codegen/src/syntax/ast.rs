@@ -56,6 +56,8 @@ pub enum PortKind {
     Coordinate,
     /// An input.
     Input,
+    /// The shaft that an input turns.
+    Drive,
     /// A body.
     Body,
     /// Several coordinates of one unit: the last port of a template.

@@ -122,8 +122,8 @@ fn heading(stream: &mut Stream<'_>) -> Parsed<(String, Heading)> {
 }
 
 /// What a port can stand for.
-const KINDS: &str = "`coordinate`, `coordinates`, `input`, `body`, `constraint`, `reading`, \
-    `sensor` or `frame`";
+const KINDS: &str = "`coordinate`, `coordinates`, `input`, `drive`, `body`, `constraint`, \
+    `reading`, `sensor` or `frame`";
 
 fn ports(stream: &mut Stream<'_>) -> Parsed<Vec<Port>> {
     let mut ports = Vec::new();
@@ -134,6 +134,7 @@ fn ports(stream: &mut Stream<'_>) -> Parsed<Vec<Port>> {
             match kind.text.as_str() {
                 "coordinate" => PortKind::Coordinate,
                 "input" => PortKind::Input,
+                "drive" => PortKind::Drive,
                 "body" => PortKind::Body,
                 "coordinates" => PortKind::Coordinates,
                 "constraint" => PortKind::Constraint,

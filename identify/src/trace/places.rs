@@ -96,6 +96,12 @@ fn names(model: &Model, kind: PortKind, sensors: &[String]) -> Vec<String> {
         PortKind::Frame if sensors.is_empty() => Vec::new(),
         PortKind::Frame => model.boards.clone(),
         PortKind::Input => model.inputs.iter().map(|u| u.name.clone()).collect(),
+        PortKind::Drive => {
+            let drives = model.drives().into_iter();
+            drives
+                .map(|input| model.inputs[input].name.clone())
+                .collect()
+        }
         PortKind::Body => model.moving_bodies().map(|b| b.name.clone()).collect(),
         PortKind::Constraint => (0..model.constraints.len())
             .filter(|&index| model.sliding(index).is_some())
