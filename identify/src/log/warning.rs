@@ -138,7 +138,7 @@ pub enum Warning {
     Unmeasured {
         /// Which.
         coordinate: String,
-        /// How well it is known, as a standard deviation; `None` where nothing depends on it.
+        /// How well it is known, as a standard deviation; `None` where nothing measured depends on it.
         sd: Option<f64>,
         /// Its unit.
         unit: String,
@@ -380,8 +380,8 @@ impl fmt::Display for Warning {
                 ..
             } => write!(
                 f,
-                "no column shows where coordinate `{coordinate}` is, and neither motion nor sensors \
-                 depend on it: it counts from near zero"
+                "no column shows where coordinate `{coordinate}` is, and nothing that is measured depends \
+                 on it: it counts from where the log begins"
             ),
             Self::Filtered { column } => write!(
                 f,

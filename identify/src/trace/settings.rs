@@ -28,8 +28,10 @@ pub const BEAM: usize = 2;
 /// Fitted hypotheses that are kept with the motion that goes with them.
 pub const KEPT: usize = 8;
 
-/// Samples that are searched in before the whole log is.
+/// Samples that are searched in before the whole log is,
 pub const SEARCHED: usize = 1500;
+/// with so many readings of the model's sensors at most.
+pub const SEARCHED_READINGS: usize = 18_000;
 /// Samples that are looked at where a first glance is enough.
 pub const GLANCE: usize = 1000;
 

@@ -25,7 +25,7 @@ use super::progress::{Progress, Stage};
 use super::selection::Selection;
 use super::sensor_memory::with_memory;
 use crate::machine::SolveError;
-use crate::trace::settings::SEARCHED;
+use crate::trace::settings::{SEARCHED, SEARCHED_READINGS};
 use beam::Search;
 pub(super) use beam::as_given;
 pub(super) use channel::is_time;
@@ -67,7 +67,9 @@ pub fn select(
 ) -> Result<Selection, SolveError> {
     let Task { dictionary, .. } = task;
     task.progress.enter(Stage::Fit, &[]);
-    let part = observed.excerpt(SEARCHED);
+    let shown = observed.record.sensed.as_ref();
+    let shown = shown.map_or(0, |sensed| sensed.readings.len());
+    let part = observed.excerpt(SEARCHED.min(SEARCHED_READINGS / shown.max(1)));
     let searched = part.as_ref().unwrap_or(&observed);
     let mut search = Search::begin(task, searched)?;
     if errors == SensorErrors::MayLast

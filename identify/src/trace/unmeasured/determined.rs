@@ -6,21 +6,19 @@ use super::super::estimate::Observed;
 use super::super::linearised::linearised;
 use super::UNKNOWN;
 use crate::log::{Record, Warning, rms};
-use crate::regression::{ErrorDynamics, ProcessNoise, Whitener};
+use crate::regression::{ProcessNoise, Whitener};
 
 /// What is left of the uncertainty of a position that readings do not determine.
 const UNDETERMINED: f64 = 0.1;
-/// Something depends on a position if an acceleration or a sensor changes by more than this in its
-/// unit.
-const DEPENDS: f64 = 1e-9;
 
-/// Notes in `record` how well its estimates are known, which are those of `observed`.
+/// Notes in `record` how well its estimates are known, which are those of `observed`, the `cyclic` ones
+/// of which are counted from their beginning.
 ///
 /// # Errors
 /// If the sensors leave a coordinate open that something depends on.
 pub(super) fn check(
     dictionary: &Dictionary,
-    observed: &Observed,
+    (observed, cyclic): (&Observed, &[bool]),
     noise: &ProcessNoise,
     record: &mut Record,
 ) -> Result<(), TraceError> {
@@ -40,7 +38,7 @@ pub(super) fn check(
         let is_open = position.is_nan() || position >= UNDETERMINED * UNKNOWN[0];
         let unit = focus.machine.compiled.model.coordinates[i].unit.clone();
         let coordinate = record.coordinates[i].clone();
-        if is_open && matters(&dynamics, i) {
+        if is_open && !cyclic[i] {
             let sensed = record.sensed.iter().flat_map(|sensed| &sensed.readings);
             let sensors: Vec<String> = sensed.map(|r| format!("`{}`", r.name)).collect();
             return Err(TraceError::Undetermined {
@@ -52,24 +50,13 @@ pub(super) fn check(
         }
         record.warnings.push(Warning::Unmeasured {
             coordinate,
-            sd: (!is_open).then_some(position),
+            sd: (!cyclic[i]).then_some(position),
             unit,
         });
         if let Some(sensed) = &mut record.sensed {
-            // Where a position has no meaning, its start is as good as any.
-            sensed.sd[i] = match is_open {
-                true => UNKNOWN.map(|sd| sd / super::WITHIN),
-                false => [position, velocity],
-            };
+            let position = if cyclic[i] { super::CHOSEN } else { position };
+            sensed.sd[i] = [position, velocity];
         }
     }
     Ok(())
-}
-
-/// Whether a motion or a sensor depends on a position.
-fn matters(dynamics: &ErrorDynamics, i: usize) -> bool {
-    let moves = |column: nalgebra::DVectorView<'_, f64>| column.amax() > DEPENDS;
-    let shown = dynamics.shown.iter().map(|shown| &shown.slope);
-    let mut all = dynamics.slope.iter().chain(shown);
-    all.any(|slope| moves(slope.column(i)))
 }

@@ -9,6 +9,7 @@
 //! sensors as rows of its likelihood ([`ErrorDynamics::shown`](crate::regression::ErrorDynamics::shown)); the estimates are the
 //! curve that it begins with and what predictions are compared with.
 
+mod cyclic;
 mod determined;
 mod dials;
 mod echo;
@@ -34,6 +35,8 @@ use std::collections::BTreeMap;
 const UNKNOWN: [f64; 2] = [3.0, 30.0];
 /// A filter begins within so many standard deviations of the curve.
 const WITHIN: f64 = 30.0;
+/// The same of a position whose beginning is chosen, not found.
+const CHOSEN: f64 = 1e-6;
 
 /// A record with estimates of the coordinates that nothing measures, and of the noise of the model's
 /// sensors. Others are as they were.
@@ -57,7 +60,9 @@ pub(super) fn estimated(
     let mut observed = Observed::new(record, hold)?;
     let mut machine = Machine::new(source.compile().map_err(Box::new)?);
     let values = source.values(&machine);
-    let start = start::start(&mut machine, &values, &observed)
+    let cyclic = cyclic::cyclic(&mut machine, &values, &observed.record);
+    begin_at_zero(&cyclic, &mut observed);
+    let start = start::start(&mut machine, &values, &observed, &cyclic)
         .map_err(|error| TraceError::at(error, &observed.record.t))?;
     take(&mut observed.record, &start);
     observed.curve = start;
@@ -70,8 +75,18 @@ pub(super) fn estimated(
     } = known;
     let mut record = observed.record.clone();
     take(&mut record, &observed.curve);
-    determined::check(&dictionary, &observed, &noise, &mut record)?;
+    determined::check(&dictionary, (&observed, &cyclic), &noise, &mut record)?;
     Ok(record)
+}
+
+/// Where a coordinate may begin anywhere, its beginning is known: it is zero.
+fn begin_at_zero(cyclic: &[bool], observed: &mut Observed) {
+    for i in (0..cyclic.len()).filter(|&i| cyclic[i]) {
+        observed.position_sd[i] = CHOSEN;
+        if let Some(sensed) = &mut observed.record.sensed {
+            sensed.sd[i][0] = CHOSEN;
+        }
+    }
 }
 
 /// The same, of a model given by name, text and effects, with values that replace nominal ones.

@@ -7,8 +7,8 @@
 //! are, and where the machine began, the evidence of the log's beginning decides.
 
 use super::super::estimate::Observed;
-use super::UNKNOWN;
 use super::dials::{Dials, Rows};
+use super::{CHOSEN, UNKNOWN, WITHIN};
 use crate::log::longest_step;
 use crate::machine::{Machine, SolveError, States};
 use dynamics_codegen::derive::Variable;
@@ -22,15 +22,17 @@ const LASTING: f64 = 0.5;
 const SIZES: [f64; 6] = [0.3, 1.0, 3.0, 10.0, 30.0, 100.0];
 /// Positions at which an unmeasured angle is thought to begin, beside zero, rad.
 const TURNED: [f64; 2] = [-2.0, 2.0];
-/// Samples whose evidence decides.
-const LOOKED_AT: usize = 600;
+/// Samples whose evidence decides, round by round,
+const LOOKED_AT: [usize; 3] = [75, 200, 600];
+/// and the share of what was tried that a round leaves.
+const LEFT: usize = 3;
 /// Rounds in which a sample's readings are taken in, and halvings of a step that leads uphill.
 const ROUNDS: usize = 15;
 const HALVINGS: usize = 6;
 /// A change of this share of a standard deviation ends the rounds.
 const SETTLED: f64 = 1e-2;
 
-/// The curve that the sensors show.
+/// The curve that the sensors show, on which `cyclic` coordinates begin at zero.
 ///
 /// # Errors
 /// If the filter finds no finite motion at all.
@@ -38,6 +40,7 @@ pub(super) fn start(
     machine: &mut Machine,
     values: &[f64],
     observed: &Observed,
+    cyclic: &[bool],
 ) -> Result<States, SolveError> {
     let n = machine.coordinate_count();
     let by = (0..n)
@@ -52,19 +55,19 @@ pub(super) fn start(
         values,
         observed,
     };
-    let looked_at = observed.record.len().min(LOOKED_AT);
-    let guesses = guesses(machine, observed);
+    let guesses = guesses(machine, observed, cyclic);
     let tries = guesses
         .iter()
         .flat_map(|guess| SIZES.map(|size| (guess, size)));
-    let tries: Vec<(&Vec<f64>, f64)> = tries.collect();
-    let evidence = |&(guess, size): &(&Vec<f64>, f64)| {
+    let mut tries: Vec<(&Vec<f64>, f64)> = tries.collect();
+    let evidence = |&(guess, size): &(&Vec<f64>, f64), looked_at: usize| {
         let filter = Filter {
             dials: &dials,
+            cyclic,
             size,
         };
         let evidence: f64 = filter
-            .run(guess, looked_at)
+            .run(guess, looked_at.min(observed.record.len()))
             .iter()
             .map(|s| s.evidence)
             .sum();
@@ -74,14 +77,22 @@ pub(super) fn start(
             f64::NEG_INFINITY
         }
     };
-    let all: Vec<f64> = tries.par_iter().map(evidence).collect();
-    let best = (0..all.len()).max_by(|&a, &b| all[a].total_cmp(&all[b]));
-    let best = best.filter(|&best| all[best] > f64::NEG_INFINITY);
-    let (guess, size) = best
-        .map(|best| tries[best])
-        .ok_or(SolveError::NotFinite { sample: 0 })?;
+    for looked_at in LOOKED_AT {
+        let all: Vec<f64> = tries
+            .par_iter()
+            .map(|one| evidence(one, looked_at))
+            .collect();
+        let mut order: Vec<usize> = (0..all.len()).collect();
+        order.retain(|&one| all[one] > f64::NEG_INFINITY);
+        // Stable: of equals the one that comes first is kept.
+        order.sort_by(|&a, &b| all[b].total_cmp(&all[a]));
+        order.truncate(tries.len().div_ceil(LEFT));
+        tries = order.iter().map(|&one| tries[one]).collect();
+    }
+    let &(guess, size) = tries.first().ok_or(SolveError::NotFinite { sample: 0 })?;
     let filter = Filter {
         dials: &dials,
+        cyclic,
         size,
     };
     let smoothed = filter.backward(&filter.run(guess, observed.record.len()));
@@ -104,7 +115,7 @@ fn with_unmeasured(observed: &Observed, smoothed: &[DVector<f64>]) -> States {
 }
 
 /// Where the machine may have begun: at zero, or with one unmeasured angle turned.
-fn guesses(machine: &Machine, observed: &Observed) -> Vec<Vec<f64>> {
+fn guesses(machine: &Machine, observed: &Observed, cyclic: &[bool]) -> Vec<Vec<f64>> {
     let coordinates = &machine.compiled.model.coordinates;
     let zero = vec![0.0; coordinates.len()];
     let turned = |i: usize| {
@@ -116,7 +127,8 @@ fn guesses(machine: &Machine, observed: &Observed) -> Vec<Vec<f64>> {
         })
     };
     let angles = (0..coordinates.len()).filter(|&i| {
-        !observed.record.is_measured(i) && coordinates[i].dimension == Some(Dimension::ONE)
+        let is_open = !observed.record.is_measured(i) && !cyclic[i];
+        is_open && coordinates[i].dimension == Some(Dimension::ONE)
     });
     std::iter::once(zero.clone())
         .chain(angles.flat_map(turned))
@@ -133,6 +145,7 @@ struct Step {
 
 struct Filter<'a> {
     dials: &'a Dials<'a>,
+    cyclic: &'a [bool],
     /// Standard deviation of accelerations.
     size: f64,
 }
@@ -160,7 +173,12 @@ impl Filter<'_> {
         let n = self.dials.machine.coordinate_count();
         let mean = DVector::from_fn(3 * n, |row, _| if row < n { guess[row] } else { 0.0 });
         let sd = [UNKNOWN[0], UNKNOWN[1], self.size];
-        let variances = DVector::from_fn(3 * n, |row, _| sd[row / n].powi(2));
+        let is_chosen = |row: usize| row < n && self.cyclic[row];
+        let sd = |row: usize| match is_chosen(row) {
+            true => WITHIN * CHOSEN,
+            false => sd[row / n],
+        };
+        let variances = DVector::from_fn(3 * n, |row, _| sd(row).powi(2));
         (mean, DMatrix::from_diagonal(&variances))
     }
 

@@ -201,8 +201,85 @@ fn where_nothing_depends_on_a_position_none_is_needed() {
     }
     let outcome = traced(model, &text);
     assert_eq!(only(&outcome).effect, "viscous");
-    let said = |w: &String| w.contains("neither motion nor sensors depend on it");
+    let said = |w: &String| w.contains("nothing that is measured depends on it");
     assert!(outcome.warnings.iter().any(said), "{:?}", outcome.warnings);
+}
+
+/// A cart on one driven wheel that steers about it: place and heading change nothing that encoder and
+/// gyroscope show, though heading decides where it goes.
+const CART: &str = "model cart; coordinate x: m; coordinate y: m; coordinate yaw: rad; coordinate wheel: rad;\n\
+    input drive: N*m; input turn: N*m;\n\
+    parameter m: kg = 2; parameter r: m = 0.1; parameter i: kg*m^2 = 0.01; parameter j: kg*m^2 = 0.05;\n\
+    kinetic m/2*(dot(x)^2 + dot(y)^2) + i/2*dot(wheel)^2 + j/2*dot(yaw)^2;\n\
+    force wheel = drive; force yaw = turn;\n\
+    constraint along: dot(x) == r*dot(wheel)*cos(yaw);\n\
+    constraint across: dot(y) == r*dot(wheel)*sin(yaw);\n\
+    sensor encoder: rad = wheel; sensor gyro: rad/s = dot(yaw);";
+
+/// Its log, with friction of 0.02 N·m·s in the wheel; it steers half as quickly as its wheel turns.
+fn driven() -> String {
+    let mut text = String::from("t,u_drive,u_turn,encoder,gyro\n");
+    let mut noise = rectangular(5);
+    for k in 0..1000 {
+        let t = 0.01 * f64::from(k);
+        let [q, v, a] = motion(t);
+        let (drive, turn) = (0.03 * a + 0.02 * v, 0.05 * 0.5 * a);
+        let (encoder, gyro) = (q + 1e-4 * noise(), 0.5 * v + 1e-3 * noise());
+        writeln!(text, "{t},{drive},{turn},{encoder},{gyro}").unwrap();
+    }
+    text
+}
+
+#[test]
+fn a_cart_is_traced_that_nobody_locates() {
+    let outcome = traced(CART, &driven());
+    let found = only(&outcome);
+    assert_eq!(
+        (found.effect.as_str(), &found.on[0][..]),
+        ("viscous", "wheel")
+    );
+    let estimate = &found.parameters["d"];
+    assert!(
+        (estimate.value - 0.02).abs() < 3.5 * estimate.std,
+        "{estimate:?}"
+    );
+    for coordinate in ["x", "y", "yaw"] {
+        let said = format!("where coordinate `{coordinate}` is");
+        assert!(
+            outcome.warnings.iter().any(|w| w.contains(&said)),
+            "{coordinate}"
+        );
+    }
+    assert!(
+        !outcome
+            .warnings
+            .iter()
+            .any(|w| w.contains("where coordinate `wheel`"))
+    );
+}
+
+/// On a slope heading is felt, and place still is not.
+#[test]
+fn what_reaches_a_sensor_does_not_begin_anywhere() {
+    let text = |potential: &str| format!("{CART}\nparameter k: N = 1; {potential}");
+    let cyclic = |model: &str| {
+        let library = Library::builtin();
+        let compiled = compile("cart", model, &library).unwrap();
+        let coordinates = ["x", "y", "yaw", "wheel"].map(String::from);
+        let inputs = ["drive", "turn"].map(String::from);
+        let log = Log::from_bytes("cart.csv", driven().as_bytes()).unwrap();
+        let gauge = crate::log::Gauge::of(&compiled.model);
+        let record = log.select_sensed(&coordinates, &inputs, &gauge).unwrap();
+        let mut machine = crate::machine::Machine::new(compiled);
+        let values = machine.nominal_parameters();
+        cyclic::cyclic(&mut machine, &values, &record)
+    };
+    assert_eq!(cyclic(&text("")), [true, true, true, false]);
+    assert_eq!(cyclic(&text("potential k*x;")), [true, true, false, false]);
+    assert_eq!(
+        cyclic(&text("parameter c: 1/m = 1; potential k*c*x^2/2;")),
+        [false, true, false, false]
+    );
 }
 
 /// Two pendulums that know nothing of each other, one of them without a sensor.
