@@ -1,15 +1,11 @@
-//! `models/wheelbot.model` with the robot's instruments behind it: one model text in `OUT_DIR`, and
+//! `models/wheelbot.model` with what simulations add to it: one model text in `OUT_DIR`, and
 //! its Rust module.
 
 use dynamics_codegen::build::ModelFile;
 use std::error::Error;
 use std::path::PathBuf;
 
-const PARTS: [&str; 3] = [
-    "../models/wheelbot.model",
-    "imus.model",
-    "instruments.model",
-];
+const PARTS: [&str; 2] = ["../models/wheelbot.model", "instruments.model"];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let out = PathBuf::from(std::env::var_os("OUT_DIR").ok_or("`OUT_DIR` is not set")?);

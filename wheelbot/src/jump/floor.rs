@@ -218,6 +218,17 @@ mod tests {
         }
     }
 
+    #[test]
+    fn imus_are_those_of_the_rolling_model() {
+        let rolling = include_str!("../../../models/wheelbot.model");
+        let imus = include_str!("../../imus.model").lines();
+        let statements: Vec<&str> = imus.filter(|line| line.ends_with(['}', ';'])).collect();
+        assert_eq!(statements.len(), 12);
+        for statement in statements {
+            assert!(rolling.contains(statement), "{statement}");
+        }
+    }
+
     /// Between the steps it rests on an edge and the wheel, at the angles of the text.
     #[test]
     fn it_rests_at_the_angles_of_the_text() {
