@@ -126,7 +126,7 @@ def has_twin(truth):
     return any(n["r2"] >= TWIN for e in truth["effects"] for n in e["near_equivalents"])
 
 
-SAME = {"f_c": ("Fc",), "v_s": ("vs",), "q_0": ("q0",), "gain": ("c",), "bias": ("u0",), "c": ("c",), "d": ("d",),
+SAME = {"f_c": ("Fc", "f_c"), "v_s": ("vs", "v_s"), "q_0": ("q0",), "gain": ("c",), "bias": ("u0",), "c": ("c",), "d": ("d",),
         "k": ("k",), "f": ("f",), "tau": ("tau", "T"), "mu": ("mu",), "offset": ("offset",),
         "scale": ("scale",), "phi_x": ("phi_x",), "phi_y": ("phi_y",), "phi_z": ("phi_z",)}
 

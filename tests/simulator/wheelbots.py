@@ -69,8 +69,9 @@ def sloping_floor(rng):
 
 
 def late_current(rng):
-    """A current loop that is late by a time, or lags."""
-    name, late = str(rng.choice(["reaction", "wheel"])), between(rng, 0.003, 0.009)
+    """A current loop that is late by a time, or lags; by more than half a tick, which a log cannot tell from how its
+    inputs go between samples."""
+    name, late = str(rng.choice(["reaction", "wheel"])), between(rng, 0.006, 0.0098)
     if rng.uniform() < 0.5:
         times = tuple(late if name == drive else 0.0 for drive in ("reaction", "wheel"))
         return Fault("input_delay", (name,), {"tau": late}, delay=times)
