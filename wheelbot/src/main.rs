@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use wheelbot::jump::Way;
-use wheelbot::studies::{Study, StudyError, balance, estimator, jump, pirouette, push};
+use wheelbot::studies::{Study, StudyError, balance, estimator, identify, jump, pirouette, push};
 use wheelbot::{design, report};
 use wheelbot_firmware::Gains;
 
@@ -43,6 +43,8 @@ enum Program {
     RollUp,
     /// Estimates its tilt with and without the wheel's acceleration (Fig. 6.11).
     Estimator,
+    /// Finds in its own log what its model does not say, and balances with and without it.
+    Identify,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -62,6 +64,7 @@ impl Program {
             Self::StandUp => jump::study(Way::Roll, gains, seed),
             Self::RollUp => jump::study(Way::Pitch, gains, seed),
             Self::Estimator => estimator::study(gains, seed),
+            Self::Identify => identify::study(gains, seed),
         }
     }
 }

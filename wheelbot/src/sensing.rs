@@ -66,6 +66,15 @@ impl Sensing {
         })
     }
 
+    /// With noise, but with the biases taken off that each shows at rest.
+    #[must_use]
+    pub fn without_bias(mut self) -> Self {
+        for instrument in &mut self.instruments {
+            instrument.bias = 0.0;
+        }
+        self
+    }
+
     /// Without noise and bias, still in steps and within range.
     #[must_use]
     pub fn without_noise(mut self) -> Self {
@@ -75,8 +84,18 @@ impl Sensing {
         self
     }
 
-    /// What the controller reads where the instruments show this.
-    pub fn read(&mut self, shown: &[f64; INSTRUMENTS]) -> Readings<f32> {
+    /// What the instruments read in the model's units where they show this: the IMUs' numbers, then the angles of
+    /// both encoders in whole counts.
+    pub fn numbers(&mut self, shown: &[f64; INSTRUMENTS]) -> Vec<f64> {
+        let mut read = self.imus(shown).to_vec();
+        for (place, &angle) in shown.iter().enumerate().take(OF_IMUS + 2).skip(OF_IMUS) {
+            let step = self.instruments[place].resolution.unwrap_or(1.0);
+            read.push((angle / step).round() * step);
+        }
+        read
+    }
+
+    fn imus(&mut self, shown: &[f64; INSTRUMENTS]) -> [f64; OF_IMUS] {
         let mut read = [0.0; OF_IMUS];
         for (place, value) in read.iter_mut().enumerate() {
             let Instrument {
@@ -89,6 +108,12 @@ impl Sensing {
             let analogue = (shown[place] + bias + noise * normal).clamp(-range, range);
             *value = resolution.map_or(analogue, |step| (analogue / step).round() * step);
         }
+        read
+    }
+
+    /// What the controller reads where the instruments show this.
+    pub fn read(&mut self, shown: &[f64; INSTRUMENTS]) -> Readings<f32> {
+        let read = self.imus(shown);
         let vectors = |first: usize| {
             core::array::from_fn(|imu| {
                 core::array::from_fn(|axis| read[first + 3 * imu + axis] as f32)

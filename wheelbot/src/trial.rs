@@ -32,6 +32,8 @@ pub struct Push {
 pub struct Trial {
     /// How long it lasts, s.
     pub seconds: f64,
+    /// The robot as it is, whatever is known of it.
+    pub plant: Wheelbot<f64>,
     /// Where the robot starts; its controller knows roll and pitch there.
     pub start: State,
     /// The controllers.
@@ -45,7 +47,7 @@ pub struct Trial {
     /// Pushes from outside.
     pub pushes: Vec<Push>,
     /// Torques that are added to the feedback's.
-    pub excitation: Option<Excitation>,
+    pub excitations: Vec<Excitation>,
 }
 
 /// The robot at a tick.
@@ -79,13 +81,14 @@ impl Trial {
     pub fn new(seconds: f64, gains: Gains<f64>) -> Self {
         Self {
             seconds,
+            plant: Wheelbot::nominal(),
             start: robot::leaning(0.0, 0.0),
             gains,
             estimator: Settings::published(),
             bias: [0.0; 2],
             delay: 1,
             pushes: Vec::new(),
-            excitation: None,
+            excitations: Vec::new(),
         }
     }
 
@@ -111,7 +114,6 @@ impl Trial {
     /// # Errors
     /// If the equation of motion has no solution on the way.
     pub fn run(&self, sensing: &mut Sensing) -> Result<Outcome, SolveError> {
-        let plant = Wheelbot::nominal();
         let motors = Motors {
             voltage: NOMINAL_VOLTAGE,
         };
@@ -124,7 +126,7 @@ impl Trial {
             let t = tick as f64 * INTERVAL;
             [inputs[2], inputs[3]] = self.pushed(t);
             // The torques of the tick before still act.
-            let shown = robot::shown(&plant, &state, inputs)?;
+            let shown = robot::shown(&self.plant, &state, inputs)?;
             let readings = sensing.read(&shown);
             let ahead = self.ahead(t).map(|torque| torque as f32);
             let (tilt, currents) = firmware.tick(&readings, ahead);
@@ -136,7 +138,7 @@ impl Trial {
                 for k in 0..2 {
                     inputs[k] = motors.torque(currents[k], speeds[k]);
                 }
-                state = robot::advanced(&plant, &state, inputs, INTERVAL / STEPS as f64)?;
+                state = robot::advanced(&self.plant, &state, inputs, INTERVAL / STEPS as f64)?;
             }
             rows.push(Row {
                 t,
@@ -164,7 +166,10 @@ impl Trial {
     }
 
     fn ahead(&self, t: f64) -> [f64; 2] {
-        self.excitation.map_or([0.0; 2], |swing| swing.torques(t))
+        let torques = self.excitations.iter().map(|swing| swing.torques(t));
+        torques.fold([0.0; 2], |sum, torque| {
+            [sum[0] + torque[0], sum[1] + torque[1]]
+        })
     }
 
     fn pushed(&self, t: f64) -> [f64; 2] {

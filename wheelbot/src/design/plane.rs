@@ -1,8 +1,9 @@
 //! The linear model of balancing, [6.21]: roll with the reaction wheel, pitch with the rolling wheel.
 
+use super::standing::Standing;
 use crate::robot::{self, PITCH, REACTION, ROLL, WHEEL};
 use dynamics_codegen::diagnostic::Report;
-use identify::machine::{Linearisation, Lineariser, SolveError, States};
+use identify::machine::{Linearisation, SolveError};
 use nalgebra::{DMatrix, Matrix4, Vector4};
 
 /// What couples the planes, or leaves them, counts as nothing below this share of the largest entry.
@@ -17,6 +18,9 @@ pub enum DesignError {
     /// The robot cannot be linearised upright.
     #[error("the robot cannot be linearised upright: {0}")]
     Unsolvable(#[from] SolveError),
+    /// Nothing near upright is a balance.
+    #[error("the robot stands still nowhere near upright")]
+    Nowhere,
     /// The inputs cannot be held that long.
     #[error("the linear model has no finite step of {0} s")]
     Hold(f64),
@@ -51,18 +55,17 @@ pub struct Plane {
 /// # Errors
 /// [`DesignError`].
 pub fn planes(hold: Option<f64>) -> Result<[Plane; 2], DesignError> {
-    let lineariser = Lineariser::new(robot::compiled()?);
-    let upright = robot::leaning(0.0, 0.0);
-    let column = |values: &[f64]| values.iter().map(|&x| vec![x]).collect();
-    let state = States {
-        t: vec![0.0],
-        q: column(&upright.q),
-        v: column(&upright.v),
-        u: column(&[0.0; 4]),
-        ..States::default()
-    };
+    planes_of(&Standing::of(robot::compiled()?)?, hold)
+}
+
+/// The same of a model where it stands.
+///
+/// # Errors
+/// [`DesignError`].
+pub fn planes_of(standing: &Standing, hold: Option<f64>) -> Result<[Plane; 2], DesignError> {
+    let Standing { lineariser, tilt } = standing;
     let parameters = lineariser.machine().nominal_parameters();
-    let mut linear = lineariser.at(&state, &parameters)?;
+    let mut linear = lineariser.at(&standing.states(*tilt), &parameters)?;
     if let Some(seconds) = hold {
         linear = linear.sampled(seconds).ok_or(DesignError::Hold(seconds))?;
     }

@@ -1,7 +1,9 @@
 //! The regulator of the robot's author: weights, and the gains that they give.
 
-use super::plane::{DesignError, Plane, planes};
+use super::plane::{DesignError, Plane, planes_of};
 use super::riccati;
+use super::standing::Standing;
+use crate::robot;
 use nalgebra::{Matrix4, Vector4};
 use wheelbot_firmware::{Gains, INTERVAL};
 
@@ -32,7 +34,15 @@ pub const WEIGHTS: [Weights; 2] = [
 /// # Errors
 /// [`DesignError`].
 pub fn designed() -> Result<Gains<f64>, DesignError> {
-    let [roll, pitch] = planes(Some(INTERVAL))?;
+    designed_for(&Standing::of(robot::compiled()?)?)
+}
+
+/// The same for a model where it stands.
+///
+/// # Errors
+/// [`DesignError`].
+pub fn designed_for(standing: &Standing) -> Result<Gains<f64>, DesignError> {
+    let [roll, pitch] = planes_of(standing, Some(INTERVAL))?;
     Ok(Gains {
         roll: gain("roll", &roll, &WEIGHTS[0])?,
         pitch: gain("pitch", &pitch, &WEIGHTS[1])?,
@@ -49,7 +59,7 @@ fn gain(name: &'static str, plane: &Plane, weights: &Weights) -> Result<[f64; 4]
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::design::poles::poles;
+    use crate::design::{planes, poles::poles};
 
     /// Against gains and poles that were computed without this project's code.
     #[test]

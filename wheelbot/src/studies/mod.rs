@@ -3,6 +3,7 @@
 pub mod balance;
 pub mod basin;
 pub mod estimator;
+pub mod identify;
 mod interval;
 pub mod jump;
 pub mod pirouette;

@@ -30,7 +30,7 @@ const SWING: Excitation = Excitation {
 /// [`StudyError`].
 pub fn run(gains: Gains<f64>, sensing: &mut Sensing) -> Result<Outcome, StudyError> {
     let mut trial = Trial::new(TIME + 2.0 * ASIDE, gains);
-    trial.excitation = Some(SWING);
+    trial.excitations = vec![SWING];
     Ok(trial.calibrated(sensing)?.run(sensing)?)
 }
 

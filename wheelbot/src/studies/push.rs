@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use wheelbot_firmware::Gains;
 
 /// Directions of pushes against the heading, degrees to the left of forward.
-const DIRECTIONS: [f64; 8] = [0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0];
+pub(super) const DIRECTIONS: [f64; 8] = [0.0, 45.0, 90.0, 135.0, 180.0, 225.0, 270.0, 315.0];
 /// How long one lasts, s.
 const SECONDS: f64 = 0.1;
 /// From one to the next, s.
@@ -105,21 +105,9 @@ fn back_upright(outcome: &Outcome) -> usize {
 /// The largest impulses that published and designed gains survive, by halving.
 fn largest(sensing: &Sensing) -> Result<Table, StudyError> {
     let designed = design::designed()?;
-    let survived = |direction: f64, gains| -> Result<f64, StudyError> {
-        let (mut least, mut most) = (0.0, MOST_IMPULSE);
-        for _ in 0..HALVINGS {
-            let middle = (least + most) / 2.0;
-            let mut trial = Trial::new(4.0, gains);
-            trial.pushes = vec![push(0.5, direction, middle)];
-            match trial.run(&mut sensing.clone())?.fell {
-                true => most = middle,
-                false => least = middle,
-            }
-        }
-        Ok(least)
-    };
     let row = |direction: &f64| -> Result<Vec<String>, StudyError> {
-        let impulses = [Gains::PUBLISHED, designed].map(|gains| survived(*direction, gains));
+        let impulses = [Gains::PUBLISHED, designed]
+            .map(|gains| survived(&Trial::new(0.0, gains), *direction, sensing));
         let [published, designed] = impulses;
         Ok(vec![
             format!("{direction:.0}°"),
@@ -135,6 +123,29 @@ fn largest(sensing: &Sensing) -> Result<Table, StudyError> {
             .to_vec(),
         rows: DIRECTIONS.par_iter().map(row).collect::<Result<_, _>>()?,
     })
+}
+
+/// The largest impulse from a direction that a robot survives half a second after it starts, N·s, by
+/// halving.
+pub(super) fn survived(
+    robot: &Trial,
+    direction: f64,
+    sensing: &Sensing,
+) -> Result<f64, StudyError> {
+    let (mut least, mut most) = (0.0, MOST_IMPULSE);
+    for _ in 0..HALVINGS {
+        let middle = (least + most) / 2.0;
+        let trial = Trial {
+            seconds: 4.0,
+            pushes: vec![push(0.5, direction, middle)],
+            ..robot.clone()
+        };
+        match trial.run(&mut sensing.clone())?.fell {
+            true => most = middle,
+            false => least = middle,
+        }
+    }
+    Ok(least)
 }
 
 #[cfg(test)]

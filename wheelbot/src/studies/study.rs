@@ -19,6 +19,12 @@ pub enum StudyError {
     /// The robot on the floor reached a state without a motion.
     #[error("the simulation cannot go on: {0}")]
     Contact(#[from] identify::machine::SolveError),
+    /// The robot's log is none.
+    #[error(transparent)]
+    Log(#[from] identify::log::LogError),
+    /// The robot's log cannot be traced.
+    #[error(transparent)]
+    Trace(#[from] Box<identify::trace::TraceError>),
     /// The model's text is no model.
     #[error("{0}")]
     Model(#[from] Report),
