@@ -336,7 +336,9 @@ fn shown(before: &Balanced, after: &Balanced) -> Vec<Chart> {
         chart("roll [°]", &|row| row.state.q[ROLL].to_degrees()),
         chart("pitch [°]", &|row| row.state.q[PITCH].to_degrees()),
         chart("rolled [m]", &|row| row.state.q[X].hypot(row.state.q[Y])),
-        chart("turn of the reaction wheel [rad]", &|row| row.state.q[REACTION]),
+        chart("turn of the reaction wheel [rad]", &|row| {
+            row.state.q[REACTION]
+        }),
     ]
 }
 
