@@ -83,7 +83,7 @@ fn joint(joint: &Joint) -> &'static str {
         Joint::Revolute { .. } => "turns on",
         Joint::Prismatic { .. } => "slides on",
         Joint::Planar { .. } => "in a plane of",
-        Joint::Floating(_) => "free of",
+        Joint::Floating(_) | Joint::Free(_) => "free of",
         Joint::Driven { .. } => "driven on",
     }
 }

@@ -558,6 +558,7 @@ impl Builder<'_> {
             }
             Joint::Planar { coordinates, .. } => coordinates.iter().any(is),
             Joint::Floating(joint) => joint.position.iter().chain(&joint.quaternion).any(is),
+            Joint::Free(free) => free.indices.contains(&coordinate),
             Joint::Driven { displacement, .. } => {
                 displacement.map.iter().any(|entry| entry.0 == coordinate)
             }

@@ -38,6 +38,9 @@ pub(super) fn tree(g: &Graph, tree: &Tree) -> Result<(), TreeError> {
             let map = displacement.map.iter().chain(&displacement.map_rate);
             check_map(body, map.map(|entry| entry.0), tree.coordinates)?;
         }
+        if let Joint::Free(free) = &body.joint {
+            check_map(body, free.indices.into_iter(), tree.coordinates)?;
+        }
         for coordinate in coordinates(&body.joint) {
             check_coordinate(body, coordinate, tree.coordinates)?;
         }
@@ -137,6 +140,6 @@ fn coordinates(joint: &Joint) -> Vec<Coordinate> {
             all.extend(floating.quaternion);
             all
         }
-        Joint::Driven { .. } => Vec::new(),
+        Joint::Free(_) | Joint::Driven { .. } => Vec::new(),
     }
 }

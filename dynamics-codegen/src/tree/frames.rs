@@ -84,7 +84,7 @@ fn orient(
             Some(c) => still(vector::transpose(&c), NO_TURNS),
             None => still(IDENTITY, NO_TURNS),
         },
-        Motion::Spherical { .. } => match from_parent {
+        Motion::Spherical { .. } | Motion::Free { .. } => match from_parent {
             // The quaternion's rotation is relative to the joint's frame: the
             // constant rotation stays in front of it.
             Some(c) => {
@@ -140,7 +140,7 @@ fn zero_angle(
     let inward = vector::transpose(basis);
     let axis = match child.motion {
         Motion::Revolute { axis, .. } | Motion::Prismatic { axis, .. } => axis,
-        Motion::Spherical { .. } => return undo,
+        Motion::Spherical { .. } | Motion::Free { .. } => return undo,
     };
     let u = vector::apply(&inward, vector::apply(&child.rotation, axis));
     let tilt = u[0].hypot(u[1]);
@@ -189,7 +189,7 @@ fn place(
         (vector::apply(&inward, gap), direction)
     });
     match joint.motion {
-        Motion::Spherical { .. } => HERE,
+        Motion::Spherical { .. } | Motion::Free { .. } => HERE,
         Motion::Prismatic { .. } => outward.map_or(HERE, |(gap, _)| gap.map(|x| -x)),
         Motion::Revolute { axis, .. } => {
             let to_child = || slide_to_child(g, axis, child);

@@ -205,7 +205,7 @@ impl Mechanism {
                 point: if i == carrier { Some(point) } else { None },
                 end,
                 end_velocity,
-                own_axes: self.links[i].spherical.is_some(),
+                own_axes: self.links[i].spherical.is_some() || self.links[i].free,
             };
             for (k, freedom) in self.links[i].freedoms.iter().enumerate() {
                 let twist = if rate {

@@ -35,7 +35,7 @@ fn link(
     if parent.is_some() {
         stages.extend(turn::constant_turn(g, 2, frame.turns[0]));
         stages.extend(turn::constant_turn(g, 0, frame.turns[1]));
-        if let Motion::Spherical { .. } = joint.motion {
+        if let Motion::Spherical { .. } | Motion::Free { .. } = joint.motion {
             stages.extend(turn::constant_turn(g, 2, frame.offset));
         }
     }
@@ -57,6 +57,14 @@ fn link(
             stages.push(Stage::General(rotation));
             quaternion = Some(given);
         }
+        Motion::Free { rotation, position } => {
+            stages.push(Stage::General(rotation));
+            // The position is seen from the joint's frame: the constant rotation in front
+            // of it is the base's for a root, the constant stages' for any other.
+            let constant = &stages[..constant_stages];
+            let displacement = turn::up(g, constant, position);
+            shift = vector::add(g, shift, displacement);
+        }
         Motion::Prismatic { axis, distance } => {
             let axis = vector::apply(&vector::transpose(&frame.rotation), axis);
             freedoms[0].axis = Axis::Linear(axis);
@@ -73,6 +81,7 @@ fn link(
         freedoms,
         inertia,
         driven: joint.driven,
+        free: matches!(joint.motion, Motion::Free { .. }),
         base,
         spherical: quaternion.map(|q| q.map(|c| c.index)),
         quaternion: quaternion.map(|q| q.map(|c| c.q)),
@@ -93,7 +102,7 @@ fn placed(
     let origin = vector::add(g, joint.translation, origin);
     let Some(parent) = parent else {
         let rotation = match joint.motion {
-            Motion::Spherical { .. } => joint.rotation,
+            Motion::Spherical { .. } | Motion::Free { .. } => joint.rotation,
             _ => vector::product(&joint.rotation, &frame.rotation),
         };
         let base = Base {

@@ -117,6 +117,8 @@ pub(super) struct Link {
     pub inertia: PseudoInertia,
     /// Whether an expression drives it.
     pub driven: bool,
+    /// Whether it moves by a twist whose axes are fixed in itself.
+    pub free: bool,
     /// Pose in the world of the frame that stands in for a root's parent.
     pub base: Base,
     /// For a link that turns by a quaternion: its coordinates' indices,

@@ -105,6 +105,25 @@ impl AxisMotion {
     }
 }
 
+impl AxisMotion {
+    /// This motion, but for the mean of both rates where velocities differ.
+    pub fn at_rate_between(self, g: &mut Graph, other: &Self) -> Self {
+        let mut mean = |x: Vector, y: Vector| {
+            let sum = vector::add(g, x, y);
+            sum.map(|x| g.scale(0.5, x))
+        };
+        let (own, others) = (self.doubled_rate, other.doubled_rate);
+        let doubled_rate = Twist {
+            angular: mean(own.angular, others.angular),
+            linear: mean(own.linear, others.linear),
+        };
+        Self {
+            doubled_rate,
+            ..self
+        }
+    }
+}
+
 impl MixedMoment {
     /// `2 V P`: block `2 (ω × S + v hᵀ)`, column `2 (ω × h + m v)`.
     pub fn of_link(g: &mut Graph, inertia: &PseudoInertia, state: &State) -> Self {

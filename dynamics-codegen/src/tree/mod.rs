@@ -10,8 +10,9 @@
 //! the same nodes, so functions that share work share it in the graph.
 //!
 //! Conventions: `M a = Q_C + Q` with `Q_C = −(C v + g)`. A floating body has
-//! seven coordinates, position then unit quaternion `x, y, z, w`; all
-//! velocities are time derivatives of coordinates ([`Floating`]).
+//! seven coordinates, position then unit quaternion `x, y, z, w`, with their time
+//! derivatives as velocities ([`Floating`]), or six velocities, its twist in its
+//! own frame ([`Free`]).
 //!
 //! A pendulum: one body on a revolute joint about y, hanging along −z.
 //!
@@ -183,8 +184,10 @@ pub enum Joint {
         /// frame (for `z` these are `x` and `y`), then the angle about it.
         coordinates: [Coordinate; 3],
     },
-    /// Freely.
+    /// Freely, by seven coordinates and their rates.
     Floating(Floating),
+    /// Freely, by a twist in the body's own frame.
+    Free(Free),
     /// About or along `axis`, driven by an expression.
     Driven {
         /// In the joint's frame (any length but zero).
@@ -215,4 +218,23 @@ pub struct Floating {
     pub position: [Coordinate; 3],
     /// Quaternion `x, y, z, w`.
     pub quaternion: [Coordinate; 4],
+}
+
+/// A free body whose velocities are its twist: linear velocity of its origin, then angular
+/// velocity, both in the body's own frame (Pinocchio's convention).
+///
+/// With the pose `(p, η)` in the joint's frame, `R = R(η)` and the twist `(v, ω)`:
+/// `ṗ = R v` and `η̇ = ½ η ⊗ (ω, 0)`. The accelerations are `v̇` and `ω̇`, the forces a force
+/// and a moment about the origin, in the body's frame. Derivatives by position are along the
+/// tangent: by a small twist of the displaced body, at the same velocities.
+#[derive(Debug, Clone, Copy)]
+pub struct Free {
+    /// Position of the body's origin, m.
+    pub position: [ExprId; 3],
+    /// Unit quaternion `x, y, z, w`.
+    pub quaternion: [ExprId; 4],
+    /// The twist `v, ω`, m/s and rad/s.
+    pub twist: [ExprId; 6],
+    /// Which generalised velocities these are, each below [`Tree::coordinates`].
+    pub indices: [usize; 6],
 }

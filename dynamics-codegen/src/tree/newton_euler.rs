@@ -143,10 +143,7 @@ impl Mechanism {
     ) -> Vec<State> {
         let mut states: Vec<State> = Vec::with_capacity(self.links.len());
         for i in 0..self.links.len() {
-            let before = match self.links[i].parent {
-                Some(parent) => states[parent],
-                None => self.base_state(g, i, gravity),
-            };
+            let before = self.before(g, i, &states, gravity);
             states.push(self.step(g, i, &before, &accelerations[i], gravity));
         }
         states
@@ -180,6 +177,9 @@ impl Mechanism {
         relative: bool,
     ) -> State {
         let link = &self.links[i];
+        if link.free {
+            return self.step_freely(g, i, before, accelerations);
+        }
         let lever = vector::cross(g, before.omega, link.shift);
         let mut velocity = vector::add(g, before.velocity, lever);
         let swing = before.second.times(g, link.shift);
@@ -227,6 +227,62 @@ impl Mechanism {
         }
     }
 
+    /// From what carries a free link to that link; its twist `(v, ω)` is in its own frame,
+    /// and its origin accelerates against the carrier by `v̇ + (2 ω_carrier + ω) × v`.
+    fn step_freely(
+        &self,
+        g: &mut Graph,
+        i: usize,
+        before: &State,
+        accelerations: &[ExprId],
+    ) -> State {
+        let carrier = self.carrier(g, i, before);
+        let rates: Vec<ExprId> = self.links[i].freedoms.iter().map(|f| f.rate).collect();
+        let (v, w) = halves(&rates);
+        let (v_dot, w_dot) = halves(accelerations);
+        let omega = vector::add(g, carrier.omega, w);
+        let turning = vector::add(g, carrier.omega, omega);
+        let coriolis = vector::cross(g, turning, v);
+        let own = vector::add(g, v_dot, coriolis);
+        let spin = vector::cross(g, carrier.omega, w);
+        let own_turn = vector::add(g, w_dot, spin);
+        let omega_dot = vector::add(g, carrier.omega_dot, own_turn);
+        State {
+            omega,
+            velocity: vector::add(g, carrier.velocity, v),
+            acceleration: vector::add(g, carrier.acceleration, own),
+            second: SecondDerivative::new(g, omega, omega_dot),
+            omega_dot,
+        }
+    }
+
+    /// The motion of the frame that is fixed in what carries link `i` and coincides with that
+    /// link's frame at this instant.
+    pub(super) fn carrier(&self, g: &mut Graph, i: usize, before: &State) -> State {
+        let link = &self.links[i];
+        let lever = vector::cross(g, before.omega, link.shift);
+        let velocity = vector::add(g, before.velocity, lever);
+        let swing = before.second.times(g, link.shift);
+        let acceleration = vector::add(g, before.acceleration, swing);
+        let omega = turn::down(g, &link.stages, before.omega);
+        let omega_dot = turn::down(g, &link.stages, before.omega_dot);
+        State {
+            omega,
+            velocity: turn::down(g, &link.stages, velocity),
+            acceleration: turn::down(g, &link.stages, acceleration),
+            second: SecondDerivative::new(g, omega, omega_dot),
+            omega_dot,
+        }
+    }
+
+    /// The motion of what carries link `i`: its parent's, or the world's.
+    pub(super) fn before(&self, g: &mut Graph, i: usize, states: &[State], gravity: bool) -> State {
+        match self.links[i].parent {
+            Some(parent) => states[parent],
+            None => self.base_state(g, i, gravity),
+        }
+    }
+
     /// The wrench that each link's joint transmits, in that link's frame.
     pub(super) fn wrenches(&self, g: &mut Graph, states: &[State]) -> Vec<Wrench> {
         let mut wrenches: Vec<Wrench> = (self.links.iter().zip(states))
@@ -264,6 +320,14 @@ impl Mechanism {
             force,
         }
     }
+}
+
+/// The linear and the angular half of six components of a twist.
+fn halves(twist: &[ExprId]) -> (Vector, Vector) {
+    (
+        std::array::from_fn(|k| twist[k]),
+        std::array::from_fn(|k| twist[3 + k]),
+    )
 }
 
 /// `f = m a + U h`, and `n` the skew part of `U S + a hᵀ`.

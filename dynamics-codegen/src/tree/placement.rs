@@ -5,7 +5,7 @@ use super::inertia::PseudoInertia;
 use super::mechanism::{Axis, Freedom, Snapped};
 use super::turn::Matrix;
 use super::vector::{self, IDENTITY, Rotation, Vector};
-use super::{Body, Coordinate, Displacement, Floating, Joint, Tree};
+use super::{Body, Coordinate, Displacement, Floating, Free, Joint, Tree};
 use crate::graph::{ExprId, Graph};
 
 /// How a joint moves, in its own frame.
@@ -22,6 +22,10 @@ pub(super) enum Motion {
     Spherical {
         rotation: Matrix,
         quaternion: [Coordinate; 4],
+    },
+    Free {
+        rotation: Matrix,
+        position: Vector,
     },
 }
 
@@ -133,6 +137,7 @@ fn attach(
             chain.revolute(*normal, *angle);
         }
         Joint::Floating(floating) => chain.floating(floating),
+        Joint::Free(free) => chain.free(free),
         Joint::Driven {
             axis,
             turns,
@@ -271,6 +276,26 @@ impl Chain<'_> {
             },
             freedoms,
         );
+    }
+
+    fn free(&mut self, free: &Free) {
+        let rotation = quaternion_rotation(self.g, free.quaternion);
+        let position = free.position;
+        let linear = IDENTITY.map(Axis::Linear);
+        let angular = [0, 1, 2].map(Axis::Angular);
+        let rates = free.twist.into_iter().zip(free.indices);
+        let freedoms = (linear.into_iter().chain(angular).zip(rates))
+            .map(|(axis, (v, index))| {
+                let coordinate = Coordinate {
+                    q: v,
+                    v,
+                    index,
+                    ratio: 1.0,
+                };
+                self.freedom(axis, coordinate)
+            })
+            .collect();
+        self.push(Motion::Free { rotation, position }, freedoms);
     }
 }
 

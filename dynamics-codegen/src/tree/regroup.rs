@@ -66,6 +66,9 @@ fn invisible(g: &mut Graph, link: &Link) -> PseudoInertia {
         part.mass = own.mass;
         return part;
     }
+    if link.free {
+        return part;
+    }
     match link.freedoms[0].axis {
         Axis::Angular(axis) => {
             part.mass = own.mass;

@@ -94,7 +94,7 @@ impl Mechanism {
         wrenches: &[Wrench],
     ) -> Slopes {
         let directions: Vec<Vec<Direction>> = (0..self.links.len())
-            .map(|i| self.directions(g, i, acceleration, &states[i]))
+            .map(|i| self.directions(g, i, acceleration, states))
             .collect();
         let composites = self.composites(g);
         let mixed = self.mixed_moments(g, states);
@@ -180,9 +180,12 @@ impl Mechanism {
         g: &mut Graph,
         i: usize,
         acceleration: &[ExprId],
-        state: &State,
+        states: &[State],
     ) -> Vec<Direction> {
-        let link = &self.links[i];
+        let (link, state) = (&self.links[i], &states[i]);
+        if link.free {
+            return self.free_directions(g, i, states);
+        }
         if link.spherical.is_some() {
             return quaternion_directions(g, link, acceleration, state);
         }
@@ -201,6 +204,35 @@ impl Mechanism {
             ratio,
             motion,
         }]
+    }
+
+    /// Along each component of a free link's twist. Position: the displaced link keeps its
+    /// twist, so it moves as if turned by something fixed in its carrier. Velocity: the
+    /// twist's axes are fixed in the link; with the carrier's twist `V_c`, the own one `V`
+    /// and the component `s`, `δẌ = 2 E Ẋ + ([V, s] + 2 [V_c, s]) X`.
+    fn free_directions(&self, g: &mut Graph, i: usize, states: &[State]) -> Vec<Direction> {
+        let before = self.before(g, i, states, true);
+        let carrier = self.carrier(g, i, &before);
+        let zero = vector::zero(g);
+        let ratio = g.one();
+        let freedoms = self.links[i].freedoms.iter();
+        freedoms
+            .map(|freedom| {
+                let mut along = |state: &State| match freedom.axis {
+                    Axis::Linear(a) => AxisMotion::linear(g, a, state),
+                    Axis::Angular(k) => {
+                        let axis = vector::constant(g, IDENTITY[k]);
+                        AxisMotion::angular(g, [axis, zero, zero], state)
+                    }
+                };
+                let (fixed_there, fixed_here) = (along(&carrier), along(&states[i]));
+                Direction {
+                    coordinate: freedom.map[0].0,
+                    ratio,
+                    motion: fixed_there.at_rate_between(g, &fixed_here),
+                }
+            })
+            .collect()
     }
 
     /// A quaternion's forces are `(2 E)ᵀ n`, and `E` changes with it too.

@@ -138,19 +138,24 @@ def state(root, model, size):
     return {k: np.asarray(x).tolist() for k, x in result.items()}
 
 
-# Depth first: Pinocchio expects the joints of a subtree side by side.
-trees = []
-for root, parents, kinds in [
-    ("revolute", [0, 1, 2, 1, 4, 4, 6], ["revolute", "revolute", "prismatic", "revolute", "revolute", "fixed", "revolute"]),
-    ("prismatic", [0, 1, 0, 3], ["revolute", "revolute", "prismatic", "revolute"]),
-    ("floating", [0, 1, 0, 3, 4], ["revolute", "revolute", "prismatic", "fixed", "revolute"]),
-    ("planar", [0, 1, 0], ["revolute", "revolute", "revolute"]),
-]:
-    bodies, model, tip, offset = make(root, parents, kinds)
-    tool = pin.SE3(rotation(), rng.normal(size=3) * 0.2)
-    model.addFrame(pin.Frame("tip", tip, offset * tool, pin.FrameType.OP_FRAME))
-    size = model.nv + (1 if root == "floating" else 0)
-    trees.append(dict(root=root, gravity=model.gravity.linear.tolist(), bodies=bodies,
-                      tool=dict(rotation=tool.rotation.tolist(), translation=tool.translation.tolist()),
-                      states=[state(root, model, size) for _ in range(5)]))
-print(json.dumps(dict(source=f"pinocchio {pin.__version__}", trees=trees)))
+def main():
+    # Depth first: Pinocchio expects the joints of a subtree side by side.
+    trees = []
+    for root, parents, kinds in [
+        ("revolute", [0, 1, 2, 1, 4, 4, 6], ["revolute", "revolute", "prismatic", "revolute", "revolute", "fixed", "revolute"]),
+        ("prismatic", [0, 1, 0, 3], ["revolute", "revolute", "prismatic", "revolute"]),
+        ("floating", [0, 1, 0, 3, 4], ["revolute", "revolute", "prismatic", "fixed", "revolute"]),
+        ("planar", [0, 1, 0], ["revolute", "revolute", "revolute"]),
+    ]:
+        bodies, model, tip, offset = make(root, parents, kinds)
+        tool = pin.SE3(rotation(), rng.normal(size=3) * 0.2)
+        model.addFrame(pin.Frame("tip", tip, offset * tool, pin.FrameType.OP_FRAME))
+        size = model.nv + (1 if root == "floating" else 0)
+        trees.append(dict(root=root, gravity=model.gravity.linear.tolist(), bodies=bodies,
+                          tool=dict(rotation=tool.rotation.tolist(), translation=tool.translation.tolist()),
+                          states=[state(root, model, size) for _ in range(5)]))
+    print(json.dumps(dict(source=f"pinocchio {pin.__version__}", trees=trees)))
+
+
+if __name__ == "__main__":
+    main()

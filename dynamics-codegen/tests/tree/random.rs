@@ -8,13 +8,33 @@ use dynamics_codegen::tree::{
 };
 use serde_json::Value;
 
-fn triple(value: &Value) -> [f64; 3] {
+pub fn triple(value: &Value) -> [f64; 3] {
     numbers(value).try_into().expect("three numbers")
 }
 
-fn matrix(value: &Value) -> [[f64; 3]; 3] {
+pub fn matrix(value: &Value) -> [[f64; 3]; 3] {
     let rows = value.as_array().expect("rows");
     std::array::from_fn(|i| triple(&rows[i]))
+}
+
+/// The listed bodies, each on its joint.
+pub fn bodies_of(graph: &mut Graph, bodies: &[Value], joints: Vec<Joint>) -> Vec<Body> {
+    (bodies.iter().zip(joints).enumerate())
+        .map(|(i, (body, joint))| Body {
+            name: format!("body{i}"),
+            parent: body["parent"].as_u64().map(|p| p as usize),
+            placement: Placement {
+                rotation: matrix(&body["rotation"]),
+                translation: triple(&body["translation"]).map(|x| graph.constant(x)),
+            },
+            joint,
+            inertia: Inertia {
+                mass: graph.constant(body["mass"].as_f64().expect("a number")),
+                center: triple(&body["center"]).map(|x| graph.constant(x)),
+                tensor: matrix(&body["tensor"]).map(|row| row.map(|x| graph.constant(x))),
+            },
+        })
+        .collect()
 }
 
 fn load(tree: &Value) -> Loaded {
@@ -58,22 +78,7 @@ fn load(tree: &Value) -> Loaded {
             other => panic!("{other}"),
         });
     }
-    let bodies = (bodies.iter().zip(joints).enumerate())
-        .map(|(i, (body, joint))| Body {
-            name: format!("body{i}"),
-            parent: body["parent"].as_u64().map(|p| p as usize),
-            placement: Placement {
-                rotation: matrix(&body["rotation"]),
-                translation: triple(&body["translation"]).map(|x| graph.constant(x)),
-            },
-            joint,
-            inertia: Inertia {
-                mass: graph.constant(body["mass"].as_f64().expect("a number")),
-                center: triple(&body["center"]).map(|x| graph.constant(x)),
-                tensor: matrix(&body["tensor"]).map(|row| row.map(|x| graph.constant(x))),
-            },
-        })
-        .collect::<Vec<_>>();
+    let bodies = bodies_of(&mut graph, bodies, joints);
     let tree = Tree {
         gravity: triple(&tree["gravity"]).map(|x| graph.constant(x)),
         coordinates: size,

@@ -37,7 +37,7 @@ pub(super) fn neighbours(model: &Model) -> Vec<(usize, usize)> {
 /// The coordinates that a joint moves by; of a free body none, as no drive sits there.
 fn moved_by(joint: &Joint) -> Vec<usize> {
     match joint {
-        Joint::Fixed | Joint::Floating(_) => Vec::new(),
+        Joint::Fixed | Joint::Floating(_) | Joint::Free(_) => Vec::new(),
         Joint::Revolute { coordinate, .. } | Joint::Prismatic { coordinate, .. } => {
             vec![coordinate.index]
         }
