@@ -29,11 +29,11 @@ pub use crate::scalar::{Lanes, WideF32, WideF64};
 
 /// States as columns: entry `i` of every column belongs to state `i`.
 #[derive(Clone, Copy, Debug)]
-pub struct Columns<'a, E, const N: usize, const U: usize, const Z: usize> {
+pub struct Columns<'a, E, const N: usize, const U: usize, const Z: usize, const Q: usize = N> {
     /// Time `t`, s.
     pub t: &'a [E],
-    /// Coordinates `q`, m or rad.
-    pub q: [&'a [E]; N],
+    /// Positions `q`, m or rad.
+    pub q: [&'a [E]; Q],
     /// Velocities `v`, m/s or rad/s.
     pub v: [&'a [E]; N],
     /// Inputs `u`.
@@ -128,10 +128,10 @@ impl core::error::Error for ColumnError {}
 /// assert!((energy[10] - (2.0 - 0.3_f64.cos())).abs() < 1e-15);
 /// # Ok::<(), dynamics::batch::ColumnError>(())
 /// ```
-pub fn evaluate<L, R, const N: usize, const U: usize, const Z: usize>(
-    states: &Columns<'_, L::Element, N, U, Z>,
+pub fn evaluate<L, R, const N: usize, const U: usize, const Z: usize, const Q: usize>(
+    states: &Columns<'_, L::Element, N, U, Z, Q>,
     out: &mut [&mut [L::Element]],
-    function: impl Fn(&Point<L, N, U, Z>) -> R,
+    function: impl Fn(&Point<L, N, U, Z, Q>) -> R,
 ) -> Result<(), ColumnError>
 where
     L: Lanes,
@@ -211,12 +211,14 @@ macro_rules! fill {
     )*};
 }
 
-impl<E: Copy, const N: usize, const U: usize, const Z: usize> Columns<'_, E, N, U, Z> {
+impl<E: Copy, const N: usize, const U: usize, const Z: usize, const Q: usize>
+    Columns<'_, E, N, U, Z, Q>
+{
     /// Fills the points `x` with the states from `start` on.
     #[inline(always)]
     fn take<L: Lanes<Element = E>, const B: usize>(
         &self,
-        x: &mut [Point<L, N, U, Z>; B],
+        x: &mut [Point<L, N, U, Z, Q>; B],
         start: usize,
     ) {
         let block = start..start + B * L::LANES;
@@ -226,7 +228,7 @@ impl<E: Copy, const N: usize, const U: usize, const Z: usize> Columns<'_, E, N, 
     }
 
     /// Fills `x` with the last states, which are less than lanes.
-    fn take_padded<L: Lanes<Element = E>>(&self, x: &mut Point<L, N, U, Z>, start: usize) {
+    fn take_padded<L: Lanes<Element = E>>(&self, x: &mut Point<L, N, U, Z, Q>, start: usize) {
         let x = core::slice::from_mut(x);
         fill!(self, x: |column, _b| L::load_padded(&column[start..]));
     }

@@ -87,11 +87,11 @@ impl<T: Real, L, const U: usize, const D: usize> Control<T, L, U, D> {
     }
 }
 
-impl<S, T, const N: usize, const U: usize, const M: usize, const Z: usize>
-    Simulation<'_, S, T, N, U, M, Z>
+impl<S, T, const N: usize, const U: usize, const M: usize, const Z: usize, const Q: usize>
+    Simulation<'_, S, T, N, U, M, Z, Q>
 where
     T: Real,
-    S: System<T, N, U, M, Z> + ?Sized,
+    S: System<T, N, U, M, Z, Q> + ?Sized,
 {
     /// Adaptive integration under sampled feedback, [`Control`]. The first sample is taken at
     /// `t0`. `sink` is given every accepted step with the command that acted in it.
@@ -102,13 +102,13 @@ where
     pub fn integrate_controlled<L, const D: usize>(
         &self,
         solver: &DormandPrince<T>,
-        (t0, y0): (T, &State<T, N, Z>),
+        (t0, y0): (T, &State<T, N, Z, Q>),
         t1: T,
         control: &mut Control<T, L, U, D>,
-        mut sink: impl FnMut(&Segment<T, State<T, N, Z>>, &[T; U]) -> ControlFlow<()>,
-    ) -> Result<(T, State<T, N, Z>, Statistics), IntegrationError<SolveError>>
+        mut sink: impl FnMut(&Segment<T, State<T, N, Z, Q>>, &[T; U]) -> ControlFlow<()>,
+    ) -> Result<(T, State<T, N, Z, Q>, Statistics), IntegrationError<SolveError>>
     where
-        L: FnMut(T, &State<T, N, Z>) -> [T; U],
+        L: FnMut(T, &State<T, N, Z, Q>) -> [T; U],
     {
         let interval = control.interval;
         if !(interval > T::zero() && interval.is_finite()) {

@@ -93,6 +93,7 @@ mod dual;
 mod entries;
 pub mod integrate;
 pub mod linalg;
+mod pose;
 mod scalar;
 mod sensitivity;
 mod simulate;
@@ -103,6 +104,7 @@ pub use dual::Dual;
 #[cfg(feature = "derive")]
 pub use dynamics_macros::Dynamics;
 pub use entries::Entries;
+pub use pose::{Pose, moved, position_rate};
 pub use scalar::{Real, Scalar};
 pub use sensitivity::{
     Differentiable, MotionDerivatives, ParameterDerivatives, ResidualDerivatives,

@@ -35,13 +35,19 @@ pub struct ResidualDerivatives<T, const N: usize, const U: usize, const M: usize
 
 /// A system whose residuals can be differentiated. Generated with the function
 /// `residual_derivatives`.
-pub trait Differentiable<T: Scalar, const N: usize, const U: usize, const M: usize, const Z: usize>:
-    System<T, N, U, M, Z>
+pub trait Differentiable<
+    T: Scalar,
+    const N: usize,
+    const U: usize,
+    const M: usize,
+    const Z: usize,
+    const Q: usize = N,
+>: System<T, N, U, M, Z, Q>
 {
     /// The residuals' derivatives at acceleration `a` and multipliers `lambda`.
     fn residual_derivatives(
         &self,
-        x: &Point<T, N, U, Z>,
+        x: &Point<T, N, U, Z, Q>,
         a: &[T; N],
         lambda: &[T; M],
     ) -> ResidualDerivatives<T, N, U, M>;
@@ -56,12 +62,13 @@ pub trait ParameterDerivatives<
     const M: usize,
     const Z: usize,
     const P: usize,
->: System<T, N, U, M, Z>
+    const Q: usize = N,
+>: System<T, N, U, M, Z, Q>
 {
     /// `∂R/∂p` (N×P) and `∂S/∂p` (M×P) at acceleration `a` and multipliers `lambda`.
     fn residual_by_parameters(
         &self,
-        x: &Point<T, N, U, Z>,
+        x: &Point<T, N, U, Z, Q>,
         a: &[T; N],
         lambda: &[T; M],
     ) -> (SMatrix<T, N, P>, SMatrix<T, M, P>);
@@ -138,14 +145,22 @@ pub struct MotionDerivatives<T, const N: usize, const U: usize, const M: usize> 
 /// assert_eq!(slopes.by_position.0[(0, 0)], -G * 0.5_f64.cos());
 /// assert_eq!(slopes.by_input.0[(0, 0)], 1.0);
 /// ```
-pub fn motion_derivatives<T, S, const N: usize, const U: usize, const M: usize, const Z: usize>(
+pub fn motion_derivatives<
+    T,
+    S,
+    const N: usize,
+    const U: usize,
+    const M: usize,
+    const Z: usize,
+    const Q: usize,
+>(
     system: &S,
-    x: &Point<T, N, U, Z>,
+    x: &Point<T, N, U, Z, Q>,
     tolerance: &Tolerance<T>,
 ) -> Result<MotionDerivatives<T, N, U, M>, SolveError>
 where
     T: Real,
-    S: Differentiable<T, N, U, M, Z> + ?Sized,
+    S: Differentiable<T, N, U, M, Z, Q> + ?Sized,
 {
     let (factors, motion) = checked(system, x, tolerance)?;
     let residuals = residuals(system, x, &motion);
@@ -161,13 +176,14 @@ pub fn motion_derivatives_full_rank<
     const U: usize,
     const M: usize,
     const Z: usize,
+    const Q: usize,
 >(
     system: &S,
-    x: &Point<T, N, U, Z>,
+    x: &Point<T, N, U, Z, Q>,
 ) -> MotionDerivatives<T, N, U, M>
 where
     T: Scalar,
-    S: Differentiable<T, N, U, M, Z> + ?Sized,
+    S: Differentiable<T, N, U, M, Z, Q> + ?Sized,
 {
     let equation = system.equation(x);
     let factors = FullRank::new(&equation.mass_matrix, &equation.constraint.a);
@@ -190,14 +206,15 @@ pub fn motion_by_parameters<
     const M: usize,
     const Z: usize,
     const P: usize,
+    const Q: usize,
 >(
     system: &S,
-    x: &Point<T, N, U, Z>,
+    x: &Point<T, N, U, Z, Q>,
     tolerance: &Tolerance<T>,
 ) -> Result<(Solution<T, N, M>, (SMatrix<T, N, P>, SMatrix<T, M, P>)), SolveError>
 where
     T: Real,
-    S: ParameterDerivatives<T, N, U, M, Z, P> + ?Sized,
+    S: ParameterDerivatives<T, N, U, M, Z, P, Q> + ?Sized,
 {
     let (factors, motion) = checked(system, x, tolerance)?;
     let (a, lambda) = (array(&motion.a), array(&motion.lambda));
@@ -262,14 +279,14 @@ impl<T: Real, const N: usize, const M: usize> Factors<T, N, M> for Checked<T, N,
 type CheckedMotion<T, const N: usize, const M: usize> = (Checked<T, N, M>, Solution<T, N, M>);
 
 /// The motion at `x`, and the factors it was found with.
-fn checked<T, S, const N: usize, const U: usize, const M: usize, const Z: usize>(
+fn checked<T, S, const N: usize, const U: usize, const M: usize, const Z: usize, const Q: usize>(
     system: &S,
-    x: &Point<T, N, U, Z>,
+    x: &Point<T, N, U, Z, Q>,
     tolerance: &Tolerance<T>,
 ) -> Result<CheckedMotion<T, N, M>, SolveError>
 where
     T: Real,
-    S: System<T, N, U, M, Z> + ?Sized,
+    S: System<T, N, U, M, Z, Q> + ?Sized,
 {
     let equation = system.equation(x);
     let (mass, a) = (&equation.mass_matrix, &equation.constraint.a);
@@ -285,14 +302,14 @@ where
     Ok((factors, motion))
 }
 
-fn residuals<T, S, const N: usize, const U: usize, const M: usize, const Z: usize>(
+fn residuals<T, S, const N: usize, const U: usize, const M: usize, const Z: usize, const Q: usize>(
     system: &S,
-    x: &Point<T, N, U, Z>,
+    x: &Point<T, N, U, Z, Q>,
     motion: &Solution<T, N, M>,
 ) -> ResidualDerivatives<T, N, U, M>
 where
     T: Scalar,
-    S: Differentiable<T, N, U, M, Z> + ?Sized,
+    S: Differentiable<T, N, U, M, Z, Q> + ?Sized,
 {
     system.residual_derivatives(x, &array(&motion.a), &array(&motion.lambda))
 }

@@ -7,9 +7,9 @@ use crate::constrained::{
     Baumgarte, FullRank, Solution, SolveError, Tolerance, settle, settle_full_rank, solve,
 };
 use crate::integrate::{
-    DormandPrince, Events, IntegrationError, Segment, State, Statistics, rk4_step,
-    symplectic_euler_step,
+    DormandPrince, Events, IntegrationError, Segment, State, StateVector, Statistics, rk4_step,
 };
+use crate::pose::{moved, steady_rate};
 use crate::{Constraint, Equation, Point, Real, Scalar, System};
 
 /// Acceleration and multipliers of `system` at `x`, all cases, checked.
@@ -17,15 +17,23 @@ use crate::{Constraint, Equation, Point, Real, Scalar, System};
 /// # Errors
 ///
 /// [`SolveError`].
-pub fn acceleration<T, S, const N: usize, const U: usize, const M: usize, const Z: usize>(
+pub fn acceleration<
+    T,
+    S,
+    const N: usize,
+    const U: usize,
+    const M: usize,
+    const Z: usize,
+    const Q: usize,
+>(
     system: &S,
-    x: &Point<T, N, U, Z>,
+    x: &Point<T, N, U, Z, Q>,
     baumgarte: Option<&Baumgarte<T>>,
     tolerance: &Tolerance<T>,
 ) -> Result<Solution<T, N, M>, SolveError>
 where
     T: Real,
-    S: System<T, N, U, M, Z> + ?Sized,
+    S: System<T, N, U, M, Z, Q> + ?Sized,
 {
     let Equation {
         mass_matrix,
@@ -49,14 +57,15 @@ pub fn acceleration_full_rank<
     const U: usize,
     const M: usize,
     const Z: usize,
+    const Q: usize,
 >(
     system: &S,
-    x: &Point<T, N, U, Z>,
+    x: &Point<T, N, U, Z, Q>,
     baumgarte: Option<&Baumgarte<T>>,
 ) -> Solution<T, N, M>
 where
     T: Scalar,
-    S: System<T, N, U, M, Z> + ?Sized,
+    S: System<T, N, U, M, Z, Q> + ?Sized,
 {
     let Equation {
         mass_matrix,
@@ -92,20 +101,21 @@ pub struct Simulation<
     const U: usize,
     const M: usize,
     const Z: usize,
+    const Q: usize = N,
 > {
     system: &'s S,
     /// Constraint stabilisation, if any.
     pub baumgarte: Option<Baumgarte<T>>,
     /// Thresholds of the rank-revealing solve.
     pub tolerance: Tolerance<T>,
-    sizes: PhantomData<[T; M]>,
+    sizes: PhantomData<([T; M], [T; Q])>,
 }
 
-impl<'s, S, T, const N: usize, const U: usize, const M: usize, const Z: usize>
-    Simulation<'s, S, T, N, U, M, Z>
+impl<'s, S, T, const N: usize, const U: usize, const M: usize, const Z: usize, const Q: usize>
+    Simulation<'s, S, T, N, U, M, Z, Q>
 where
     T: Real,
-    S: System<T, N, U, M, Z> + ?Sized,
+    S: System<T, N, U, M, Z, Q> + ?Sized,
 {
     /// Without stabilisation, default tolerance.
     pub fn new(system: &'s S) -> Self {
@@ -132,7 +142,7 @@ where
     pub fn acceleration(
         &self,
         t: T,
-        y: &State<T, N, Z>,
+        y: &State<T, N, Z, Q>,
         u: [T; U],
     ) -> Result<Solution<T, N, M>, SolveError> {
         let x = Point {
@@ -145,12 +155,18 @@ where
         acceleration(self.system, &x, self.baumgarte.as_ref(), &self.tolerance)
     }
 
-    /// Rate of the state, `(v, a, dz/dt)`.
+    /// Rate of the state, `(dq/dt, a, dz/dt)`; of a pose ([`Pose`](crate::Pose)) with a pull
+    /// that keeps its quaternion a unit.
     ///
     /// # Errors
     ///
     /// [`SolveError`].
-    pub fn rate(&self, t: T, y: &State<T, N, Z>, u: [T; U]) -> Result<State<T, N, Z>, SolveError> {
+    pub fn rate(
+        &self,
+        t: T,
+        y: &State<T, N, Z, Q>,
+        u: [T; U],
+    ) -> Result<State<T, N, Z, Q>, SolveError> {
         let x = Point {
             t,
             q: y.q,
@@ -161,7 +177,7 @@ where
         let solution = acceleration(self.system, &x, self.baumgarte.as_ref(), &self.tolerance)?;
         let a = core::array::from_fn(|i| solution.a[i]);
         Ok(State {
-            q: y.v,
+            q: steady_rate(self.system.poses(), &y.q, &y.v),
             v: a,
             z: self.system.state_rate(&x),
         })
@@ -175,14 +191,15 @@ where
     pub fn rk4_step(
         &self,
         t: T,
-        y: &State<T, N, Z>,
+        y: &State<T, N, Z, Q>,
         h: T,
-        mut input: impl FnMut(T, &State<T, N, Z>) -> [T; U],
-    ) -> Result<State<T, N, Z>, SolveError> {
+        mut input: impl FnMut(T, &State<T, N, Z, Q>) -> [T; U],
+    ) -> Result<State<T, N, Z, Q>, SolveError> {
         rk4_step(|t, y| self.rate(t, y, input(t, y)), t, y, h)
     }
 
-    /// One semi-implicit Euler step, [`symplectic_euler_step`].
+    /// One semi-implicit Euler step, [`symplectic_euler_step`]; a pose moves along the
+    /// exponential map, [`moved`](crate::moved).
     ///
     /// # Errors
     ///
@@ -190,11 +207,17 @@ where
     pub fn symplectic_euler_step(
         &self,
         t: T,
-        y: &State<T, N, Z>,
+        y: &State<T, N, Z, Q>,
         h: T,
-        mut input: impl FnMut(T, &State<T, N, Z>) -> [T; U],
-    ) -> Result<State<T, N, Z>, SolveError> {
-        symplectic_euler_step(|t, y| self.rate(t, y, input(t, y)), t, y, h)
+        mut input: impl FnMut(T, &State<T, N, Z, Q>) -> [T; U],
+    ) -> Result<State<T, N, Z, Q>, SolveError> {
+        let rate = self.rate(t, y, input(t, y))?;
+        let v = y.v.add_scaled(h, &rate.v);
+        Ok(State {
+            q: moved(self.system.poses(), &y.q, &v, h),
+            v,
+            z: y.z.add_scaled(h, &rate.z),
+        })
     }
 
     /// Adaptive integration; `sink` is given every accepted step,
@@ -206,11 +229,11 @@ where
     pub fn integrate(
         &self,
         solver: &DormandPrince<T>,
-        (t0, y0): (T, &State<T, N, Z>),
+        (t0, y0): (T, &State<T, N, Z, Q>),
         t1: T,
-        mut input: impl FnMut(T, &State<T, N, Z>) -> [T; U],
-        sink: impl FnMut(&Segment<T, State<T, N, Z>>) -> ControlFlow<()>,
-    ) -> Result<(T, State<T, N, Z>, Statistics), IntegrationError<SolveError>> {
+        mut input: impl FnMut(T, &State<T, N, Z, Q>) -> [T; U],
+        sink: impl FnMut(&Segment<T, State<T, N, Z, Q>>) -> ControlFlow<()>,
+    ) -> Result<(T, State<T, N, Z, Q>, Statistics), IntegrationError<SolveError>> {
         solver.integrate(|t, y| self.rate(t, y, input(t, y)), t0, y0, t1, sink)
     }
 
@@ -222,17 +245,17 @@ where
     pub fn integrate_with_events<G, A, const K: usize>(
         &self,
         solver: &DormandPrince<T>,
-        start: (T, &State<T, N, Z>),
+        start: (T, &State<T, N, Z, Q>),
         t1: T,
-        mut input: impl FnMut(T, &State<T, N, Z>) -> [T; U],
+        mut input: impl FnMut(T, &State<T, N, Z, Q>) -> [T; U],
         events: Events<G, A, K>,
-        sink: impl FnMut(&Segment<T, State<T, N, Z>>) -> ControlFlow<()>,
-    ) -> Result<(T, State<T, N, Z>, Statistics), IntegrationError<SolveError>>
+        sink: impl FnMut(&Segment<T, State<T, N, Z, Q>>) -> ControlFlow<()>,
+    ) -> Result<(T, State<T, N, Z, Q>, Statistics), IntegrationError<SolveError>>
     where
-        G: FnMut(T, &State<T, N, Z>) -> [T; K],
-        A: FnMut(usize, T, &mut State<T, N, Z>) -> ControlFlow<()>,
+        G: FnMut(T, &State<T, N, Z, Q>) -> [T; K],
+        A: FnMut(usize, T, &mut State<T, N, Z, Q>) -> ControlFlow<()>,
     {
-        let rate = |t, y: &State<T, N, Z>| self.rate(t, y, input(t, y));
+        let rate = |t, y: &State<T, N, Z, Q>| self.rate(t, y, input(t, y));
         solver.integrate_with_events(rate, start, t1, events, sink)
     }
 
@@ -245,11 +268,11 @@ where
     pub fn sample(
         &self,
         solver: &DormandPrince<T>,
-        (t0, y0): (T, &State<T, N, Z>),
+        (t0, y0): (T, &State<T, N, Z, Q>),
         (t1, interval): (T, T),
-        mut input: impl FnMut(T, &State<T, N, Z>) -> [T; U],
-        sink: impl FnMut(T, &State<T, N, Z>),
-    ) -> Result<(State<T, N, Z>, Statistics), IntegrationError<SolveError>> {
+        mut input: impl FnMut(T, &State<T, N, Z, Q>) -> [T; U],
+        sink: impl FnMut(T, &State<T, N, Z, Q>),
+    ) -> Result<(State<T, N, Z, Q>, Statistics), IntegrationError<SolveError>> {
         solver.sample(
             |t, y| self.rate(t, y, input(t, y)),
             t0,

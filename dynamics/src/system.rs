@@ -2,16 +2,19 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::Scalar;
+use crate::{Pose, Scalar};
 
-/// Where a model is evaluated: time, coordinates, velocities, inputs, internal states.
+/// Where a model is evaluated: time, positions, velocities, inputs, internal states.
+///
+/// There are as many positions as velocities, `Q = N`, unless bodies float by their twists
+/// ([`Pose`]): of these each has one position more.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point<T, const N: usize, const U: usize, const Z: usize> {
+pub struct Point<T, const N: usize, const U: usize, const Z: usize, const Q: usize = N> {
     /// Time `t`, s.
     pub t: T,
-    /// Generalised coordinates `q`, m or rad.
-    pub q: [T; N],
-    /// Generalised velocities `v = dq/dt`, m/s or rad/s.
+    /// Positions `q`, m or rad: the generalised coordinates, and poses of floating bodies.
+    pub q: [T; Q],
+    /// Generalised velocities `v`, m/s or rad/s: `dq/dt`, and twists of floating bodies.
     pub v: [T; N],
     /// Inputs `u`, in the unit the model declares; behind them what a generated model adds:
     /// delayed inputs, and the multipliers that its forces depend on.
@@ -20,13 +23,15 @@ pub struct Point<T, const N: usize, const U: usize, const Z: usize> {
     pub z: [T; Z],
 }
 
-impl<T: Scalar, const N: usize, const U: usize, const Z: usize> Point<T, N, U, Z> {
+impl<T: Scalar, const N: usize, const U: usize, const Z: usize, const Q: usize>
+    Point<T, N, U, Z, Q>
+{
     /// The origin: everything 0.
     pub fn zero() -> Self {
         let zero = T::zero();
         Self {
             t: zero,
-            q: [zero; N],
+            q: [zero; Q],
             v: [zero; N],
             u: [zero; U],
             z: [zero; Z],
@@ -79,19 +84,34 @@ pub struct Equation<T, const N: usize, const M: usize> {
 }
 
 /// A mechanical system `M a = Qbar + Aᵀ λ`, `A a = b` (thesis 3.17, 3.38) with `N`
-/// coordinates, `U` inputs, `M` constraint rows and `Z` internal states.
+/// velocities, `U` inputs, `M` constraint rows, `Z` internal states and `Q` positions: `N` of
+/// these, and one more for each of its [`poses`](Self::poses).
 ///
 /// Implemented by generated code for every [`Scalar`]; parameters live in `self`.
-pub trait System<T: Scalar, const N: usize, const U: usize, const M: usize, const Z: usize> {
+pub trait System<
+    T: Scalar,
+    const N: usize,
+    const U: usize,
+    const M: usize,
+    const Z: usize,
+    const Q: usize = N,
+>
+{
     /// Generalised inertia `M(q)`, N×N, symmetric.
-    fn mass_matrix(&self, x: &Point<T, N, U, Z>) -> SMatrix<T, N, N>;
+    fn mass_matrix(&self, x: &Point<T, N, U, Z, Q>) -> SMatrix<T, N, N>;
 
     /// Generalised force `Qbar = Q_C + Q_D + Q_u + Q_z`: bias (fictitious and
     /// conservative), dissipative, actuation, non-ideal constraint forces.
-    fn force(&self, x: &Point<T, N, U, Z>) -> SVector<T, N>;
+    fn force(&self, x: &Point<T, N, U, Z, Q>) -> SVector<T, N>;
 
     /// The constraint rows.
-    fn constraint(&self, x: &Point<T, N, U, Z>) -> Constraint<T, N, M>;
+    fn constraint(&self, x: &Point<T, N, U, Z, Q>) -> Constraint<T, N, M>;
+
+    /// Where the poses of bodies stand that float by their twists, in order; everything else
+    /// has one position for one velocity.
+    fn poses(&self) -> &'static [Pose] {
+        &[]
+    }
 
     /// Where in `u` the forces read the constraints' multipliers, if they do (contact
     /// friction): the first of `M` places. Whoever solves the equation of motion fills
@@ -101,11 +121,11 @@ pub trait System<T: Scalar, const N: usize, const U: usize, const M: usize, cons
     }
 
     /// Rates `dz/dt` of the internal states.
-    fn state_rate(&self, x: &Point<T, N, U, Z>) -> [T; Z];
+    fn state_rate(&self, x: &Point<T, N, U, Z, Q>) -> [T; Z];
 
     /// Everything at once. Generated code computes what the terms share, such as
     /// sines and cosines, a single time.
-    fn equation(&self, x: &Point<T, N, U, Z>) -> Equation<T, N, M> {
+    fn equation(&self, x: &Point<T, N, U, Z, Q>) -> Equation<T, N, M> {
         Equation {
             mass_matrix: self.mass_matrix(x),
             force: self.force(x),

@@ -181,12 +181,12 @@ fn dual_numbers_through_a_system_agree_with_differences() {
         u: [],
         z: [],
     };
-    let x = acceleration_full_rank::<Dual<f64, 4>, _, 2, 0, 1, 0>(&model, &point, None);
+    let x = acceleration_full_rank::<Dual<f64, 4>, _, 2, 0, 1, 0, 2>(&model, &point, None);
     for d in 0..4 {
         let moved = |h: f64| {
             let mut s = [q[0], q[1], v[0], v[1]];
             s[d] += h;
-            acceleration_full_rank::<f64, _, 2, 0, 1, 0>(
+            acceleration_full_rank::<f64, _, 2, 0, 1, 0, 2>(
                 &model,
                 &at([s[0], s[1]], [s[2], s[3]]),
                 None,
@@ -238,7 +238,7 @@ fn simd_lanes_are_separate_states() {
         u: [],
         z: [],
     };
-    let x = acceleration_full_rank::<f64x4, _, 2, 0, 1, 0>(&model, &point, None);
+    let x = acceleration_full_rank::<f64x4, _, 2, 0, 1, 0, 2>(&model, &point, None);
     for i in 0..4 {
         let (q, v) = lane(i);
         let single = Point {
@@ -248,7 +248,7 @@ fn simd_lanes_are_separate_states() {
             u: [],
             z: [],
         };
-        let y = acceleration_full_rank::<f64, _, 2, 0, 1, 0>(&model, &single, None);
+        let y = acceleration_full_rank::<f64, _, 2, 0, 1, 0, 2>(&model, &single, None);
         assert!((x.a[0].to_array()[i] - y.a[0]).abs() < 1e-14);
         assert!((x.lambda[0].to_array()[i] - y.lambda[0]).abs() < 1e-14);
     }

@@ -24,11 +24,18 @@ const ROUNDS: usize = 60;
 const BLIND_ROUNDS: usize = 8;
 
 /// Puts multipliers where the system's forces read them.
-fn with_multipliers<T: Scalar, const N: usize, const U: usize, const M: usize, const Z: usize>(
-    x: &Point<T, N, U, Z>,
+fn with_multipliers<
+    T: Scalar,
+    const N: usize,
+    const U: usize,
+    const M: usize,
+    const Z: usize,
+    const Q: usize,
+>(
+    x: &Point<T, N, U, Z, Q>,
     first: usize,
     lambda: &SVector<T, M>,
-) -> Point<T, N, U, Z> {
+) -> Point<T, N, U, Z, Q> {
     let mut x = *x;
     for (place, &value) in x.u.iter_mut().skip(first).zip(lambda.iter()) {
         *place = value;
@@ -38,16 +45,24 @@ fn with_multipliers<T: Scalar, const N: usize, const U: usize, const M: usize, c
 
 /// Solves for acceleration and multipliers where the forces read multipliers from
 /// `u[first..]`.
-pub(crate) fn settle<T, S, const N: usize, const U: usize, const M: usize, const Z: usize>(
+pub(crate) fn settle<
+    T,
+    S,
+    const N: usize,
+    const U: usize,
+    const M: usize,
+    const Z: usize,
+    const Q: usize,
+>(
     system: &S,
-    x: &Point<T, N, U, Z>,
+    x: &Point<T, N, U, Z, Q>,
     first: usize,
     b: &SVector<T, M>,
     tolerance: &Tolerance<T>,
 ) -> Result<Solution<T, N, M>, SolveError>
 where
     T: Real,
-    S: System<T, N, U, M, Z> + ?Sized,
+    S: System<T, N, U, M, Z, Q> + ?Sized,
 {
     let mut lambda = SVector::<T, M>::from_fn(|_, _| T::zero());
     let Equation {
@@ -83,9 +98,10 @@ pub(crate) fn settle_full_rank<
     const U: usize,
     const M: usize,
     const Z: usize,
+    const Q: usize,
 >(
     system: &S,
-    x: &Point<T, N, U, Z>,
+    x: &Point<T, N, U, Z, Q>,
     first: usize,
     mass: &SMatrix<T, N, N>,
     a: &SMatrix<T, M, N>,
@@ -93,7 +109,7 @@ pub(crate) fn settle_full_rank<
 ) -> Solution<T, N, M>
 where
     T: Scalar,
-    S: System<T, N, U, M, Z> + ?Sized,
+    S: System<T, N, U, M, Z, Q> + ?Sized,
 {
     let factored = FullRank::new(mass, a);
     let nothing = SVector::<T, M>::from_fn(|_, _| T::zero());

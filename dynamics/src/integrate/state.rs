@@ -45,19 +45,21 @@ impl<T: Scalar, const K: usize> StateVector<T> for [T; K] {
     }
 }
 
-/// State of a mechanical system, or its rate `(v, a, dz/dt)`.
+/// State of a mechanical system, or its rate `(dq/dt, a, dz/dt)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct State<T, const N: usize, const Z: usize> {
-    /// Coordinates `q`.
-    pub q: [T; N],
+pub struct State<T, const N: usize, const Z: usize, const Q: usize = N> {
+    /// Positions `q`.
+    pub q: [T; Q],
     /// Velocities `v`.
     pub v: [T; N],
     /// Internal states `z`.
     pub z: [T; Z],
 }
 
-impl<T: Scalar, const N: usize, const Z: usize> StateVector<T> for State<T, N, Z> {
-    const LEN: usize = 2 * N + Z;
+impl<T: Scalar, const N: usize, const Z: usize, const Q: usize> StateVector<T>
+    for State<T, N, Z, Q>
+{
+    const LEN: usize = Q + N + Z;
 
     #[inline]
     fn zip_map(&self, other: &Self, mut f: impl FnMut(T, T) -> T) -> Self {
