@@ -180,7 +180,11 @@ fn systems_and_integrators_do_not_allocate() {
             u: [],
             z: [],
         };
-        acceleration_full_rank::<Dual<f64, 2>, _, 2, 0, 1, 0, 2>(&CartesianPendulum::<1>, &point, None)
+        acceleration_full_rank::<Dual<f64, 2>, _, 2, 0, 1, 0, 2>(
+            &CartesianPendulum::<1>,
+            &point,
+            None,
+        )
     };
     assert_eq!(allocations(dual), 0);
 }

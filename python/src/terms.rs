@@ -196,6 +196,7 @@ impl Equations {
             Term::InputMatrix => vec![n, model.inputs.len() + model.delays.len()],
             Term::ConstraintJacobian => vec![m, n],
             Term::ConstraintBias | Term::ConstraintResidual | Term::ConstraintRate => vec![m],
+            Term::PositionRate => vec![model.positions().len()],
             Term::StateRate => vec![model.states.len()],
             Term::Outputs => vec![model.outputs.len()],
             _ => vec![n],

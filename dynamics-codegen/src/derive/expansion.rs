@@ -152,6 +152,9 @@ impl Expansion {
     fn lacks(&self, item: Item) -> Option<&'static str> {
         let term = match item.term {
             Term::InputMatrix if self.model.inputs.is_empty() => Some("input"),
+            Term::PositionRate if self.model.poses.is_empty() => {
+                Some("body that floats by its twist")
+            }
             Term::StateRate | Term::InitialState if self.model.states.is_empty() => {
                 Some("internal state")
             }
@@ -211,6 +214,7 @@ impl Expansion {
             Term::ContactJacobian => system.contact_jacobian.concat(),
             Term::ContactBias => system.contact_bias.clone(),
             Term::ContactCoefficients => system.contact_coefficients.concat(),
+            Term::PositionRate => self.model.position_rates(),
             Term::StateRate => system.state_rates.clone(),
             Term::InitialState => system.initial_states.clone(),
             Term::Outputs => system.outputs.clone(),
@@ -363,6 +367,13 @@ impl Expansion {
     }
 
     fn slopes_of(&mut self, values: &[ExprId], group: Group) -> Vec<Vec<ExprId>> {
+        if group == Group::Position {
+            let mut along = |index| {
+                let displacement = self.model.displacement(index);
+                self.model.graph.directional(values, &displacement)
+            };
+            return (0..self.acceleration.len()).map(&mut along).collect();
+        }
         let by = self.symbols(group);
         let graph = &mut self.model.graph;
         by.iter().map(|&s| graph.derivatives(values, s)).collect()

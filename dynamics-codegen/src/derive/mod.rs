@@ -172,7 +172,7 @@ impl System {
     /// `t, q, v, u, delayed u, z, parameters`.
     pub fn arguments(model: &Model) -> Vec<SymbolId> {
         let mut arguments = vec![model.time];
-        arguments.extend(model.coordinates.iter().map(|c| c.position));
+        arguments.extend(model.position_symbols());
         arguments.extend(model.coordinates.iter().map(|c| c.velocity));
         arguments.extend(model.input_symbols());
         arguments.extend(model.states.iter().map(|z| z.symbol));

@@ -1,6 +1,6 @@
 //! What the symbols for readings of frames stand for, and their Jacobians.
 
-use crate::graph::{ExprId, SymbolId};
+use crate::graph::ExprId;
 use crate::model::{Kinematic, Model, Reading};
 use crate::tree::{Frame, Mechanism};
 use std::collections::HashMap;
@@ -57,12 +57,15 @@ impl Readings {
     /// `∂e/∂q` for an expression of positions, or `∂e/∂v` for one of velocities:
     /// directly, and through the Jacobians of the frames that it reads.
     pub fn jacobian(&self, model: &mut Model, expr: ExprId, velocities: bool) -> Vec<ExprId> {
-        let symbols: Vec<SymbolId> = (model.coordinates.iter())
-            .map(|c| if velocities { c.velocity } else { c.position })
-            .collect();
-        let graph = &mut model.graph;
-        let mut row: Vec<ExprId> = (symbols.iter())
-            .map(|&symbol| graph.derivatives(&[expr], symbol)[0])
+        let mut row: Vec<ExprId> = (0..model.coordinates.len())
+            .map(|index| {
+                let seeds = if velocities {
+                    vec![(model.coordinates[index].velocity, model.graph.one())]
+                } else {
+                    model.displacement(index)
+                };
+                model.graph.directional(&[expr], &seeds)[0]
+            })
             .collect();
         let Some(mechanism) = &self.mechanism else {
             return row;

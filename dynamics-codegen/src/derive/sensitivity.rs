@@ -44,11 +44,12 @@ impl Variable {
         }
     }
 
-    /// Itself, and the delayed inputs whose delay it changes.
+    /// Itself (of a twist's component, the displacement along it), and the delayed inputs whose delay it changes.
     fn seeds(self, model: &mut Model) -> Vec<(SymbolId, ExprId)> {
         let symbol = self.symbol(model);
         match self {
             Self::Parameter(_) => model.parameter_seeds(symbol),
+            Self::Position(index) => model.displacement(index),
             _ => vec![(symbol, model.graph.one())],
         }
     }

@@ -35,6 +35,9 @@ pub enum Term {
     ContactBias,
     /// Coefficients of friction and restitution, `c×2`.
     ContactCoefficients,
+    /// Rates `dq/dt` of the positions, where bodies float by their twists: there is one more
+    /// of these for each.
+    PositionRate,
     /// Rates `dz/dt` of the internal states.
     StateRate,
     /// Values of the internal states at the beginning.
@@ -68,7 +71,7 @@ pub enum Term {
 
 impl Term {
     /// All of them.
-    pub const ALL: [Self; 28] = [
+    pub const ALL: [Self; 29] = [
         Self::MassMatrix,
         Self::BiasForce,
         Self::AppliedForce,
@@ -83,6 +86,7 @@ impl Term {
         Self::ContactJacobian,
         Self::ContactBias,
         Self::ContactCoefficients,
+        Self::PositionRate,
         Self::StateRate,
         Self::InitialState,
         Self::Outputs,
@@ -116,6 +120,7 @@ impl Term {
             Self::ContactJacobian => "contact_jacobian",
             Self::ContactBias => "contact_bias",
             Self::ContactCoefficients => "contact_coefficients",
+            Self::PositionRate => "position_rate",
             Self::StateRate => "state_rate",
             Self::InitialState => "initial_state",
             Self::Outputs => "outputs",

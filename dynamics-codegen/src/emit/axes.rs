@@ -4,7 +4,7 @@ use super::plan::Entry;
 use crate::derive::{Expansion, Group, Term};
 use crate::dimension::{Dimension, shown_unit};
 use crate::graph::SymbolId;
-use crate::model::{AXES, Constraint, ConstraintKind, Coordinate, Model};
+use crate::model::{AXES, Constraint, ConstraintKind, Coordinate, Model, Position};
 
 /// Everything that a row or column can belong to.
 pub(super) struct Axes {
@@ -27,6 +27,7 @@ pub(super) struct Axes {
     multiplier: Vec<Entry>,
     position: Vec<Entry>,
     velocity: Vec<Entry>,
+    position_rate: Vec<Entry>,
     parameter: Vec<Entry>,
 }
 
@@ -122,6 +123,7 @@ impl Axes {
             multiplier: multipliers.collect(),
             position: coordinates(&|c| coordinate_unit(c, 0)),
             velocity: coordinates(&|c| coordinate_unit(c, 1)),
+            position_rate: positions(model, 1),
             parameter: parameters.collect(),
         }
     }
@@ -145,6 +147,7 @@ impl Axes {
             Term::ContactJacobian => &[&self.contact_acceleration, &self.acceleration],
             Term::ContactBias => &[&self.contact_acceleration],
             Term::ContactCoefficients => &[&self.contact, &self.coefficient],
+            Term::PositionRate => &[&self.position_rate],
             Term::StateRate => &[&self.state_rate],
             Term::InitialState => &[&self.state],
             Term::Outputs => &[&self.output],
@@ -198,7 +201,7 @@ fn multiplier_unit(constraint: &Constraint) -> Option<Dimension> {
 /// parameters.
 pub fn arguments(model: &Model) -> Vec<SymbolId> {
     let mut arguments = vec![model.time];
-    arguments.extend(model.coordinates.iter().map(|c| c.position));
+    arguments.extend(model.position_symbols());
     arguments.extend(model.coordinates.iter().map(|c| c.velocity));
     arguments.extend(model.input_symbols());
     if model.uses_multipliers() {
@@ -224,13 +227,30 @@ fn driving(model: &Model) -> Vec<Entry> {
 
 /// The unit of a coordinate's `order`-th derivative, as the model names it.
 pub(super) fn coordinate_unit(coordinate: &Coordinate, order: i32) -> String {
-    let simple = !coordinate.unit.is_empty() && !coordinate.unit.contains(['/', '^', '*']);
+    unit_over_time(&coordinate.unit, coordinate.dimension, order)
+}
+
+fn unit_over_time(unit: &str, dimension: Option<Dimension>, order: i32) -> String {
+    let simple = !unit.is_empty() && !unit.contains(['/', '^', '*']);
     match order {
-        0 => shown_unit(&coordinate.unit),
-        1 if simple => format!("{}/s", coordinate.unit),
-        n if simple => format!("{}/s^{n}", coordinate.unit),
-        n => text(coordinate.dimension.map(|d| over_time(d, n))),
+        0 => shown_unit(unit),
+        1 if simple => format!("{unit}/s"),
+        n if simple => format!("{unit}/s^{n}"),
+        n => text(dimension.map(|d| over_time(d, n))),
     }
+}
+
+/// The entries of `q`, or of its `order`-th derivative.
+pub(super) fn positions(model: &Model, order: i32) -> Vec<Entry> {
+    let entry = |p: Position| Entry {
+        unit: match (order, p.unit.as_str()) {
+            (0, unit) => shown_unit(unit),
+            (_, "1") => text(Some(over_time(Dimension::ONE, order))),
+            (_, unit) => unit_over_time(unit, Dimension::of_unit(unit), order),
+        },
+        name: p.name,
+    };
+    model.positions().into_iter().map(entry).collect()
 }
 
 fn over_time(dimension: Dimension, order: i32) -> Dimension {

@@ -247,7 +247,7 @@ impl fmt::Display for Functions {
 }
 
 /// Terms that every emitted file holds.
-pub(super) const TERMS: [Term; 20] = [
+pub(super) const TERMS: [Term; 21] = [
     Term::MassMatrix,
     Term::BiasForce,
     Term::AppliedForce,
@@ -262,6 +262,7 @@ pub(super) const TERMS: [Term; 20] = [
     Term::ContactJacobian,
     Term::ContactBias,
     Term::ContactCoefficients,
+    Term::PositionRate,
     Term::StateRate,
     Term::InitialState,
     Term::Outputs,

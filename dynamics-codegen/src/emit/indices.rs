@@ -27,7 +27,8 @@ pub(super) struct Indices {
 
 /// The places of everything that has a name and no field of its own.
 pub(super) fn indices(model: &Model) -> Vec<Indices> {
-    let coordinates = model.coordinates.iter().map(|c| c.name.clone());
+    let coordinates = model.coordinates.iter().map(|c| c.name.clone()).collect();
+    let positions: Vec<String> = model.positions().into_iter().map(|p| p.name).collect();
     let inputs = inputs(model).into_iter().map(|entry| entry.name);
     let states = model.states.iter().map(|z| z.name.clone());
     let constraints = model.constraints.iter().map(|c| c.name.clone());
@@ -43,13 +44,20 @@ pub(super) fn indices(model: &Model) -> Vec<Indices> {
             })
             .collect(),
     };
-    vec![
-        of(
+    let moving = if model.poses.is_empty() {
+        vec![of(
             "coordinate",
             "`q`, `v` and their forces",
             "q",
-            coordinates.collect(),
-        ),
+            coordinates,
+        )]
+    } else {
+        vec![
+            of("position", "`q`", "q", positions),
+            of("velocity", "`v` and their forces", "v", coordinates),
+        ]
+    };
+    let rest = [
         of("input", "`u`", "u", inputs.collect()),
         of("internal state", "`z`", "z", states.collect()),
         of(
@@ -59,7 +67,8 @@ pub(super) fn indices(model: &Model) -> Vec<Indices> {
             constraints.collect(),
         ),
         of("output", "the outputs", "y", outputs.collect()),
-    ]
+    ];
+    moving.into_iter().chain(rest).collect()
 }
 
 impl Indices {

@@ -54,6 +54,7 @@ pub(super) fn describe(term: Term) -> (&'static str, &'static str) {
             "Coefficients of friction and restitution of the contacts",
             "coefficient",
         ),
+        Term::PositionRate => ("Rates `dq/dt` of the positions", "q_rate"),
         Term::StateRate => ("Rates `dz/dt` of the internal states", "z_rate"),
         Term::InitialState => ("Values of the internal states at the beginning", "z_start"),
         Term::Outputs => ("Values of the model's outputs", "out"),

@@ -1,6 +1,6 @@
 //! The review sheet: what a model is, on a page that is read when it changes.
 
-use super::axes::{coordinate_unit, text};
+use super::axes::{coordinate_unit, positions, text};
 use super::counts;
 use super::emission::Emission;
 use super::text::{decimal, one_line, plain_lines};
@@ -63,6 +63,14 @@ impl<'a> Sheet<'a> {
         for c in &model.coordinates {
             names.insert(c.position, one_line(&c.name));
             names.insert(c.velocity, format!("dot({})", one_line(&c.name)));
+        }
+        for (index, c) in model.coordinates.iter().enumerate() {
+            if model.pose_of(index).is_some() {
+                names.insert(c.velocity, one_line(&c.name));
+            }
+        }
+        for p in model.positions() {
+            names.insert(p.symbol, one_line(&p.name));
         }
         for u in &model.inputs {
             names.insert(u.symbol, format!("input({})", one_line(&u.name)));
@@ -157,12 +165,7 @@ impl<'a> Sheet<'a> {
     }
 
     fn arguments(&self, out: &mut String) -> std::fmt::Result {
-        heading(out, "coordinates", self.model.coordinates.len())?;
-        let mut rows = Vec::new();
-        for c in &self.model.coordinates {
-            rows.push([one_line(&c.name), coordinate_unit(c, 0), one_line(&c.doc)]);
-        }
-        columns(out, &rows)?;
+        self.moving(out)?;
         heading(out, "inputs", self.model.inputs.len())?;
         let mut rows = Vec::new();
         for u in &self.model.inputs {
@@ -183,6 +186,32 @@ impl<'a> Sheet<'a> {
             ]);
         }
         columns(out, &rows)
+    }
+
+    /// Coordinates; where bodies float by their twists, positions and velocities.
+    fn moving(&self, out: &mut String) -> std::fmt::Result {
+        let order = if self.model.poses.is_empty() {
+            heading(out, "coordinates", self.model.coordinates.len())?;
+            0
+        } else {
+            let positions = positions(self.model, 0);
+            heading(out, "positions", positions.len())?;
+            let rows = positions
+                .iter()
+                .map(|p| [one_line(&p.name), p.unit.clone()]);
+            columns(out, &rows.collect::<Vec<_>>())?;
+            heading(out, "velocities", self.model.coordinates.len())?;
+            1
+        };
+        let coordinates = self.model.coordinates.iter();
+        let rows = coordinates.map(|c| {
+            [
+                one_line(&c.name),
+                coordinate_unit(c, order),
+                one_line(&c.doc),
+            ]
+        });
+        columns(out, &rows.collect::<Vec<_>>())
     }
 
     /// Only where there are any.

@@ -113,9 +113,9 @@ impl Symbols {
             );
         };
         add(model.time, Role::Time, locals.claim("t"), "t".into());
-        for (i, c) in model.coordinates.iter().enumerate() {
-            let code = locals.claim(&format!("q_{}", c.name));
-            add(c.position, Role::Position(i), code, snake(&c.name));
+        for (i, p) in model.positions().into_iter().enumerate() {
+            let code = locals.claim(&format!("q_{}", p.name));
+            add(p.symbol, Role::Position(i), code, snake(&p.name));
         }
         for (i, c) in model.coordinates.iter().enumerate() {
             let code = locals.claim(&format!("dq_{}", c.name));

@@ -111,6 +111,7 @@ impl<'a> Builder<'a> {
             graph,
             time,
             coordinates: Vec::new(),
+            poses: Vec::new(),
             inputs: Vec::new(),
             measured: Vec::new(),
             delays: Vec::new(),

@@ -367,14 +367,16 @@ impl Builder<'_> {
 
     fn driven(&mut self, by: ExprId) -> Displacement {
         let seeds = self.model.time_seeds();
-        let positions: Vec<SymbolId> = self.model.coordinates.iter().map(|c| c.position).collect();
-        let graph = &mut self.model.graph;
         let mut map = Vec::new();
-        for (index, position) in positions.into_iter().enumerate() {
-            if graph.depends_on(&[by], position) {
-                map.push((index, graph.derivatives(&[by], position)[0]));
+        for index in 0..self.model.coordinates.len() {
+            let displacement = self.model.displacement(index);
+            let graph = &mut self.model.graph;
+            let moved = |(symbol, _): &(SymbolId, ExprId)| graph.depends_on(&[by], *symbol);
+            if displacement.iter().any(moved) {
+                map.push((index, graph.directional(&[by], &displacement)[0]));
             }
         }
+        let graph = &mut self.model.graph;
         let coefficients: Vec<ExprId> = map.iter().map(|entry| entry.1).collect();
         let rates = graph.directional(&coefficients, &seeds);
         let map_rate = map.iter().map(|entry| entry.0).zip(rates).collect();

@@ -91,7 +91,7 @@ impl Model {
 
     /// Symbols for what is known from positions.
     pub(crate) fn positional_symbols(&self) -> impl Iterator<Item = SymbolId> {
-        let coordinates = self.coordinates.iter().map(|c| c.position);
+        let coordinates = self.position_symbols().into_iter();
         let readings = self.kinematics.iter();
         let readings = readings.filter(|k| k.reading.is_positional());
         coordinates.chain(readings.map(|k| k.symbol))
@@ -122,9 +122,8 @@ impl Model {
     pub(crate) fn time_seeds(&mut self) -> Vec<(SymbolId, ExprId)> {
         let one = self.graph.one();
         let mut seeds = vec![(self.time, one)];
-        for c in &self.coordinates {
-            seeds.push((c.position, self.graph.var(c.velocity)));
-        }
+        let rates = self.position_rates();
+        seeds.extend(self.position_symbols().into_iter().zip(rates));
         // A reading's rate may be a reading that nobody has asked for yet.
         let mut next = 0;
         while let Some(&Kinematic {

@@ -349,7 +349,10 @@ impl Builder<'_> {
             let velocity = self.model.coordinates[index].velocity;
             if self.model.graph.depends_on(&[inner.expr], velocity) {
                 let name = &self.model.coordinates[index].name;
-                let message = format!("`dot` of something that already contains `dot({name})`");
+                let message = match self.model.pose_of(index) {
+                    Some(_) => format!("`dot` of something that already contains `{name}`"),
+                    None => format!("`dot` of something that already contains `dot({name})`"),
+                };
                 return self.report(Diagnostic::error(span, message).label("an acceleration").help(
                     "energies, forces and constraints depend on positions and velocities only",
                 ));

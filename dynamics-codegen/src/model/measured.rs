@@ -8,11 +8,14 @@ use crate::syntax::{Expr, Name, PortKind};
 use std::collections::HashMap;
 
 impl Model {
-    /// What the sensor of a coordinate reads: its position unless the model says otherwise.
-    pub fn measured_position(&self, coordinate: usize) -> ExprId {
+    /// What the sensor of a coordinate reads: its position unless the model says otherwise; of
+    /// a twist's component, which has none, zero.
+    pub fn measured_position(&mut self, coordinate: usize) -> ExprId {
         let stated = self.measured.iter().find(|(index, _)| *index == coordinate);
         match stated {
             Some((_, expr)) => *expr,
+            // A twist's component has no position of its own.
+            None if self.pose_of(coordinate).is_some() => self.graph.zero(),
             None => self.graph.var(self.coordinates[coordinate].position),
         }
     }
@@ -30,6 +33,10 @@ impl Builder<'_> {
         let (kind, index) = self.find_reading(name)?;
         if kind == PortKind::Sensor {
             return self.lower_reading(index, value);
+        }
+        if self.model.pose_of(index).is_some() {
+            let message = format!("`{}` is a velocity: a position is measured", name.text);
+            return self.report(Diagnostic::error(name.span, message));
         }
         let quantity = self.lower(value)?;
         if let Some(dimension) = self.model.coordinates[index].dimension {

@@ -2,6 +2,7 @@
 
 mod bodies;
 mod builder;
+mod configuration;
 mod constraint;
 mod contact;
 mod declare;
@@ -43,6 +44,7 @@ mod unknown;
 
 pub use bodies::{NamedBody, PointForce};
 pub(crate) use builder::build;
+pub use configuration::{POSE, Pose, Position};
 pub use contact::Sliding;
 pub use delay::Delay;
 pub use fold::Variables;
@@ -63,18 +65,20 @@ use crate::graph::{ExprId, Graph, SymbolId};
 use crate::syntax::PortKind;
 use crate::tree::{Mechanism, Tree};
 
-/// A generalised coordinate.
+/// A generalised coordinate, or a component of a twist ([`Pose`]).
 #[derive(Debug, Clone)]
 pub struct Coordinate {
     /// Its name; log columns are `q_<name>`, `dq_<name>`, `ddq_<name>`.
     pub name: String,
-    /// Its dimension, if the model declares one.
+    /// Its dimension, if the model declares one; of a twist's component, that of what it is
+    /// the rate of.
     pub dimension: Option<Dimension>,
     /// The unit as written.
     pub unit: String,
-    /// Position `q`.
+    /// Position `q`; of a twist's component, a small displacement along it, which no
+    /// expression contains.
     pub position: SymbolId,
-    /// Velocity `v = dq/dt`.
+    /// Velocity `v = dq/dt`; of a twist's component, that component.
     pub velocity: SymbolId,
     /// What the model says about it.
     pub doc: String,
@@ -247,6 +251,8 @@ pub struct Model {
     pub time: SymbolId,
     /// The generalised coordinates, in the order of the text.
     pub coordinates: Vec<Coordinate>,
+    /// The poses of bodies that float by their twists, in the order of the coordinates.
+    pub poses: Vec<Pose>,
     /// The inputs, in the order of the text.
     pub inputs: Vec<Input>,
     /// What sensors read in place of positions: the coordinate, and its reading.

@@ -1,6 +1,7 @@
 //! What a name stands for where a number is wanted.
 
 use super::builder::Builder;
+use super::configuration::POSE;
 use super::lower::Lowered;
 use super::names::Binding;
 use super::quantity::{Measure, Quantity};
@@ -64,6 +65,7 @@ impl Builder<'_> {
             .map(|declared| declared.what.clone())
         {
             Some(Binding::Coordinate(index)) => self.position(index),
+            Some(Binding::Pose(pose, entry)) => self.pose_entry(pose, entry),
             Some(Binding::Parameter(index)) => {
                 let parameter = &self.model.parameters[index];
                 let measure = Measure::of(parameter.dimension);
@@ -81,12 +83,32 @@ impl Builder<'_> {
         }
     }
 
+    /// The position of a coordinate; of a twist's component, which has none, that component.
     pub(super) fn position(&self, index: usize) -> Lowered {
         let coordinate = &self.model.coordinates[index];
+        if self.model.pose_of(index).is_some() {
+            return Some(Quantity {
+                expr: self.model.graph.var(coordinate.velocity),
+                measure: Measure::of(coordinate.dimension).rate(),
+            });
+        }
         let expr = self.model.graph.var(coordinate.position);
         Some(Quantity {
             expr,
             measure: Measure::of(coordinate.dimension),
+        })
+    }
+
+    /// One of the seven positions of a body that floats by its twist.
+    fn pose_entry(&self, pose: usize, entry: usize) -> Lowered {
+        let symbol = self.model.poses[pose].symbols().nth(entry)?;
+        let dimension = match POSE[entry].1 {
+            "m" => Dimension::LENGTH,
+            _ => Dimension::ONE,
+        };
+        Some(Quantity {
+            expr: self.model.graph.var(symbol),
+            measure: Measure::Known(dimension),
         })
     }
 

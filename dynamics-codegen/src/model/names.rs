@@ -13,6 +13,8 @@ use std::collections::{BTreeMap, BTreeSet};
 pub(super) enum Binding {
     /// Index of a coordinate.
     Coordinate(usize),
+    /// Index of a pose, and which of its seven positions.
+    Pose(usize, usize),
     /// Index of a parameter.
     Parameter(usize),
     /// Index of a state.

@@ -5,11 +5,13 @@
 //! continuous or prismatic joint gets an input of the same name, its torque or
 //! force. A planar joint `j` has coordinates `j_x`, `j_y`, `j_angle`, a floating
 //! one `j_x`, `j_y`, `j_z` and the unit quaternion `j_qx`, `j_qy`, `j_qz`, `j_qw`,
-//! with its unit constraint `j_unit`. A joint that mimics another has neither.
-//! Links become bodies and frames of their name. What an MJCF's actuators drive has their inputs,
-//! scaled by their gears, in place of its own.
+//! with its unit constraint `j_unit`; with `velocities: twist` the same seven are positions,
+//! and the coordinates are the twist's components `j_vx`, …, `j_wz`, without a constraint.
+//! A joint that mimics another has neither. Links become bodies and frames of their name. What an
+//! MJCF's actuators drive has their inputs, scaled by their gears, in place of its own.
 
 use super::builder::Builder;
+use super::configuration::{POSE, Pose, TWIST};
 use super::names::Binding;
 use super::robot_options::Options;
 use super::{Constraint, ConstraintKind, Coordinate, Library};
@@ -208,6 +210,13 @@ impl Assembly<'_, '_> {
         for index in 0..self.robot.bodies.len() {
             let joint = self.joint(index);
             self.body(index, joint);
+        }
+        if let Some(at) = self.options.twist
+            && self.builder.model.poses.is_empty()
+        {
+            let error = Diagnostic::error(at, "nothing floats: there is no twist to move by");
+            let help = "let the root float, `base: floating;`, or leave this out";
+            return self.builder.report(error.help(help));
         }
         Some(())
     }
@@ -409,7 +418,42 @@ impl Assembly<'_, '_> {
         model.forces[on] = graph.add(model.forces[on], friction);
     }
 
+    /// A joint that is free, by its twist.
+    fn free(&mut self, index: usize, name: &str, span: Span) -> tree::Joint {
+        let twist =
+            TWIST.map(|(c, unit)| self.coordinate(index, &format!("{name}_{c}"), unit, span));
+        let model = &mut self.builder.model;
+        let graph = &mut model.graph;
+        let symbols = POSE.map(|(c, _)| graph.symbol(format!("q_{name}_{c}")));
+        let [x, y, z, qx, qy, qz, qw] = symbols;
+        let pose = Pose {
+            name: name.to_string(),
+            first: twist[0].index,
+            position: [x, y, z],
+            quaternion: [qx, qy, qz, qw],
+        };
+        let free = tree::Free {
+            position: pose.position.map(|symbol| graph.var(symbol)),
+            quaternion: pose.quaternion.map(|symbol| graph.var(symbol)),
+            twist: twist.map(|c| c.v),
+            indices: twist.map(|c| c.index),
+        };
+        let number = model.poses.len();
+        model.poses.push(pose);
+        for (entry, (c, _)) in POSE.iter().enumerate() {
+            let name = Name {
+                text: format!("{name}_{c}"),
+                span,
+            };
+            self.builder.bind(&name, Binding::Pose(number, entry));
+        }
+        tree::Joint::Free(free)
+    }
+
     fn floating(&mut self, index: usize, name: &str, span: Span) -> tree::Joint {
+        if self.options.twist.is_some() {
+            return self.free(index, name, span);
+        }
         let position =
             ["x", "y", "z"].map(|c| self.coordinate(index, &format!("{name}_{c}"), "m", span));
         let quaternion = ["qx", "qy", "qz", "qw"]

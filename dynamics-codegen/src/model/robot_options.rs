@@ -3,11 +3,14 @@
 use super::builder::Builder;
 use crate::diagnostic::{Diagnostic, nearest};
 use crate::robot::Lock;
+use crate::source::Span;
 use crate::syntax::{Expr, Name, RobotOption};
 
 /// The braces, read.
 pub(super) struct Options {
     pub floating: bool,
+    /// Where it says that what floats moves by its twist.
+    pub twist: Option<Span>,
     /// Which joints are driven; `None`: as the description says.
     pub inputs: Option<Chosen>,
     pub losses: Acting,
@@ -67,7 +70,7 @@ impl Chosen {
     }
 }
 
-const OPTIONS: [&str; 8] = [
+const OPTIONS: [&str; 9] = [
     "base",
     "inertias",
     "inputs",
@@ -76,12 +79,14 @@ const OPTIONS: [&str; 8] = [
     "origins",
     "parameters",
     "snap",
+    "velocities",
 ];
 
 impl Builder<'_> {
     pub(super) fn robot_options(&mut self, given: &[RobotOption]) -> Option<Options> {
         let mut options = Options {
             floating: false,
+            twist: None,
             inputs: None,
             losses: Acting::All,
             lock: Vec::new(),
@@ -102,6 +107,10 @@ impl Builder<'_> {
                 "base" => {
                     options.floating = only("floating");
                     only("fixed") || only("floating")
+                }
+                "velocities" => {
+                    options.twist = only("twist").then_some(name.span);
+                    only("twist") || only("rates")
                 }
                 "losses" => {
                     options.losses = match (only("act"), only("ignore")) {
@@ -170,6 +179,7 @@ impl Builder<'_> {
             "base" => "`base` is `fixed` or `floating`",
             "inertias" => "`inertias` are `possible` or `as_stated`",
             "snap" => "`snap` is `on` or `off`",
+            "velocities" => "`velocities` are `rates` or `twist`",
             other => {
                 let message = format!("a robot description has no option `{other}`");
                 let error = Diagnostic::error(name.span, message);

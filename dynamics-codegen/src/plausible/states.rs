@@ -2,7 +2,7 @@
 
 use crate::derive::System;
 use crate::graph::{ExprId, SymbolId};
-use crate::model::{Model, Parameter};
+use crate::model::{Model, Parameter, Pose};
 use crate::tape::{Column, Tape};
 use crate::tree::Joint;
 
@@ -27,9 +27,15 @@ impl<'a> States<'a> {
     /// Of a model.
     pub fn of(model: &'a Model) -> Self {
         let arguments = System::arguments(model);
-        let moving: Vec<SymbolId> = (model.coordinates.iter())
-            .flat_map(|c| [c.position, c.velocity])
+        let paired = model.coordinates.iter().enumerate();
+        let paired = paired.filter(|(index, _)| model.pose_of(*index).is_none());
+        let twists = model.coordinates.iter().enumerate();
+        let twists = twists.filter(|(index, _)| model.pose_of(*index).is_some());
+        let moving: Vec<SymbolId> = paired
+            .flat_map(|(_, c)| [c.position, c.velocity])
             .chain([model.time])
+            .chain(model.poses.iter().flat_map(Pose::symbols))
+            .chain(twists.map(|(_, c)| c.velocity))
             .collect();
         let column = |symbol: &SymbolId| -> Vec<f64> {
             if let Some(place) = moving.iter().position(|moving| moving == symbol) {
@@ -64,14 +70,16 @@ impl<'a> States<'a> {
 
     /// What turns by a quaternion turns by one of length one, `w` last.
     fn normalise_quaternions(&mut self) {
-        for body in &self.model.tree.bodies {
+        let floating = self.model.tree.bodies.iter().filter_map(|body| {
             let Joint::Floating(floating) = &body.joint else {
-                continue;
+                return None;
             };
-            let coordinates = floating
-                .quaternion
-                .map(|c| &self.model.coordinates[c.index]);
-            let places = coordinates.map(|c| self.place(c.position));
+            Some((floating.quaternion).map(|c| self.model.coordinates[c.index].position))
+        });
+        let poses = self.model.poses.iter().map(|pose| pose.quaternion);
+        let quaternions: Vec<[SymbolId; 4]> = floating.chain(poses).collect();
+        for quaternion in quaternions {
+            let places = quaternion.map(|symbol| self.place(symbol));
             // Every position is an argument.
             let places: Vec<usize> = places.into_iter().flatten().collect();
             for trial in 0..TRIALS {
@@ -100,9 +108,9 @@ impl<'a> States<'a> {
             .collect()
     }
 
-    /// The positions at a state, in the order of the coordinates.
+    /// The positions at a state, in the order of `q`.
     pub fn positions(&self, trial: usize) -> Vec<f64> {
-        let positions = self.model.coordinates.iter().map(|c| c.position);
+        let positions = self.model.position_symbols().into_iter();
         positions
             .filter_map(|symbol| self.place(symbol))
             .map(|column| self.columns[column][trial])

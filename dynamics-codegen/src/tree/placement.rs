@@ -306,6 +306,21 @@ pub(super) fn quaternion_map(g: &mut Graph, [x, y, z, w]: [ExprId; 4]) -> [[Expr
     [[w, z, ny, nx], [nz, w, x, ny], [y, nx, w, nz]].map(|row| row.map(|x| g.scale(2.0, x)))
 }
 
+/// What the pose of a free body changes by along its twist `v, ω`: `R(η) v`, then `½ η ⊗ (ω, 0)`.
+pub fn pose_rates(g: &mut Graph, quaternion: [ExprId; 4], twist: [ExprId; 6]) -> [ExprId; 7] {
+    let [vx, vy, vz, wx, wy, wz] = twist;
+    let rotation = quaternion_rotation(g, quaternion);
+    let [x, y, z] = rotation.map(|row| vector::dot(g, row, [vx, vy, vz]));
+    // `η̇ = ½ Eᵀ ω`, and the map is `2 E`.
+    let columns = quaternion_map(g, quaternion);
+    let rates = [0, 1, 2, 3].map(|k| {
+        let row = columns.map(|row| g.scale(0.25, row[k]));
+        vector::dot(g, row, [wx, wy, wz])
+    });
+    let [qx, qy, qz, qw] = rates;
+    [x, y, z, qx, qy, qz, qw]
+}
+
 /// The rotation of a unit quaternion `x, y, z, w`.
 fn quaternion_rotation(g: &mut Graph, [x, y, z, w]: [ExprId; 4]) -> Matrix {
     let v = [x, y, z];

@@ -2,12 +2,15 @@
 
 use super::{Lines, Unit, comment};
 use crate::dimension::shown_unit;
-use crate::emit::axes::{coordinate_unit, inputs};
+use crate::emit::axes::{coordinate_unit, inputs, positions};
 use crate::emit::indices::indices;
 use crate::emit::naming::c_member;
 use crate::emit::plan::{Entry, Function, Quantity};
 use crate::emit::text::{decimal, one_line};
 use crate::model::Parameter;
+
+/// What the velocities of a floating body are.
+const TWIST: &str = "\nOf a body that floats these are its twist, in its own frame: with R and eta of its\nquaternion (x, y, z, w, a unit), its position changes by R (vx, vy, vz), and eta by\n1/2 eta * (wx, wy, wz, 0). Keep eta a unit. Derivatives by q are by displacements of\nthe displaced body along its twist, as many as velocities.";
 
 /// `out[2][3]` or `out[2]`.
 pub(super) fn dimensions(quantity: &Quantity) -> String {
@@ -144,13 +147,19 @@ impl Unit<'_> {
             )
         };
         let n = model.coordinates.len();
+        let positions = positions(model, 0);
         comment(w, 0, "Where the model is evaluated.");
         w.line(&format!("typedef struct {prefix}_point {{"));
         comment(w, 1, "Time (s).");
         w.line(&format!("    {prefix}_real t;"));
-        comment(w, 1, &format!("Coordinates: {}.", coordinates(0)));
-        w.line(&format!("    {prefix}_real q[{n}];"));
-        comment(w, 1, &format!("Velocities: {}.", coordinates(1)));
+        let (title, note) = if model.poses.is_empty() {
+            ("Coordinates", "")
+        } else {
+            ("Positions", TWIST)
+        };
+        comment(w, 1, &format!("{title}: {}.", entries(&positions)));
+        w.line(&format!("    {prefix}_real q[{}];", positions.len()));
+        comment(w, 1, &format!("Velocities: {}.{note}", coordinates(1)));
         w.line(&format!("    {prefix}_real v[{n}];"));
         let inputs = inputs(model);
         if !inputs.is_empty() {

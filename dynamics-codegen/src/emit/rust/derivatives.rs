@@ -46,7 +46,8 @@ impl Unit<'_> {
         let [n, k, m] = self.lengths();
         let s = self.plan.model.states.len();
         let name = &self.type_name;
-        let of = format!("::dynamics::Differentiable<T, {n}, {k}, {m}, {s}>");
+        let positions = self.and_positions();
+        let of = format!("::dynamics::Differentiable<T, {n}, {k}, {m}, {s}{positions}>");
         let result = format!("::dynamics::ResidualDerivatives<T, {n}, {k}, {m}>");
         w.implementation(&of, &format!("{name}<T>"), |w| {
             let arguments = self.stated(n, m);
@@ -83,7 +84,7 @@ impl Unit<'_> {
             self.plan.model.parameters.len(),
             self.plan.model.states.len(),
         );
-        let sizes = format!("{n}, {k}, {m}, {s}, {p}");
+        let sizes = format!("{n}, {k}, {m}, {s}, {p}{}", self.and_positions());
         let of = format!("::dynamics::ParameterDerivatives<T, {sizes}>");
         let result = format!("(SMatrix<T, {n}, {p}>, SMatrix<T, {m}, {p}>)");
         w.implementation(&of, &format!("{name}<T>"), |w| {

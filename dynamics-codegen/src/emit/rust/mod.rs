@@ -137,22 +137,39 @@ impl<'a> Unit<'a> {
         self.plan.functions.iter().any(|f| f.name == name)
     }
 
-    /// `Point<T, n, k, s>`
+    /// `Point<T, n, k, s>`, and the number of positions behind it if that is another.
     fn point(&self) -> String {
         let model = &self.compiled.model;
         format!(
-            "Point<T, {}, {}, {}>",
+            "Point<T, {}, {}, {}{}>",
             model.coordinates.len(),
             inputs(model).len(),
-            model.states.len()
+            model.states.len(),
+            self.and_positions()
         )
+    }
+
+    /// `, n + p`, the number of positions, where it is not that of the velocities.
+    fn and_positions(&self) -> String {
+        let model = &self.compiled.model;
+        match model.poses.len() {
+            0 => String::new(),
+            poses => format!(", {}", model.coordinates.len() + poses),
+        }
     }
 
     /// `COORDINATES`, `COORDINATE_NAMES`, …
     fn sizes(&self, w: &mut Writer) {
         let model = &self.compiled.model;
         let coordinates = model.coordinates.iter().map(|c| c.name.as_str()).collect();
-        size(w, "COORDINATE", "coordinates", coordinates);
+        if model.poses.is_empty() {
+            size(w, "COORDINATE", "coordinates", coordinates);
+        } else {
+            let positions = model.positions();
+            let positions = positions.iter().map(|p| p.name.as_str()).collect();
+            size(w, "POSITION", "positions", positions);
+            size(w, "COORDINATE", "velocities", coordinates);
+        }
         let entries = inputs(model);
         size(
             w,

@@ -38,7 +38,10 @@ impl Unit<'_> {
         let s = model.states.len();
         let name = &self.type_name;
         w.block(
-            &format!("impl<T: Scalar> System<T, {n}, {k}, {m}, {s}> for {name}<T> {{"),
+            &format!(
+                "impl<T: Scalar> System<T, {n}, {k}, {m}, {s}{}> for {name}<T> {{",
+                self.and_positions()
+            ),
             "}",
             |w| {
                 self.method(
@@ -66,6 +69,7 @@ impl Unit<'_> {
                     },
                 );
                 w.blank();
+                self.poses(w);
                 if model.uses_multipliers() {
                     w.function(
                         "fn multipliers_at",
@@ -95,6 +99,26 @@ impl Unit<'_> {
                 });
             },
         );
+    }
+
+    /// Where the poses of floating bodies stand, if there are any.
+    fn poses(&self, w: &mut Writer) {
+        let places = self.compiled.model.pose_places();
+        if places.is_empty() {
+            return;
+        }
+        let result = "&'static [::dynamics::Pose]";
+        w.function("fn poses", &["&self".into()], result, |w| {
+            w.block("&[", "]", |w| {
+                for [position, velocity] in places {
+                    w.block("::dynamics::Pose {", "},", |w| {
+                        w.line(format!("position: {position},"));
+                        w.line(format!("velocity: {velocity},"));
+                    });
+                }
+            });
+        });
+        w.blank();
     }
 
     fn method(
