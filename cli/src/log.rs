@@ -131,7 +131,7 @@ impl LogArguments {
             gauges: Vec::new(),
             ..wanted(model)
         };
-        let names: Vec<String> = model.coordinates.iter().map(|c| c.name.clone()).collect();
+        let names: Vec<String> = model.positions().into_iter().map(|p| p.name).collect();
         let read = wanted.read(path, map.as_ref());
         let read = read.and_then(|log| log.select(&names, &[]).map(|record| (log, record)));
         read.map_err(|error| refusal(&error, path, &map, &wanted, model))
@@ -197,9 +197,9 @@ fn refusal(
 
 /// The channels of a model. A robot description has a motor at every joint; a log need not.
 fn wanted(model: &Model) -> Wanted {
-    let coordinates = model.coordinates.iter().map(|coordinate| Axis {
-        name: coordinate.name.clone(),
-        unit: coordinate.unit.clone(),
+    let positions = model.positions().into_iter().map(|position| Axis {
+        name: position.name,
+        unit: position.unit,
         assumed: false,
     });
     let inputs = model.inputs.iter().map(|input| Axis {
@@ -208,7 +208,7 @@ fn wanted(model: &Model) -> Wanted {
         assumed: input.assumed,
     });
     Wanted {
-        coordinates: coordinates.collect(),
+        coordinates: positions.collect(),
         inputs: inputs.collect(),
         gauges: Gauge::of(model),
     }

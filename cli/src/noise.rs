@@ -34,15 +34,16 @@ impl FromStr for Noise {
     }
 }
 
-/// The columns of a log behind `t`.
+/// The columns of a log behind `t`: positions, velocities, accelerations, inputs.
 pub fn columns(model: &Model) -> Vec<String> {
+    let positions = model.positions();
     let of = |group: &str, names: Vec<&String>| -> Vec<String> {
         names.iter().map(|name| format!("{group}_{name}")).collect()
     };
     let coordinates = || model.coordinates.iter().map(|c| &c.name).collect();
     let inputs = model.inputs.iter().map(|u| &u.name).collect();
     [
-        of("q", coordinates()),
+        of("q", positions.iter().map(|p| &p.name).collect()),
         of("dq", coordinates()),
         of("ddq", coordinates()),
         of("u", inputs),

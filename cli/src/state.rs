@@ -8,7 +8,7 @@ use dynamics_codegen::Model;
 /// One state of a model, complete.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
-    /// Positions, one per coordinate.
+    /// Positions ([`Model::positions`]).
     pub q: Vec<f64>,
     /// Velocities, one per coordinate.
     pub v: Vec<f64>,
@@ -31,7 +31,7 @@ impl State {
     /// Everything zero, internal states as at the beginning.
     pub fn zero(model: &Model, nominal: &[f64]) -> Self {
         Self {
-            q: vec![0.0; model.coordinates.len()],
+            q: origin(model),
             v: vec![0.0; model.coordinates.len()],
             u: None,
             z: None,
@@ -52,6 +52,13 @@ impl State {
     ) -> Result<(Self, Vec<Mistake>), Mistake> {
         let object = text.value()?;
         let coordinates: Vec<&str> = model.coordinates.iter().map(|c| c.name.as_str()).collect();
+        let places = model.positions();
+        let positions: Vec<&str> = places.iter().map(|p| p.name.as_str()).collect();
+        let (position, velocity) = if model.poses.is_empty() {
+            ("coordinate", "coordinate")
+        } else {
+            ("position", "velocity")
+        };
         let inputs: Vec<&str> = model.inputs.iter().map(|u| u.name.as_str()).collect();
         let states: Vec<&str> = model.states.iter().map(|z| z.name.as_str()).collect();
         let (mut q, mut v, mut u, mut z, mut t) = (None, None, None, None, 0.0);
@@ -59,8 +66,14 @@ impl State {
         for member in object.members("a state")? {
             let value = member.value;
             match member.name.as_str() {
-                "q" => q = Some(complete(value, "q", "coordinate", &coordinates)?),
-                "v" => v = Some(zeroed(vector(value, "v", "coordinate", &coordinates)?)),
+                "q" => {
+                    q = Some(posed(
+                        value,
+                        model,
+                        complete(value, "q", position, &positions)?,
+                    )?)
+                }
+                "v" => v = Some(zeroed(vector(value, "v", velocity, &coordinates)?)),
                 "u" => u = Some(zeroed(vector(value, "u", "input", &inputs)?)),
                 "z" => z = Some(complete(value, "z", "internal state", &states)?),
                 "t" => t = value.number("time `t`")?,
@@ -77,11 +90,11 @@ impl State {
         }
         let Some(q) = q else {
             let message = "this state has no positions `q`";
-            let help = format!("add `\"q\": [{}]`", coordinates.join(", "));
+            let help = format!("add `\"q\": [{}]`", positions.join(", "));
             return Err(object.mistake("", message).help(help));
         };
         let state = Self {
-            v: v.unwrap_or_else(|| vec![0.0; q.len()]),
+            v: v.unwrap_or_else(|| vec![0.0; coordinates.len()]),
             q,
             u,
             z,
@@ -90,6 +103,36 @@ impl State {
         };
         Ok((state, warnings))
     }
+}
+
+/// All positions zero; of a quaternion, no turn.
+fn origin(model: &Model) -> Vec<f64> {
+    let mut q = vec![0.0; model.positions().len()];
+    for [position, _] in model.pose_places() {
+        q[position + 6] = 1.0;
+    }
+    q
+}
+
+/// A quaternion may be this far from one, as it is written with some digits.
+const NEARLY_ONE: f64 = 1e-3;
+
+/// The positions with their quaternions made units.
+fn posed(value: Value<'_>, model: &Model, mut q: Vec<f64>) -> Result<Vec<f64>, Mistake> {
+    for (pose, [position, _]) in model.poses.iter().zip(model.pose_places()) {
+        let quaternion = &mut q[position + 3..position + 7];
+        let length = quaternion.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if (length - 1.0).abs() > NEARLY_ONE {
+            let name = &pose.name;
+            let message = format!(
+                "the quaternion `{name}_qx`, `{name}_qy`, `{name}_qz`, `{name}_qw` has length {length:.4}: an orientation has length one"
+            );
+            let help = "no turn is 0, 0, 0, 1";
+            return Err(value.mistake("", message).help(help));
+        }
+        quaternion.iter_mut().for_each(|x| *x /= length);
+    }
+    Ok(q)
 }
 
 fn zeroed(entries: Vec<Option<f64>>) -> Vec<f64> {

@@ -61,6 +61,14 @@ impl Model {
         let (loaded, warnings) = py
             .detach(|| arguments.read())
             .map_err(|mistake| mistaken(&mistake))?;
+        if let Some(pose) = loaded.compiled.model.poses.first() {
+            let message = format!(
+                "`{}` floats by its twist, and here every position has a velocity of its own: \
+                 leave `velocities: twist` out of the model, or write `velocities: rates`",
+                pose.name
+            );
+            return Err(Error::new_err(message));
+        }
         let mut said: Vec<String> = warnings
             .iter()
             .map(|warning| warning.render_as_warning(false))

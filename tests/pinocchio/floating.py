@@ -29,8 +29,9 @@ def state(model, rng):
     data = model.createData()
     q = pin.integrate(model, pin.neutral(model), rng.uniform(-1.5, 1.5, model.nv))
     v, a_in, driven = rng.uniform(-2, 2, (3, model.nv))
-    # a force that moves every joint alike, however light its link is
+    # torques that move every joint alike, however light its link is; nothing drives the base
     tau = pin.rnea(model, data, q, v, driven).copy()
+    tau[:6] = 0
     mass = pin.crba(model, data, q)
     figures = {"q": q, "v": v, "tau": tau, "a_in": a_in,
                "M": np.triu(mass) + np.triu(mass, 1).T,

@@ -309,7 +309,7 @@ fn columns(model: &Model, group: &[&State]) -> States {
     let input = |state: &State, index: usize| state.u.as_ref().map_or(0.0, |u| u[index]);
     States {
         t: group.iter().map(|state| state.t).collect(),
-        q: gather(model.coordinates.len(), &|state, i| state.q[i]),
+        q: gather(model.positions().len(), &|state, i| state.q[i]),
         v: gather(model.coordinates.len(), &|state, i| state.v[i]),
         u: gather(model.inputs.len(), &input),
         ..States::default()

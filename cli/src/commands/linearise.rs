@@ -21,7 +21,8 @@ Examples:
 Fields of an answer:
   x, u, y      the state (on the constraints), the inputs, outputs and sensors, by name
   positions    how many of the free coordinates are positions
-  basis        what the free coordinates do to the state, one row per name
+  basis        what the free coordinates do to the state, one row per name; of a body that
+               floats by its twist, displacements along that twist
   chart        which free coordinates a deviation of the state is; chart basis = 1
   drift        how the free coordinates move by themselves; zero at a state of rest
   A, B, C, D   the matrices; rows of C and D by the names of outputs and sensors")]
@@ -116,7 +117,10 @@ fn answer(model: &Model, at: &States, found: &Linearisation) -> Answer {
     let by_name = |names: Vec<String>, values: Vec<f64>| {
         Quantity::Scalars(names.into_iter().zip(values).collect())
     };
-    answer.push("x", by_name(states.clone(), x));
+    let positions = model.positions().into_iter();
+    let positions = positions.map(|p| format!("q_{}", p.name));
+    let behind = states[model.coordinates.len()..].iter().cloned();
+    answer.push("x", by_name(positions.chain(behind).collect(), x));
     answer.push("u", by_name(input_names(model), u));
     answer.push("y", by_name(outputs().collect(), found.outputs.clone()));
     answer.push("positions", Quantity::Count(found.positions));
@@ -134,7 +138,8 @@ fn answer(model: &Model, at: &States, found: &Linearisation) -> Answer {
     answer
 }
 
-/// Positions, velocities and internal states, as a log calls the first two.
+/// Positions (where a twist moves a body, displacements along it), velocities and internal
+/// states, as a log calls the first two.
 fn state_names(model: &Model) -> Vec<String> {
     let of = |group: &'static str| {
         let coordinates = model.coordinates.iter();

@@ -80,8 +80,8 @@ impl<'a> Readings<'a> {
             arguments.extend(group.iter().map(|column| column[0]));
         }
         arguments.extend(self.parameters);
-        let mut values: Vec<f64> = read.q.iter().flatten().copied().collect();
-        values.extend(read.v.iter().flatten());
+        let columns = read.columns(&self.machine.compiled.model, &states);
+        let mut values: Vec<f64> = columns.iter().flatten().copied().collect();
         values.extend(motions[0].acceleration.iter());
         values.extend(u);
         values.extend(self.outputs.evaluate(&arguments));

@@ -6,7 +6,7 @@ use crate::model::Loaded;
 use dynamics_codegen::derive::{Sensitivity, Variable};
 use dynamics_codegen::dimension::Dimension;
 use dynamics_codegen::graph::ExprId;
-use dynamics_codegen::model::{ConstraintKind, Effect};
+use dynamics_codegen::model::{ConstraintKind, Effect, Position};
 use dynamics_codegen::{Model, Severity};
 use serde::Serialize;
 
@@ -17,6 +17,10 @@ pub struct Summary {
     file: String,
     description: String,
     sizes: Sizes,
+    /// Where there is not one for every velocity.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    positions: Vec<Variables>,
+    /// Of a twist, its components.
     coordinates: Vec<Variables>,
     inputs: Vec<Variables>,
     parameters: Vec<ParameterSummary>,
@@ -184,8 +188,16 @@ impl Summary {
                 effects: model.effects.len(),
                 outputs: model.outputs.len(),
             },
-            coordinates: (model.coordinates.iter())
-                .map(|c| Variables::new(&c.name, c.unit.clone(), &c.doc))
+            positions: positions(model),
+            coordinates: (model.coordinates.iter().enumerate())
+                .map(|(index, c)| {
+                    let rate = if model.pose_of(index).is_some() {
+                        "/s"
+                    } else {
+                        ""
+                    };
+                    Variables::new(&c.name, format!("{}{rate}", c.unit), &c.doc)
+                })
                 .collect(),
             inputs: (model.inputs.iter())
                 .map(|u| Variables::new(&u.name, u.unit.clone(), &u.doc))
@@ -218,6 +230,16 @@ impl Variables {
 
 fn unit(dimension: Option<Dimension>) -> String {
     dimension.map(|d| d.to_string()).unwrap_or_default()
+}
+
+/// The positions, if bodies float by their twists.
+fn positions(model: &Model) -> Vec<Variables> {
+    let positions = match model.poses.is_empty() {
+        true => Vec::new(),
+        false => model.positions(),
+    };
+    let position = |p: Position| Variables::new(&p.name, p.unit, "");
+    positions.into_iter().map(position).collect()
 }
 
 fn parameters(model: &Model, values: &[f64]) -> Vec<ParameterSummary> {

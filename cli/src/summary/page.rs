@@ -15,6 +15,11 @@ impl Summary {
         }
         for (title, rows, required) in [
             (
+                count(self.positions.len(), "position"),
+                variables(&self.positions),
+                false,
+            ),
+            (
                 count(self.coordinates.len(), "coordinate"),
                 variables(&self.coordinates),
                 true,

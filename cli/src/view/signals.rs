@@ -77,7 +77,7 @@ impl Frames {
     ) -> Vec<Column<'a>> {
         let mut columns = vec![Column::Each(self.times.as_slice())];
         columns.extend(q.iter().map(|column| Column::Each(column.as_slice())));
-        let others = q.len() + model.input_symbols().len() + model.states.len();
+        let others = model.coordinates.len() + model.input_symbols().len() + model.states.len();
         columns.extend(std::iter::repeat_n(Column::Same(0.0), others));
         columns.extend(parameters.iter().map(|&value| Column::Same(value)));
         columns
@@ -88,7 +88,8 @@ impl Frames {
 pub fn charts(model: &Model, log: &Log, record: &Record, frames: &Frames) -> Vec<Chart> {
     let mut charts = Vec::new();
     let mut by_unit: BTreeMap<&str, Vec<(String, Vec<f64>)>> = BTreeMap::new();
-    for (coordinate, column) in model.coordinates.iter().zip(&record.q) {
+    let positions = model.positions();
+    for (coordinate, column) in positions.iter().zip(&record.q) {
         let curve = (coordinate.name.clone(), frames.at(column));
         by_unit
             .entry(coordinate.unit.as_str())

@@ -44,13 +44,23 @@ impl Variable {
         }
     }
 
-    /// Itself (of a twist's component, the displacement along it), and the delayed inputs whose delay it changes.
-    fn seeds(self, model: &mut Model) -> Vec<(SymbolId, ExprId)> {
-        let symbol = self.symbol(model);
+    /// What changes with it: itself by one; of the position of a twist's component, which no
+    /// expression contains, the pose by a displacement along that component.
+    pub fn displacement(self, model: &mut Model) -> Vec<(SymbolId, ExprId)> {
         match self {
-            Self::Parameter(_) => model.parameter_seeds(symbol),
             Self::Position(index) => model.displacement(index),
-            _ => vec![(symbol, model.graph.one())],
+            _ => vec![(self.symbol(model), model.graph.one())],
+        }
+    }
+
+    /// The same, and the delayed inputs whose delay it changes.
+    fn seeds(self, model: &mut Model) -> Vec<(SymbolId, ExprId)> {
+        match self {
+            Self::Parameter(_) => {
+                let symbol = self.symbol(model);
+                model.parameter_seeds(symbol)
+            }
+            _ => self.displacement(model),
         }
     }
 }

@@ -11,6 +11,7 @@ mod drive;
 mod effects;
 mod energy;
 mod finish;
+mod floating;
 mod fold;
 mod force;
 mod frames;

@@ -11,10 +11,9 @@
 //! MJCF's actuators drive has their inputs, scaled by their gears, in place of its own.
 
 use super::builder::Builder;
-use super::configuration::{POSE, Pose, TWIST};
 use super::names::Binding;
 use super::robot_options::Options;
-use super::{Constraint, ConstraintKind, Coordinate, Library};
+use super::{Coordinate, Library};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::dimension::Dimension;
 use crate::graph::Unary;
@@ -354,7 +353,13 @@ impl Assembly<'_, '_> {
         coordinate.index
     }
 
-    fn coordinate(&mut self, body: usize, name: &str, unit: &str, span: Span) -> tree::Coordinate {
+    pub(super) fn coordinate(
+        &mut self,
+        body: usize,
+        name: &str,
+        unit: &str,
+        span: Span,
+    ) -> tree::Coordinate {
         let model = &mut self.builder.model;
         let dimension = match unit {
             "1" => Some(Dimension::ONE),
@@ -416,74 +421,6 @@ impl Assembly<'_, '_> {
         let direction = graph.unary(Unary::Tanh, steep);
         let friction = graph.scale(-ratio * losses.friction, direction);
         model.forces[on] = graph.add(model.forces[on], friction);
-    }
-
-    /// A joint that is free, by its twist.
-    fn free(&mut self, index: usize, name: &str, span: Span) -> tree::Joint {
-        let twist =
-            TWIST.map(|(c, unit)| self.coordinate(index, &format!("{name}_{c}"), unit, span));
-        let model = &mut self.builder.model;
-        let graph = &mut model.graph;
-        let symbols = POSE.map(|(c, _)| graph.symbol(format!("q_{name}_{c}")));
-        let [x, y, z, qx, qy, qz, qw] = symbols;
-        let pose = Pose {
-            name: name.to_string(),
-            first: twist[0].index,
-            position: [x, y, z],
-            quaternion: [qx, qy, qz, qw],
-        };
-        let free = tree::Free {
-            position: pose.position.map(|symbol| graph.var(symbol)),
-            quaternion: pose.quaternion.map(|symbol| graph.var(symbol)),
-            twist: twist.map(|c| c.v),
-            indices: twist.map(|c| c.index),
-        };
-        let number = model.poses.len();
-        model.poses.push(pose);
-        for (entry, (c, _)) in POSE.iter().enumerate() {
-            let name = Name {
-                text: format!("{name}_{c}"),
-                span,
-            };
-            self.builder.bind(&name, Binding::Pose(number, entry));
-        }
-        tree::Joint::Free(free)
-    }
-
-    fn floating(&mut self, index: usize, name: &str, span: Span) -> tree::Joint {
-        if self.options.twist.is_some() {
-            return self.free(index, name, span);
-        }
-        let position =
-            ["x", "y", "z"].map(|c| self.coordinate(index, &format!("{name}_{c}"), "m", span));
-        let quaternion = ["qx", "qy", "qz", "qw"]
-            .map(|c| self.coordinate(index, &format!("{name}_{c}"), "1", span));
-        let graph = &mut self.builder.model.graph;
-        let squares = quaternion.map(|c| graph.mul(c.q, c.q));
-        let length = graph.sum(squares);
-        let one = graph.one();
-        let residual = graph.sub(length, one);
-        // ½ (ηᵀη − 1): its row is ηᵀ.
-        let residual = graph.scale(0.5, residual);
-        let multiplier = self
-            .builder
-            .model
-            .graph
-            .symbol(format!("lambda_{name}_unit"));
-        self.builder.model.constraints.push(Constraint {
-            name: format!("{name}_unit"),
-            multiplier,
-            active: None,
-            kind: ConstraintKind::Holonomic,
-            time_dependent: false,
-            residual,
-            dimension: Some(Dimension::ONE),
-            doc: "The orientation's quaternion has unit length.".to_string(),
-        });
-        tree::Joint::Floating(tree::Floating {
-            position,
-            quaternion,
-        })
     }
 
     fn body(&mut self, index: usize, joint: tree::Joint) {

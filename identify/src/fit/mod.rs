@@ -52,7 +52,7 @@ use crate::smooth::SmoothError;
 use crate::trace::TraceError;
 use columns::Columns;
 use correction::Correction;
-use dynamics_codegen::{Compiled, Report};
+use dynamics_codegen::{Compiled, Model, Report};
 use efforts::no_forces;
 use equations::Equations;
 use estimate::{Estimate, Signs, estimate};
@@ -199,6 +199,12 @@ pub enum FitError {
     /// The equation of motion has no solution somewhere along the log.
     #[error("the model cannot be evaluated along the log: {0}")]
     Solve(#[from] SolveError),
+    /// A body floats by its twist.
+    #[error("{}", crate::trace::floats(.body))]
+    Floats {
+        /// Which.
+        body: String,
+    },
     /// Nothing measured.
     #[error(
         "the model has no input: without measured forces only ratios of parameters show; \
@@ -274,9 +280,20 @@ pub fn fit(request: &Request<'_>) -> Result<Fit, FitError> {
     Ok(learn(request)?.0)
 }
 
+/// A log is read against positions that each have a velocity.
+fn refuse_floating(model: &Model) -> Result<(), FitError> {
+    match model.poses.first() {
+        None => Ok(()),
+        Some(pose) => Err(FitError::Floats {
+            body: pose.name.clone(),
+        }),
+    }
+}
+
 /// As [`fit`], with what it adds to the equation of motion.
 fn learn(request: &Request<'_>) -> Result<(Fit, Correction), FitError> {
     let model = &request.compiled.model;
+    refuse_floating(model)?;
     if model.inputs.is_empty() {
         return Err(FitError::NoInput);
     }

@@ -29,12 +29,19 @@ impl Machine {
     pub fn instruments(&mut self, variables: &[Variable]) -> Instruments {
         let (model, system) = (&mut self.compiled.model, &self.compiled.system);
         let arguments = System::arguments_of_sensors(model);
-        let mut by: Vec<_> = variables.iter().map(|v| v.symbol(model)).collect();
+        let by: Vec<_> = variables.iter().map(|v| v.symbol(model)).collect();
         let leads = leads(model, &system.sensor_leads, &by);
-        by.extend(&model.accelerations);
-        by.extend(model.multiplier_symbols());
         let mut slopes = Vec::new();
-        for symbol in by {
+        for variable in variables {
+            let displacement = variable.displacement(model);
+            slopes.extend(model.graph.directional(&system.sensors, &displacement));
+        }
+        for symbol in model
+            .accelerations
+            .iter()
+            .copied()
+            .chain(model.multiplier_symbols())
+        {
             slopes.extend(model.graph.derivatives(&system.sensors, symbol));
         }
         let multipliers = model.multiplier_symbols();

@@ -15,6 +15,8 @@
 //! adds is in the kernel of `L` to first order. With `ẋ = f(x, u)`, `F = ∂f/∂x`, `G = ∂f/∂u`:
 //! `ξ̇ = L f + L F T ξ + L G δu`, exact to first order at every state that fulfils the
 //! constraints, at rest or moving.
+//!
+//! A body that floats by its twist has six displacements along that twist in `q`'s place.
 
 use super::{Instruments, Machine, Motion, SensitivityTape, SolveError, States};
 use dynamics_codegen::derive::Variable;
@@ -91,7 +93,8 @@ impl Lineariser {
         values.extend(&system.outputs);
         let mut entries = values.clone();
         for variable in by {
-            entries.extend(model.graph.derivatives(&values, variable.symbol(model)));
+            let displacement = variable.displacement(model);
+            entries.extend(model.graph.directional(&values, &displacement));
         }
         Self {
             others: Tape::new(&model.graph, &entries, &System::arguments(model)),
@@ -156,6 +159,7 @@ impl Lineariser {
             .chain(values[m..m + z].iter().copied());
         let mut slope = DMatrix::zeros(2 * n + z, derivatives.ncols());
         slope.view_mut((0, n), (n, n)).fill_with_identity();
+        self.carry_displacements(state, &mut slope);
         slope.rows_mut(n, n).copy_from(accelerations);
         slope.rows_mut(2 * n, z).copy_from(&derivatives.rows(m, z));
         Free {
@@ -168,6 +172,24 @@ impl Lineariser {
                 &read.iter().map(|column| column[0]).collect::<Vec<f64>>(),
             ]
             .concat(),
+        }
+    }
+
+    /// A displacement of a floating body, seen from the body, turns against the body's own twist
+    /// `v, ω`: `δ̇ = δv − ω × δ − v × φ` and `φ̇ = δω − ω × φ`.
+    fn carry_displacements(&self, state: &States, slope: &mut DMatrix<f64>) {
+        for [_, first] in self.machine.compiled.model.pose_places() {
+            let twist: Vec<f64> = (first..first + 6).map(|i| state.v[i][0]).collect();
+            let mut cross = |row: usize, column: usize, of: &[f64]| {
+                for i in 0..3 {
+                    let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+                    slope[(first + row + i, first + column + k)] -= of[j];
+                    slope[(first + row + i, first + column + j)] += of[k];
+                }
+            };
+            cross(0, 0, &twist[3..]);
+            cross(0, 3, &twist[..3]);
+            cross(3, 3, &twist[3..]);
         }
     }
 

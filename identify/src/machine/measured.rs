@@ -5,7 +5,7 @@ use super::shifted::shifted;
 use super::{Machine, States};
 use dynamics_codegen::derive::Variable;
 use dynamics_codegen::graph::ExprId;
-use dynamics_codegen::{Column, System, Tape};
+use dynamics_codegen::{Column, Model, System, Tape};
 
 /// The sensors of a machine: readings of positions and velocities, and their derivatives
 /// by some parameters.
@@ -139,6 +139,28 @@ impl Sensors {
             q_by,
             v_by,
         }
+    }
+}
+
+impl Measured {
+    /// What is read of all positions, then of all velocities, of a model in `states`: of poses
+    /// and twists, which no sensor of a coordinate reads, themselves.
+    pub fn columns(&self, model: &Model, states: &States) -> Vec<Vec<f64>> {
+        let (mut positions, mut velocities) = (states.q.clone(), states.v.clone());
+        let mut place = 0;
+        for index in 0..model.coordinates.len() {
+            match model.pose_of(index) {
+                Some(pose) if pose.first == index => place += 7,
+                Some(_) => {}
+                None => {
+                    positions[place].clone_from(&self.q[index]);
+                    velocities[index].clone_from(&self.v[index]);
+                    place += 1;
+                }
+            }
+        }
+        positions.extend(velocities);
+        positions
     }
 }
 

@@ -9,6 +9,7 @@ mod instruments;
 mod linearise;
 mod measured;
 mod memory;
+mod positions;
 mod rollout;
 mod shifted;
 mod solve;
@@ -41,6 +42,7 @@ pub struct Machine {
     terms: Tape,
     memory: Option<memory::Tapes>,
     contacts: Option<Tape>,
+    poses: Option<positions::Poses>,
     coordinates: usize,
     constraints: usize,
     inputs: usize,
@@ -90,6 +92,7 @@ impl Machine {
     pub fn new(mut compiled: Compiled) -> Self {
         let memory = memory::Tapes::new(&mut compiled);
         let contacts = unilateral::tape(&compiled);
+        let poses = positions::Poses::of(&mut compiled.model);
         let System {
             mass_matrix,
             bias_force,
@@ -124,6 +127,7 @@ impl Machine {
             terms,
             memory,
             contacts,
+            poses,
             coordinates,
             constraints,
             inputs,

@@ -32,7 +32,7 @@ pub struct Rollout<'a> {
 /// A state of all windows.
 #[derive(Debug, Clone)]
 pub struct Simulated {
-    /// Positions, one column per coordinate.
+    /// Positions, one column each.
     pub q: Vec<Vec<f64>>,
     /// Velocities, one column per coordinate.
     pub v: Vec<Vec<f64>>,
@@ -108,29 +108,41 @@ impl<'a> Rollout<'a> {
     ) -> Result<(), SolveError> {
         let slope = |state: &Simulated, share: f64| self.accelerations(&at(state, share));
         let rates = |state: &Simulated, share: f64| self.rates(&at(state, share));
+        let moving = |state: &Simulated| {
+            let rates = self.machine.position_rates(&state.q, &state.v);
+            rates.into_owned()
+        };
         let (k1, r1) = (slope(state, 0.0)?, rates(state, 0.0));
         // What is remembered halfway depends on the motion there, and the reverse: states
         // follow the motion, stage by stage.
-        let mut s2 = stepped(state, state, &k1, h / 2.0);
+        let q1 = moving(state);
+        let mut s2 = stepped(state, state, (&q1, &k1), h / 2.0);
         let r2 = rates(&s2, 0.5);
         s2.z = remembered(&state.z, [(&state.z, &r1), (&s2.z, &r2)], h / 2.0);
         let k2 = slope(&s2, 0.5)?;
-        let mut s3 = stepped(state, &s2, &k2, h / 2.0);
+        let q2 = moving(&s2);
+        let mut s3 = stepped(state, &s2, (&q2, &k2), h / 2.0);
         let r3 = rates(&s3, 0.5);
         let old = std::mem::take(&mut s3.z);
         s3.z = remembered(&state.z, [(&state.z, &r1), (&old, &r3)], h / 2.0);
         let k3 = slope(&s3, 0.5)?;
-        let mut s4 = stepped(state, &s3, &k3, h);
+        let q3 = moving(&s3);
+        let mut s4 = stepped(state, &s3, (&q3, &k3), h);
         let r4 = rates(&s4, 1.0);
         s4.z = remembered(&s3.z, [(&old, &r3), (&s4.z, &r4)], h / 2.0);
         let k4 = slope(&s4, 1.0)?;
-        for i in 0..state.q.len() {
-            for w in 0..state.q[i].len() {
-                let v0 = state.v[i][w];
-                state.q[i][w] += h / 6.0 * (v0 + 2.0 * s2.v[i][w] + 2.0 * s3.v[i][w] + s4.v[i][w]);
-                state.v[i][w] += h / 6.0 * (k1[i][w] + 2.0 * k2[i][w] + 2.0 * k3[i][w] + k4[i][w]);
+        let add = |x: &mut [Vec<f64>], slopes: [&[Vec<f64>]; 4]| {
+            let [k1, k2, k3, k4] = slopes;
+            for i in 0..x.len() {
+                for w in 0..x[i].len() {
+                    x[i][w] += h / 6.0 * (k1[i][w] + 2.0 * k2[i][w] + 2.0 * k3[i][w] + k4[i][w]);
+                }
             }
-        }
+        };
+        let q4 = moving(&s4);
+        add(&mut state.q, [&q1, &q2, &q3, &q4]);
+        add(&mut state.v, [&k1, &k2, &k3, &k4]);
+        self.machine.normalise(&mut state.q);
         state.z = s4.z;
         Ok(())
     }
@@ -194,8 +206,13 @@ impl<'a> Rollout<'a> {
     }
 }
 
-/// `base + h · (velocity of at, acceleration)`
-fn stepped(base: &Simulated, at: &Simulated, acceleration: &[Vec<f64>], h: f64) -> Simulated {
+/// `base + h · (rate of positions, acceleration)`, with the internal states of `at`.
+fn stepped(
+    base: &Simulated,
+    at: &Simulated,
+    (rates, acceleration): (&[Vec<f64>], &[Vec<f64>]),
+    h: f64,
+) -> Simulated {
     let add = |x: &[Vec<f64>], dx: &[Vec<f64>]| {
         x.iter()
             .zip(dx)
@@ -203,7 +220,7 @@ fn stepped(base: &Simulated, at: &Simulated, acceleration: &[Vec<f64>], h: f64) 
             .collect()
     };
     Simulated {
-        q: add(&base.q, &at.v),
+        q: add(&base.q, rates),
         v: add(&base.v, acceleration),
         z: at.z.clone(),
     }
@@ -236,6 +253,18 @@ impl Machine {
     /// least-squares sense of the coordinates: Gauss–Newton on `c`, then the
     /// velocities onto `ċ = 0`.
     pub fn project(&self, t: f64, q: &mut [f64], v: &mut [f64], parameters: &[f64]) {
+        let column =
+            |values: &[f64]| -> Vec<Vec<f64>> { values.iter().map(|&x| vec![x]).collect() };
+        let shift = |q: &mut [f64], step: &[f64]| {
+            let mut columns = column(q);
+            self.move_positions(&mut columns, &column(step), -1.0);
+            q.iter_mut()
+                .zip(columns)
+                .for_each(|(q, moved)| *q = moved[0]);
+        };
+        if self.poses.is_some() {
+            shift(q, &vec![0.0; self.coordinate_count()]);
+        }
         if self.constraint_count() == 0 {
             return;
         }
@@ -250,7 +279,6 @@ impl Machine {
                 .collect()
         };
         let at = |q: &[f64], v: &[f64]| {
-            let column = |values: &[f64]| values.iter().map(|&x| vec![x]).collect();
             let u = vec![vec![0.0]; self.input_count()];
             let states = States {
                 t: vec![t],
@@ -274,7 +302,7 @@ impl Machine {
                 break;
             }
             let Some(step) = correct(&a, &c) else { break };
-            q.iter_mut().zip(step.iter()).for_each(|(q, dq)| *q -= dq);
+            shift(q, step.as_slice());
         }
         for _ in 0..3 {
             let terms = at(q, v);

@@ -12,7 +12,7 @@ use std::sync::Arc;
 pub struct States {
     /// Time, s.
     pub t: Vec<f64>,
-    /// Positions, one column per coordinate.
+    /// Positions, one column each ([`Model::positions`](dynamics_codegen::Model::positions)).
     pub q: Vec<Vec<f64>>,
     /// Velocities, one column per coordinate.
     pub v: Vec<Vec<f64>>,

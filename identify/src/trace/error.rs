@@ -48,6 +48,12 @@ pub enum TraceError {
         /// What it may be, in words.
         bounds: String,
     },
+    /// A body floats by its twist.
+    #[error("{}", floats(.body))]
+    Floats {
+        /// Which.
+        body: String,
+    },
     /// The log does not obey a constraint of the model.
     #[error(
         "the log does not fulfil constraint `{constraint}`: it is off by {violation:.3e} (root mean \
@@ -131,4 +137,12 @@ impl TraceError {
             source,
         }
     }
+}
+
+/// Why a log is not read against a body that floats by its twist.
+pub(crate) fn floats(body: &str) -> String {
+    format!(
+        "`{body}` floats by its twist, and a log is read against positions that each have a velocity \
+         of their own: leave `velocities: twist` out of the model, or write `velocities: rates`"
+    )
 }

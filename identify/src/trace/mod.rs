@@ -53,6 +53,7 @@ mod wheel;
 pub use advice::Advice;
 pub(crate) use described::with_losses;
 pub use error::TraceError;
+pub(crate) use error::floats;
 pub(crate) use finding::with_places;
 pub use finding::{Finding, ParameterEstimate, Rival, Verdict};
 pub(crate) use forces::force_floor;

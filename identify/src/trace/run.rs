@@ -92,6 +92,10 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     progress.enter(Stage::Columns, &[]);
     let plain = source.compile().map_err(Box::new)?;
     check_overrides(&plain, &request.parameters)?;
+    if let Some(pose) = plain.model.poses.first() {
+        let body = pose.name.clone();
+        return Err(TraceError::Floats { body });
+    }
     let logs = Logs::of(request, &source, &plain)?;
     let plain = Machine::new(plain);
     let misread = misread::misread(misread::Look {

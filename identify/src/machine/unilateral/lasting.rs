@@ -1,6 +1,6 @@
 //! Part 2 of a step: forces and contact forces that last.
 
-use super::step::{Stepping, move_by, put};
+use super::step::{Stepping, put};
 use super::terms::ContactTerms;
 use super::view::View;
 use crate::machine::rollout::remembered;
@@ -24,7 +24,7 @@ impl Stepping<'_> {
         let halfway = &view.velocity + &view.motion.acceleration * (h / 2.0);
         let halfway = halfway + &view.response * &impulse;
         let mut half = state.clone();
-        move_by(&mut half.q, &(&view.velocity + &halfway), h / 4.0);
+        self.move_by(&mut half.q, &(&view.velocity + &halfway), h / 4.0);
         put(&mut half.v, &halfway);
         let rates = self.free.rates(&view.states);
         half.z = remembered(&state.z, [(&state.z, &rates); 2], h / 2.0);
@@ -42,7 +42,7 @@ impl Stepping<'_> {
             (&floor, impulse * 2.0),
         )?;
         let velocity = free + &there.response * &impulse;
-        move_by(&mut state.q, &(&view.velocity + &velocity), h / 2.0);
+        self.move_by(&mut state.q, &(&view.velocity + &velocity), h / 2.0);
         put(&mut state.v, &velocity);
         let rates = self.free.rates(&there.states);
         state.z = remembered(&state.z, [(&half.z, &rates); 2], h);

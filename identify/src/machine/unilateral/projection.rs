@@ -1,7 +1,7 @@
 //! Part 3 of a step: out of planes, onto constraints.
 
 use super::solve::Problem;
-use super::step::{Stepping, move_by};
+use super::step::Stepping;
 use super::view::View;
 use crate::machine::{Simulated, SolveError};
 use nalgebra::{DMatrix, DVector};
@@ -29,7 +29,7 @@ impl Stepping<'_> {
                 break;
             }
             let shift = self.shift(&view, off)?;
-            move_by(&mut state.q, &shift, 1.0);
+            self.move_by(&mut state.q, &shift, 1.0);
             let gaps = &view.contacts.gap + view.normals() * &shift;
             if shift.amax() <= FAR {
                 // What the shift changes in everything else is its square.

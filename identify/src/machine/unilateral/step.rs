@@ -254,6 +254,12 @@ impl<'a> Stepping<'a> {
         Ok(solution.impulse)
     }
 
+    /// Moves the positions of one window by velocities for `h` seconds, or by a displacement.
+    pub(super) fn move_by(&self, q: &mut [Vec<f64>], velocities: &DVector<f64>, h: f64) {
+        let velocities: Vec<Vec<f64>> = velocities.iter().map(|&v| vec![v]).collect();
+        self.machine.move_positions(q, &velocities, h);
+    }
+
     pub(super) fn view(
         &self,
         state: &Simulated,
@@ -275,10 +281,4 @@ impl<'a> Stepping<'a> {
 pub(super) fn put(columns: &mut [Vec<f64>], values: &DVector<f64>) {
     let both = columns.iter_mut().zip(values.iter());
     both.for_each(|(column, value)| column[0] = *value);
-}
-
-/// Adds `h` times the values.
-pub(super) fn move_by(columns: &mut [Vec<f64>], values: &DVector<f64>, h: f64) {
-    let both = columns.iter_mut().zip(values.iter());
-    both.for_each(|(column, value)| column[0] += h * value);
 }

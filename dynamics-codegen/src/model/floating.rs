@@ -1,0 +1,81 @@
+//! What floats in a robot description: by seven coordinates and their rates, or by a twist.
+
+use super::configuration::{POSE, Pose, TWIST};
+use super::names::Binding;
+use super::robot::Assembly;
+use super::{Constraint, ConstraintKind};
+use crate::dimension::Dimension;
+use crate::source::Span;
+use crate::syntax::Name;
+use crate::tree;
+
+impl Assembly<'_, '_> {
+    /// A joint that is free, by its twist.
+    fn free(&mut self, index: usize, name: &str, span: Span) -> tree::Joint {
+        let twist =
+            TWIST.map(|(c, unit)| self.coordinate(index, &format!("{name}_{c}"), unit, span));
+        let model = &mut self.builder.model;
+        let graph = &mut model.graph;
+        let symbols = POSE.map(|(c, _)| graph.symbol(format!("q_{name}_{c}")));
+        let [x, y, z, qx, qy, qz, qw] = symbols;
+        let pose = Pose {
+            name: name.to_string(),
+            first: twist[0].index,
+            position: [x, y, z],
+            quaternion: [qx, qy, qz, qw],
+        };
+        let free = tree::Free {
+            position: pose.position.map(|symbol| graph.var(symbol)),
+            quaternion: pose.quaternion.map(|symbol| graph.var(symbol)),
+            twist: twist.map(|c| c.v),
+            indices: twist.map(|c| c.index),
+        };
+        let number = model.poses.len();
+        model.poses.push(pose);
+        for (entry, (c, _)) in POSE.iter().enumerate() {
+            let name = Name {
+                text: format!("{name}_{c}"),
+                span,
+            };
+            self.builder.bind(&name, Binding::Pose(number, entry));
+        }
+        tree::Joint::Free(free)
+    }
+
+    /// The joint of a body that floats, as the options say.
+    pub(super) fn floating(&mut self, index: usize, name: &str, span: Span) -> tree::Joint {
+        if self.options.twist.is_some() {
+            return self.free(index, name, span);
+        }
+        let position =
+            ["x", "y", "z"].map(|c| self.coordinate(index, &format!("{name}_{c}"), "m", span));
+        let quaternion = ["qx", "qy", "qz", "qw"]
+            .map(|c| self.coordinate(index, &format!("{name}_{c}"), "1", span));
+        let graph = &mut self.builder.model.graph;
+        let squares = quaternion.map(|c| graph.mul(c.q, c.q));
+        let length = graph.sum(squares);
+        let one = graph.one();
+        let residual = graph.sub(length, one);
+        // ½ (ηᵀη − 1): its row is ηᵀ.
+        let residual = graph.scale(0.5, residual);
+        let multiplier = self
+            .builder
+            .model
+            .graph
+            .symbol(format!("lambda_{name}_unit"));
+        self.builder.model.constraints.push(Constraint {
+            name: format!("{name}_unit"),
+            multiplier,
+            active: None,
+            kind: ConstraintKind::Holonomic,
+            time_dependent: false,
+            residual,
+            dimension: Some(Dimension::ONE),
+            doc: "The orientation's quaternion has unit length.".to_string(),
+        });
+        tree::Joint::Floating(tree::Floating {
+            position,
+            quaternion,
+        })
+    }
+}
