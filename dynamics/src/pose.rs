@@ -15,6 +15,13 @@ pub struct Pose {
     pub velocity: usize,
 }
 
+impl Pose {
+    /// With its first position and its first velocity at these places.
+    pub const fn at(position: usize, velocity: usize) -> Self {
+        Self { position, velocity }
+    }
+}
+
 /// What [`walk`] hands on: places in `q` and in `v`.
 enum Part {
     /// A position with a velocity of its own.
@@ -49,7 +56,7 @@ fn walk(poses: &[Pose], positions: usize, mut take: impl FnMut(Part)) {
 /// let half = 0.5_f64.sqrt();
 /// let q = [0.0, 0.0, 0.0, 0.0, 0.0, half, half];
 /// let v = [2.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-/// let rate = position_rate(&[Pose { position: 0, velocity: 0 }], &q, &v);
+/// let rate = position_rate(&[Pose::at(0, 0)], &q, &v);
 /// assert!((rate[1] - 2.0).abs() < 1e-15 && rate[0].abs() < 1e-15);
 /// ```
 pub fn position_rate<T: Scalar, const N: usize, const Q: usize>(
@@ -104,7 +111,7 @@ pub(crate) fn steady_rate<T: Real, const N: usize, const Q: usize>(
 /// // Half a turn about z, going forwards all the while: a half circle, to the left.
 /// let pi = core::f64::consts::PI;
 /// let start = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
-/// let q = moved(&[Pose { position: 0, velocity: 0 }], &start, &[1.0, 0.0, 0.0, 0.0, 0.0, 1.0], pi);
+/// let q = moved(&[Pose::at(0, 0)], &start, &[1.0, 0.0, 0.0, 0.0, 0.0, 1.0], pi);
 /// assert!((q[1] - 2.0).abs() < 1e-15 && (q[5] - 1.0).abs() < 1e-15);
 /// ```
 pub fn moved<T: Real, const N: usize, const Q: usize>(
@@ -191,10 +198,7 @@ fn times<T: Scalar>([x, y, z, w]: [T; 4], [a, b, c, d]: [T; 4]) -> [T; 4] {
 mod tests {
     use super::*;
 
-    const BODY: [Pose; 1] = [Pose {
-        position: 1,
-        velocity: 1,
-    }];
+    const BODY: [Pose; 1] = [Pose::at(1, 1)];
 
     /// The exponential map is what the rates lead to: many small steps of these make one large.
     #[test]

@@ -3,7 +3,7 @@
 
 use dynamics_codegen::derive::Expansion;
 use dynamics_codegen::emit::{
-    self, Array, Emission, Entry, Functions, Quantity, Routine, c_member, module_name,
+    self, Array, Emission, Entry, Functions, Routine, c_member, module_name,
 };
 use dynamics_codegen::graph::{Binary, Graph, Unary};
 use dynamics_codegen::{Compiled, Tape};

@@ -168,6 +168,7 @@ impl<'a> Unit<'a> {
             let positions = model.positions();
             let positions = positions.iter().map(|p| p.name.as_str()).collect();
             size(w, "POSITION", "positions", positions);
+            self.poses_constant(w);
             size(w, "COORDINATE", "velocities", coordinates);
         }
         let entries = inputs(model);
@@ -205,6 +206,21 @@ impl<'a> Unit<'a> {
             model.parameters.iter().map(|p| p.name.as_str()).collect(),
         );
         self.index_names(w);
+    }
+
+    /// Where the poses of floating bodies stand.
+    fn poses_constant(&self, w: &mut Writer) {
+        let places = self.compiled.model.pose_places();
+        w.doc(&Doc::of(
+            "Where the poses of floating bodies stand among positions and velocities.",
+        ));
+        let opening = format!("pub const POSES: [::dynamics::Pose; {}] =", places.len());
+        let pose = |[q, v]: [usize; 2]| Array::Other(format!("::dynamics::Pose::at({q}, {v})"));
+        w.constant(
+            &opening,
+            &Array::Row(places.into_iter().map(pose).collect()),
+        );
+        w.blank();
     }
 
     /// `Q_THETA`, `U_MOTOR`, …
