@@ -59,9 +59,6 @@ pub const EVERYTHING: &str = "tests/data/models/type.model";
 /// A model of so many coordinates that its motion is solved for in loops: a fixture.
 pub const MANY: &str = "tests/data/models/limbs.model";
 
-/// A quadruped that floats by its twist, seven positions for six velocities: a fixture.
-pub const FLOATING: &str = "tests/data/models/solo12_floating.model";
-
 /// A model with contacts of all kinds, two of them held by constraints, one of which comes and goes
 /// and has friction: a fixture.
 pub const TOUCHING: &str = "tests/data/models/touching.model";
