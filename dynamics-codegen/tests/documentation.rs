@@ -71,7 +71,10 @@ impl Block {
             .unwrap();
         let name = heading["effect ".len()..].split('(').next().unwrap();
         library.add(name, "effect.model", self.text.clone());
-        let place = if heading.contains(": input") {
+        let place = if [": input", ": drive"]
+            .iter()
+            .any(|kind| heading.contains(kind))
+        {
             "drive"
         } else if heading.contains(": body") {
             "block"
