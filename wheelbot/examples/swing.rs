@@ -19,7 +19,7 @@ type Found = (Excitation, f64, f64, f64);
 
 fn tried(swing: Excitation, sensing: &Sensing) -> Option<Found> {
     let mut trial = Trial::new(8.0, Gains::PUBLISHED);
-    trial.excitation = Some(swing);
+    trial.excitations = vec![swing];
     let outcome = trial.run(&mut sensing.clone()).ok()?;
     if outcome.fell {
         return None;
