@@ -116,8 +116,9 @@ def energy():
         nu, count = len(system.inputs), 2001
         zero = np.zeros((count + 1, nu))
         noise = np.zeros((count, n))
+        on_time, nameless = np.zeros(count + 1), np.zeros((count + 1, n))
         found = rollout.simulate(system.code, p, m, np.array(system.driven), *no_effects(), q, v, zero,
-                                 np.zeros((3, nu)), zero, noise, noise, 0.005, 10, True, True)
+                                 np.zeros((3, nu)), zero, noise, noise, 0.005, on_time, 10, True, True, nameless)
         total = second_route.energy(name, system, parameters)
         level = np.array([total(found[0][k], found[1][k]) for k in range(0, count, 20)])
         swing = max(np.ptp([total(found[0][k], 0 * q) for k in range(0, count, 20)]), abs(level[0]), 0.1)
