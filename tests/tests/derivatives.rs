@@ -28,7 +28,7 @@ const DIFFERENCES: f64 = 1e-6;
 const CASADI: f64 = 1e-8;
 /// A derivative counts as at least this share of what is differentiated: some are zero,
 /// and come out as rounding here or there.
-const FLOOR: f64 = 1e-5;
+const FLOOR: f64 = 1e-4;
 
 fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |m: f64, x| m.max(x.abs()))

@@ -249,7 +249,8 @@ fn float_agrees_to_its_precision() {
     for (path, compiled) in all_with_loops() {
         let worst = deviation(&compiled, &path, Precision::Single);
         println!("{path}: {worst:.1e}");
-        assert!(worst <= 2e-4, "{path}: {worst:e}");
+        // Rounding of 6e-8, by mass matrices of random states whose condition is some thousands.
+        assert!(worst <= 5e-4, "{path}: {worst:e}");
     }
 }
 
