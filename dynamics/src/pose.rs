@@ -59,12 +59,18 @@ fn walk(poses: &[Pose], positions: usize, mut take: impl FnMut(Part)) {
 /// let rate = position_rate(&[Pose::at(0, 0)], &q, &v);
 /// assert!((rate[1] - 2.0).abs() < 1e-15 && rate[0].abs() < 1e-15);
 /// ```
+#[inline]
 pub fn position_rate<T: Scalar, const N: usize, const Q: usize>(
     poses: &[Pose],
     q: &[T; Q],
     v: &[T; N],
 ) -> [T; Q] {
     let mut rate = [T::zero(); Q];
+    // Where nothing floats, which compilers see, no place has to be checked.
+    if poses.is_empty() {
+        rate.iter_mut().zip(v).for_each(|(rate, v)| *rate = *v);
+        return rate;
+    }
     walk(poses, Q, |part| match part {
         Part::Single(i, j) => rate[i] = v[j],
         Part::Pose(i, j) => {
@@ -81,6 +87,7 @@ pub fn position_rate<T: Scalar, const N: usize, const Q: usize>(
 
 /// As [`position_rate`], with a pull towards unit length on each quaternion, as fast as the
 /// body turns: what integrators lose of the length does not add up.
+#[inline]
 pub(crate) fn steady_rate<T: Real, const N: usize, const Q: usize>(
     poses: &[Pose],
     q: &[T; Q],
@@ -114,6 +121,7 @@ pub(crate) fn steady_rate<T: Real, const N: usize, const Q: usize>(
 /// let q = moved(&[Pose::at(0, 0)], &start, &[1.0, 0.0, 0.0, 0.0, 0.0, 1.0], pi);
 /// assert!((q[1] - 2.0).abs() < 1e-15 && (q[5] - 1.0).abs() < 1e-15);
 /// ```
+#[inline]
 pub fn moved<T: Real, const N: usize, const Q: usize>(
     poses: &[Pose],
     q: &[T; Q],
@@ -121,6 +129,11 @@ pub fn moved<T: Real, const N: usize, const Q: usize>(
     h: T,
 ) -> [T; Q] {
     let mut next = *q;
+    if poses.is_empty() {
+        let each = next.iter_mut().zip(v);
+        each.for_each(|(next, v)| *next = v.mul_add(h, *next));
+        return next;
+    }
     walk(poses, Q, |part| match part {
         Part::Single(i, j) => next[i] = v[j].mul_add(h, q[i]),
         Part::Pose(i, j) => {
