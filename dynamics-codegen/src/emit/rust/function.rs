@@ -251,11 +251,7 @@ impl Unit<'_> {
         for statement in statements {
             match statement {
                 Statement::Let { local, value } => {
-                    w.line(format!(
-                        "let {} = {};",
-                        locals[*local],
-                        rust.write(value, locals).text
-                    ));
+                    w.binding(&locals[*local], &rust.write(value, locals).text);
                 }
                 Statement::SinCos {
                     sine,

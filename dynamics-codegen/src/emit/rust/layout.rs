@@ -1,7 +1,7 @@
 //! Lines of Rust, laid out as rustfmt does in its default style.
 //!
 //! Everything that is emitted is one of few forms, and each is either independent of
-//! its width (a `let` in one line, a comment) or follows rustfmt's rule, restated here.
+//! its width (a comment) or follows rustfmt's rule, restated here.
 
 use super::documentation::Doc;
 
@@ -109,6 +109,16 @@ impl Writer {
         let used = 4 * self.depth + opening.len() + closing.len();
         let text = value.layout(self.depth, MAX_WIDTH.saturating_sub(used));
         self.line(format!("{opening}{text}{closing}"));
+    }
+
+    /// `let name = value;`
+    pub fn binding(&mut self, name: &str, value: &str) {
+        let one = format!("let {name} = {value};");
+        if 4 * self.depth + one.chars().count() <= MAX_WIDTH {
+            return self.line(one);
+        }
+        self.line(format!("let {name} ="));
+        self.line(format!("    {value};"));
     }
 
     /// `opening function(arguments) closing`.
