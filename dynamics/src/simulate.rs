@@ -198,7 +198,7 @@ where
         rk4_step(|t, y| self.rate(t, y, input(t, y)), t, y, h)
     }
 
-    /// One semi-implicit Euler step, [`symplectic_euler_step`]; a pose moves along the
+    /// One semi-implicit Euler step, [`crate::integrate::symplectic_euler_step`]; a pose moves along the
     /// exponential map, [`moved`](crate::moved).
     ///
     /// # Errors

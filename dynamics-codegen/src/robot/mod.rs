@@ -9,7 +9,7 @@
 //! A [`Robot`] is a tree of bodies and joints in plain numbers, with the places that messages
 //! point at. The readers [`urdf`](crate::urdf) and [`mjcf`](crate::mjcf) make one of a text;
 //! what follows (joints that stand still, welds, whether a body can exist and whether a joint
-//! moves anything) is the same for both. The readers share [`xml`] and [`value`], too: the text
+//! moves anything) is the same for both. The readers share `xml` and `value`, too: the text
 //! as elements within bounds, and attributes as numbers.
 
 mod body;
