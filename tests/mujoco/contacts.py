@@ -9,13 +9,12 @@ Coulomb's law sticks. Both go with the step and the stiffness, which are small a
 format is described in ../README.md.
 """
 
-import argparse
-import json
-import sys
 from pathlib import Path
 
 import mujoco
 import numpy as np
+
+from figures import hold
 
 HERE = Path(__file__).resolve().parent
 SOLO = HERE.parents[1] / "models" / "solo12.urdf"
@@ -133,32 +132,10 @@ def figures():
     }
 
 
-def flat(value):
-    """All numbers, in order."""
-    if isinstance(value, dict):
-        return [x for part in value.values() for x in flat(part)]
-    if isinstance(value, list):
-        return [x for part in value for x in flat(part)]
-    return [value] if isinstance(value, float) else []
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--check", action="store_true")
-    arguments = parser.parse_args()
-    path, found = HERE / "contacts.json", figures()
-    if arguments.check:
-        known = json.loads(path.read_text(encoding="utf-8"))
-        off = max(abs(a - b) for a, b in zip(flat(known), flat(found), strict=True))
-        if off > TOLERANCE:
-            sys.exit(f"contacts.json: off by {off:.1e}")
-        print(f"contacts.json: as known, within {off:.1e}")
-        return
-    rows = {name: [[float(f"{x:.9g}") for x in row] for row in value] if isinstance(value, list)
-            else value for name, value in found.items()}
-    lines = [f' "{name}": {json.dumps(value)}' for name, value in rows.items()]
-    path.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
+def rounded(value):
+    """Numbers to nine digits."""
+    return [[float(f"{x:.9g}") for x in row] for row in value] if isinstance(value, list) else value
 
 
 if __name__ == "__main__":
-    main()
+    hold(HERE / "contacts.json", figures, TOLERANCE, __doc__.splitlines()[0], written=rounded)

@@ -7,13 +7,12 @@
 The format is described in ../README.md.
 """
 
-import argparse
-import json
-import sys
 from pathlib import Path
 
 import mujoco
 import numpy as np
+
+from figures import hold
 
 HERE = Path(__file__).resolve().parent
 MODELS = HERE / "models"
@@ -136,31 +135,10 @@ def figures():
     return found | {name: robot(name, random) for name in NAMES}
 
 
-def flat(value):
-    """All numbers, in order."""
-    if isinstance(value, dict):
-        return [x for part in value.values() for x in flat(part)]
-    if isinstance(value, list):
-        return [x for part in value for x in flat(part)]
-    return [value] if isinstance(value, float) else []
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--check", action="store_true")
-    arguments = parser.parse_args()
-    path, found = HERE / "mjcf.json", figures()
-    if arguments.check:
-        known = json.loads(path.read_text(encoding="utf-8"))
-        pairs = zip(flat(known), flat(found), strict=True)
-        off = max(abs(a - b) / max(1.0, abs(b)) for a, b in pairs)
-        if off > TOLERANCE:
-            sys.exit(f"mjcf.json: off by {off:.1e}")
-        print(f"mjcf.json: as known, within {off:.1e}")
-        return
-    lines = [f' "{name}": {json.dumps(value)}' for name, value in found.items()]
-    path.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
+def apart(a, b):
+    """How far numbers are apart, as a share of the second where that is large."""
+    return abs(a - b) / max(1.0, abs(b))
 
 
 if __name__ == "__main__":
-    main()
+    hold(HERE / "mjcf.json", figures, TOLERANCE, __doc__.splitlines()[0], distance=apart)

@@ -14,6 +14,8 @@
 
 mod body;
 mod format;
+#[cfg(test)]
+pub(crate) mod headlines;
 mod impossible;
 mod lock;
 mod merge;

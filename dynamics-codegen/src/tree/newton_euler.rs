@@ -180,10 +180,7 @@ impl Mechanism {
         if link.free {
             return self.step_freely(g, i, before, accelerations);
         }
-        let lever = vector::cross(g, before.omega, link.shift);
-        let mut velocity = vector::add(g, before.velocity, lever);
-        let swing = before.second.times(g, link.shift);
-        let mut acceleration = vector::add(g, before.acceleration, swing);
+        let (mut velocity, mut acceleration) = shifted(g, before, link.shift);
         for (freedom, &rate_change) in link.freedoms.iter().zip(accelerations) {
             if let Axis::Linear(axis) = freedom.axis {
                 // The axis is fixed in the parent: a v, and 2 ω × a v + a v̇.
@@ -260,10 +257,7 @@ impl Mechanism {
     /// link's frame at this instant.
     pub(super) fn carrier(&self, g: &mut Graph, i: usize, before: &State) -> State {
         let link = &self.links[i];
-        let lever = vector::cross(g, before.omega, link.shift);
-        let velocity = vector::add(g, before.velocity, lever);
-        let swing = before.second.times(g, link.shift);
-        let acceleration = vector::add(g, before.acceleration, swing);
+        let (velocity, acceleration) = shifted(g, before, link.shift);
         let omega = turn::down(g, &link.stages, before.omega);
         let omega_dot = turn::down(g, &link.stages, before.omega_dot);
         State {
@@ -328,6 +322,14 @@ fn halves(twist: &[ExprId]) -> (Vector, Vector) {
         std::array::from_fn(|k| twist[k]),
         std::array::from_fn(|k| twist[3 + k]),
     )
+}
+
+/// Velocity and acceleration of a place of a link that is `by` from its origin, in the link's frame.
+fn shifted(g: &mut Graph, link: &State, by: Vector) -> (Vector, Vector) {
+    let lever = vector::cross(g, link.omega, by);
+    let velocity = vector::add(g, link.velocity, lever);
+    let swing = link.second.times(g, by);
+    (velocity, vector::add(g, link.acceleration, swing))
 }
 
 /// `f = m a + U h`, and `n` the skew part of `U S + a hᵀ`.

@@ -6,8 +6,8 @@ mod messages;
 mod reading;
 
 use super::read_with;
-use crate::diagnostic::{Diagnostic, Report, Severity};
-use crate::robot::{Options, Robot};
+use crate::diagnostic::Report;
+use crate::robot::{self, Options, Robot};
 use crate::source::Sources;
 
 /// Reads a text that messages call `robot.xml`, with the files that it may include.
@@ -37,14 +37,7 @@ fn robot(text: &str) -> Robot {
 
 /// The severities and first lines of what is found in a text, in its order.
 fn headlines(text: &str) -> Vec<String> {
-    let (_, report) = read_text(text, &[], Options::default());
-    let mut found = report.diagnostics;
-    found.sort_by_key(|d| d.primary.span.start);
-    let line = |d: &Diagnostic| match d.severity {
-        Severity::Error => format!("error: {}", d.message),
-        Severity::Warning => format!("warning: {}", d.message),
-    };
-    found.iter().map(line).collect()
+    robot::headlines::headlines(read_text(text, &[], Options::default()).1)
 }
 
 /// An `<inertial>` that a body can have.
