@@ -69,12 +69,10 @@ impl Learner<'_> {
         let by_forces = forces::learn(&dictionary, &logged, self.seed)?;
         let (basis, selection) = match by_forces {
             Some(forces) if immobile || is_plain(&dictionary, &forces) => (Basis::Forces, forces),
-            // One sensor that misreads makes forces everywhere: what explains the motion with
-            // a few terms is right. Far more of them would take longer than anyone waits.
             Some(forces) if forces.terms.len() >= MANY => {
-                match self.by_motion(&dictionary, None, FEW_TERMS) {
-                    Ok(motion) if motion.explains_with_less(&forces) => (Basis::Motion, motion),
-                    _ => (Basis::Forces, forces),
+                match self.explained(&dictionary, &forces) {
+                    Some(motion) => (Basis::Motion, motion),
+                    None => (Basis::Forces, forces),
                 }
             }
             few => {
@@ -129,6 +127,24 @@ impl Learner<'_> {
             pair.is_some_and(|(forces, motion)| forces[0] < motion[0] && forces[1] < motion[1])
         };
         is_driven(dictionary, &forces.observed) && leaves_less() && foretells()
+    }
+
+    /// What explains the motion up to sensor noise where the balance of forces says that a lot is missing. One
+    /// sensor that misreads makes forces everywhere: a few terms that explain it are right. What the
+    /// balance leaves a lot of beside all that it says, it has not found: from there the motion goes on, unless
+    /// that is so much that it would take longer than anyone waits.
+    fn explained(&self, dictionary: &Dictionary, forces: &Selection) -> Option<Selection> {
+        let few = self.by_motion(dictionary, None, FEW_TERMS);
+        if let Ok(few) = few
+            && few.explains_with_less(forces)
+        {
+            return Some(few);
+        }
+        if leaves_nearly_nothing(forces) || forces.terms.len() >= MAX_TERMS {
+            return None;
+        }
+        let all = self.by_motion(dictionary, Some(forces), MAX_TERMS).ok()?;
+        (!all.forces_remain()).then_some(all)
     }
 
     /// What the motion says, beginning with what was suggested, and going on to so many terms.
@@ -189,10 +205,15 @@ fn is_plain(dictionary: &Dictionary, forces: &Selection) -> bool {
     let is_load = |subject: &&Subject| {
         matches!(subject, Subject::Parameter(_)) || is_on_a_body(dictionary, subject)
     };
-    let remaining = &forces.remaining;
     forces.terms.len() >= MANY
         && subjects.filter(is_load).count() <= 1
-        && remaining.share_after < NEARLY_NOTHING * remaining.share_before
+        && leaves_nearly_nothing(forces)
+}
+
+/// Whether findings leave hardly any of what was missing before.
+fn leaves_nearly_nothing(forces: &Selection) -> bool {
+    let remaining = &forces.remaining;
+    remaining.share_after < NEARLY_NOTHING * remaining.share_before
 }
 
 /// Whether inputs exert forces on each coordinate.

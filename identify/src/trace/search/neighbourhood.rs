@@ -7,7 +7,8 @@ use crate::regression::{Gram, Whitener};
 use crate::trace::dictionary::{Candidate, Dictionary};
 use crate::trace::screen::{Assignment, Considered, Screen, ShapedCandidate};
 use crate::trace::settings::{NEARLY, TIE};
-use std::collections::BTreeMap;
+use rayon::prelude::*;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A fitted hypothesis with every candidate's columns beside it.
 pub struct Neighbourhood<'a> {
@@ -169,36 +170,40 @@ impl<'a> Neighbourhood<'a> {
     }
 
     /// Two candidates of the same place with fewer parameters together in the place of a rich
-    /// term, best first.
+    /// term, in the shapes that suit them beside each other, best first.
     pub fn splits(&self, term: usize) -> Vec<Exchange> {
         let size = |c: usize| self.dictionary.candidates[c].size();
-        let is_simpler = |c: usize| self.is_beside(c, term) && size(c) < size(term);
-        let simpler = self.exchanges_in_shape(&[term], is_simpler);
-        let options: Vec<&ShapedCandidate> = simpler
-            .iter()
-            .map(|&(option, _)| &self.screen.options[option])
-            .collect();
-        let groups: Vec<(&ShapedCandidate, &ShapedCandidate)> = options
-            .iter()
-            .enumerate()
-            .flat_map(|(i, &a)| options[i + 1..].iter().map(move |&b| (a, b)))
-            .filter(|(a, b)| size(a.candidate) + size(b.candidate) < size(term))
-            .collect();
-        if groups.is_empty() {
+        let is_simpler = |o: &&ShapedCandidate| {
+            self.is_beside(o.candidate, term) && size(o.candidate) < size(term)
+        };
+        let options: Vec<&ShapedCandidate> =
+            self.screen.options.iter().filter(is_simpler).collect();
+        let is_pair = |(a, b): &(&ShapedCandidate, &ShapedCandidate)| {
+            a.candidate != b.candidate && size(a.candidate) + size(b.candidate) < size(term)
+        };
+        let after = |(i, &a)| options[i + 1..].iter().map(move |&b| (a, b));
+        let pairs = options.iter().enumerate().flat_map(after);
+        let pairs: Vec<(&ShapedCandidate, &ShapedCandidate)> = pairs.filter(is_pair).collect();
+        if pairs.is_empty() {
             return Vec::new();
         }
-        let columns: Vec<Vec<usize>> = groups
-            .iter()
-            .map(|(a, b)| [&a.columns[..], &b.columns].concat())
-            .collect();
-        let columns: Vec<&[usize]> = columns.iter().map(Vec::as_slice).collect();
+        let mut columns: Vec<usize> = options.iter().flat_map(|o| o.columns.clone()).collect();
+        columns.sort_unstable();
+        columns.dedup();
         let noise = &self.fitted.explanation.noise;
         let whitener = Whitener::new(&self.screen.dynamics, &self.screen.readings, noise);
-        let grams = whitener.grams(&self.screen.base, &columns);
-        let each = groups.iter().zip(&grams);
-        let found = each.filter_map(|((a, b), gram)| self.exchange(&[term], &[a, b], gram));
-        let mut found: Vec<Exchange> = found.filter(Exchange::is_near).collect();
+        let base = self.screen.base.len();
+        let all = whitener.gram(&[&self.screen.base[..], &columns].concat());
+        let place = |column: &usize| base + columns.partition_point(|c| c < column);
+        let each = pairs.into_par_iter().filter_map(|(a, b)| {
+            let own = a.columns.iter().chain(&b.columns).map(place);
+            let gram = all.part(&(0..base).chain(own).collect::<Vec<_>>());
+            self.exchange(&[term], &[a, b], &gram)
+        });
+        let mut found: Vec<Exchange> = each.filter(Exchange::is_near).collect();
         found.sort_by(|a, b| b.better.total_cmp(&a.better));
+        let mut seen = BTreeSet::new();
+        found.retain(|exchange| seen.insert(exchange.instead.clone()));
         found
     }
 

@@ -19,3 +19,49 @@ impl Move for Split {
         all.map(|one| at.proposal(one)).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::trace::search::fit::fit;
+    use crate::trace::search::hypothesis::Hypothesis;
+    use crate::trace::search::neighbourhood::Neighbourhood;
+    use crate::trace::wheel::{WHEEL, begun, named, rectangular};
+    use std::fmt::Write;
+
+    /// A wheel turned quickly, with viscous friction that hides its dry friction of 0.02 N·m but for narrow
+    /// steps: alone in the place of both, dry friction would have to be as wide as all the motion.
+    fn log() -> String {
+        let mut text = String::from("t,q_angle,u_motor\n");
+        let mut noise = rectangular(3);
+        let waves = [(0.9, 3.0), (0.5, 7.0)];
+        for k in 0..2000 {
+            let t = 0.005 * f64::from(k);
+            let sum = |f: fn(f64, f64, f64) -> f64| -> f64 {
+                waves.iter().map(|&(a, w)| f(a, w, t)).sum()
+            };
+            let q = sum(|a, w, t| a * (w * t).sin());
+            let v = sum(|a, w, t| a * w * (w * t).cos());
+            let a = sum(|a, w, t| -a * w * w * (w * t).sin());
+            let u = 0.02 * a + 0.1 * v + 0.02 * (v / 0.02).tanh();
+            writeln!(text, "{t},{},{u}", q + 1e-4 * noise()).unwrap();
+        }
+        text
+    }
+
+    #[test]
+    fn dry_friction_keeps_its_step_beside_viscous_friction() {
+        let (dictionary, mut start) = begun(WHEEL, &log(), ["angle", "motor"]);
+        let rich = named(&dictionary, "stribeck(angle)");
+        // As a search would come to it: with some friction of each kind.
+        for &strength in &dictionary.candidates[rich].strengths {
+            start.values[strength] = 0.05;
+        }
+        let alone = Hypothesis::nothing(start.observed.hold).exchange(&[], &[rich]);
+        let fitted = fit(&dictionary, &alone, start).unwrap();
+        let at = Neighbourhood::new(&dictionary, &fitted, &[], false).unwrap();
+        let splits = at.splits(rich);
+        let best = splits.first().map(|split| split.instead.clone());
+        let simple = ["coulomb(angle)", "viscous(angle)"].map(|name| named(&dictionary, name));
+        assert_eq!(best, Some(simple.to_vec()));
+    }
+}
