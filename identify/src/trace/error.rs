@@ -75,7 +75,7 @@ pub enum TraceError {
     /// Nothing shows a coordinate.
     #[error(
         "no column shows coordinate `{coordinate}`, and the sensors that the log has ({sensors}) do not \
-         determine it: with the model they leave it open to ±{sd:.2} {unit}. Log its position \
+         determine it: with the model they leave it open by ±{sd:.2} {unit} or more. Log its position \
          `q_{coordinate}`, or state and log a sensor that depends on it, such as an encoder, the \
          position of a point, or an accelerometer where gravity shows which way it is turned"
     )]
@@ -84,7 +84,7 @@ pub enum TraceError {
         coordinate: String,
         /// Those that the log has.
         sensors: String,
-        /// How uncertain it is, in its unit.
+        /// How uncertain it is at least, in its unit.
         sd: f64,
         /// Its unit.
         unit: String,

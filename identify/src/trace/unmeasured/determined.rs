@@ -44,7 +44,8 @@ pub(super) fn check(
             return Err(TraceError::Undetermined {
                 coordinate,
                 sensors: sensors.join(", "),
-                sd: position,
+                // What was not known before grows without end along the log, and says no more.
+                sd: position.min(UNKNOWN[0]),
                 unit,
             });
         }
