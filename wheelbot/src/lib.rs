@@ -13,6 +13,7 @@
 
 pub mod design;
 pub mod excitation;
+pub mod feed_forward;
 pub mod firmware;
 pub mod jump;
 pub mod motors;

@@ -7,7 +7,9 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use wheelbot::jump::Way;
-use wheelbot::studies::{Study, StudyError, balance, estimator, identify, jump, pirouette, push};
+use wheelbot::studies::{
+    Study, StudyError, balance, estimator, identify, jump, pirouette, plan, push,
+};
 use wheelbot::{design, report};
 use wheelbot_firmware::Gains;
 
@@ -41,6 +43,12 @@ enum Program {
     StandUp,
     /// Rolls up from a side by its rolling wheel (Fig. 6.14).
     RollUp,
+    /// Finds the pulses of standing up on the simulation.
+    PlanStandUp,
+    /// Finds those of rolling up.
+    PlanRollUp,
+    /// Finds the swing of the pirouette.
+    PlanPirouette,
     /// Estimates its tilt with and without the wheel's acceleration (Fig. 6.11).
     Estimator,
     /// Finds in its own log what its model does not say, and balances with and without it.
@@ -63,6 +71,9 @@ impl Program {
             Self::Pirouette => pirouette::study(gains, seed),
             Self::StandUp => jump::study(Way::Roll, gains, seed),
             Self::RollUp => jump::study(Way::Pitch, gains, seed),
+            Self::PlanStandUp => plan::up(Way::Roll, gains, seed),
+            Self::PlanRollUp => plan::up(Way::Pitch, gains, seed),
+            Self::PlanPirouette => plan::swing(gains, seed),
             Self::Estimator => estimator::study(gains, seed),
             Self::Identify => identify::study(gains, seed),
         }

@@ -37,6 +37,16 @@ pub enum Way {
     Pitch,
 }
 
+impl Way {
+    /// The angle from upright at which the robot rests between the steps, rad.
+    pub fn edge(self) -> f64 {
+        match self {
+            Self::Roll => 30.0_f64.to_radians(),
+            Self::Pitch => 35.0_f64.to_radians(),
+        }
+    }
+}
+
 /// The model, compiled once.
 pub struct Floor {
     machine: Machine,

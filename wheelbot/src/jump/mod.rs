@@ -9,7 +9,9 @@ pub mod draw;
 pub mod floor;
 pub mod plans;
 pub mod pose;
+pub mod ready;
 pub mod run;
 
 pub use floor::{Conditions, Floor, Way};
+pub use ready::Ready;
 pub use run::{Jumped, Jumper};

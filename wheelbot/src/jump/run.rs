@@ -13,7 +13,7 @@ use wheelbot_firmware::{Balance, Gains, INTERVAL, Jump, Plan, Settings};
 /// How often per tick the motors' torques follow their speeds; each time takes two steps of the simulation.
 const STEPS: usize = 5;
 /// Tilt at which a robot that balances has fallen, rad.
-const FALLEN: f64 = std::f64::consts::FRAC_PI_3;
+pub const FALLEN: f64 = std::f64::consts::FRAC_PI_3;
 
 /// What tries to get up.
 #[derive(Debug, Clone)]

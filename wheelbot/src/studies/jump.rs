@@ -6,11 +6,11 @@ use super::study::{
     Chart, Chassis, Cloud, Finding, Motion, Study, StudyError, Table, charts, largest_torque,
 };
 use crate::jump::plans::{FIRST, SPUN, Steps, found, published};
-use crate::jump::{Conditions, Floor, Jumped, Jumper, Way, draw};
+use crate::jump::{Conditions, Floor, Jumped, Ready, Way, draw};
 use crate::motors::{FREE_SPEED, STALL_TORQUE};
 use crate::robot::{PITCH, ROLL};
 use crate::sensing::Sensing;
-use crate::trial::{Outcome, Trial, wheel_rates};
+use crate::trial::{Outcome, wheel_rates};
 use rayon::prelude::*;
 use wheelbot_firmware::{Gains, INTERVAL};
 
@@ -128,17 +128,8 @@ struct Tried {
 impl Bench<'_> {
     /// One way up, by a robot that knows its bias.
     fn run(&self, steps: Steps, conditions: Conditions, seed: u64) -> Result<Jumped, StudyError> {
-        let mut sensing = Sensing::new(seed)?;
-        let calm = Trial::new(0.0, self.gains).calibrated(&mut sensing)?;
-        let jumper = Jumper {
-            way: self.way,
-            conditions,
-            plan: steps.plan(),
-            gains: self.gains,
-            bias: calm.bias,
-            seconds: steps.second() + BALANCED,
-        };
-        Ok(jumper.run(self.floor, &mut sensing)?)
+        let ready = Ready::new(conditions, self.gains, Sensing::new(seed)?)?;
+        Ok(ready.run(self.floor, &steps, steps.second() + BALANCED)?)
     }
 
     fn trials(&self, seed: u64) -> Result<Vec<Tried>, StudyError> {

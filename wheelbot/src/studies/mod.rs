@@ -7,6 +7,7 @@ pub mod identify;
 mod interval;
 pub mod jump;
 pub mod pirouette;
+pub mod plan;
 pub mod push;
 mod replay;
 pub mod study;

@@ -25,6 +25,9 @@ pub enum StudyError {
     /// The robot's log cannot be traced.
     #[error(transparent)]
     Trace(#[from] Box<identify::trace::TraceError>),
+    /// A search has no region.
+    #[error("the search has no region: {0}")]
+    Bounds(String),
     /// The model's text is no model.
     #[error("{0}")]
     Model(#[from] Report),
