@@ -225,3 +225,31 @@ impl Run<'_> {
         TIME * seconds + LATE * (seconds - MOST_SECONDS).max(0.0) + TORQUE * torque
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::jump::plans::{found, published};
+
+    /// Numbers of a plan cost less than the robot's own, and less than with a pulse a fifth shorter or longer: the search
+    /// has something to go by on either side.
+    #[test]
+    fn the_plans_are_where_the_cost_is_least() {
+        let scenes = Scenes::new(Gains::PUBLISHED, 1).unwrap();
+        for way in [Way::Roll, Way::Pitch] {
+            for step in [0, 1] {
+                let plan = found(way);
+                let mut worse = plan;
+                worse.pulses[step] = published(way).pulses[step];
+                let cost = scenes.cost(&plan, step);
+                assert!(cost < scenes.cost(&worse, step), "{way:?}, {step}: {cost}");
+                for share in [0.8, 1.2] {
+                    let mut other = plan;
+                    other.pulses[step].seconds *= share;
+                    let there = scenes.cost(&other, step);
+                    assert!(cost < there, "{way:?}, {step}, {share}: {cost}, {there}");
+                }
+            }
+        }
+    }
+}

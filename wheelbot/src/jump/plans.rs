@@ -133,20 +133,24 @@ pub fn published(way: Way) -> Steps {
     }
 }
 
-/// With pulses so long that the robot gets up: the robot's own currents, with times found by trying them on the
-/// simulation.
+/// With pulses that the robot gets up by: found by optimisation over the simulation, from [`published`] on. The programs
+/// `plan-stand-up` and `plan-roll-up` print them.
 pub fn found(way: Way) -> Steps {
     let start = published(way);
     let [first, second] = start.pulses;
-    let seconds = |pulse: Pulse, seconds| Pulse { seconds, ..pulse };
+    let pulse = |pulse: Pulse, current, seconds| Pulse {
+        current,
+        seconds,
+        ..pulse
+    };
     match way {
         Way::Roll => Steps {
-            pulses: [seconds(first, 0.15), seconds(second, 0.175)],
+            pulses: [pulse(first, 12.21, 0.2212), pulse(second, 13.39, 0.2075)],
             ..start
         },
         Way::Pitch => Steps {
-            pulses: [seconds(first, 0.18), seconds(second, 0.09)],
-            brake: 3.0,
+            pulses: [pulse(first, 14.26, 0.2218), pulse(second, 7.077, 0.0659)],
+            brake: 13.68,
             ..start
         },
     }
