@@ -47,8 +47,6 @@ enum Program {
     PlanStandUp,
     /// Finds those of rolling up.
     PlanRollUp,
-    /// Finds the swing of the pirouette.
-    PlanPirouette,
     /// Estimates its tilt with and without the wheel's acceleration (Fig. 6.11).
     Estimator,
     /// Finds in its own log what its model does not say, and balances with and without it.
@@ -73,7 +71,6 @@ impl Program {
             Self::RollUp => jump::study(Way::Pitch, gains, seed),
             Self::PlanStandUp => plan::up(Way::Roll, gains, seed),
             Self::PlanRollUp => plan::up(Way::Pitch, gains, seed),
-            Self::PlanPirouette => plan::swing(gains, seed),
             Self::Estimator => estimator::study(gains, seed),
             Self::Identify => identify::study(gains, seed),
         }

@@ -11,7 +11,7 @@ use wheelbot_firmware::{Balance, Estimator, Firmware, Gains, INTERVAL, Readings,
 /// Steps of the simulation per tick.
 const STEPS: usize = 10;
 /// Roll or pitch at which the robot has fallen, rad: there its body is on the floor.
-pub const FALLEN: f64 = std::f64::consts::FRAC_PI_3;
+const FALLEN: f64 = std::f64::consts::FRAC_PI_3;
 
 /// How long the robot balances to find its bias, s.
 const CALM: f64 = 10.0;

@@ -1,12 +1,10 @@
-//! Feed-forward found by optimisation over the simulation: `plan-stand-up`, `plan-roll-up` and `plan-pirouette` of
-//! the program.
+//! Feed-forward found by optimisation over the simulation: `plan-stand-up` and `plan-roll-up` of the program.
 //!
 //! ```text
-//! plans, pirouette ◀── numbers ── search (CMA-ES) ──▶ costs of runs: up, swing
+//! jump::plans ◀── numbers ── search (CMA-ES) ──▶ up: costs of runs on some robots and floors
 //! ```
 
 pub mod search;
-pub mod swing;
 pub mod up;
 
 /// What several runs cost: their mean and the worst of them, so that none is given up for the others.

@@ -10,9 +10,9 @@ use wheelbot_firmware::Gains;
 /// Turns wanted.
 const TURNS: f64 = 3.0;
 /// The time for them, s.
-pub const TIME: f64 = 4.0;
+const TIME: f64 = 4.0;
 /// Balancing before and after, s.
-pub const ASIDE: f64 = 2.0;
+const ASIDE: f64 = 2.0;
 
 /// The swing: the best of those that `examples/swing.rs` tries on the model without noise.
 const SWING: Excitation = Excitation {
@@ -35,7 +35,7 @@ pub fn run(gains: Gains<f64>, sensing: &mut Sensing) -> Result<Outcome, StudyErr
 }
 
 /// Turns about yaw from the beginning of the swing until a time after it, s.
-pub fn turned(outcome: &Outcome, seconds: f64) -> f64 {
+fn turned(outcome: &Outcome, seconds: f64) -> f64 {
     let yaw = |t: f64| {
         let row = outcome.rows.iter().find(|row| row.t >= t - 1e-9);
         row.map_or(f64::NAN, |row| row.state.q[YAW])

@@ -1,9 +1,9 @@
-//! Feed-forward by optimisation over the simulation, printed as numbers: those of [`plans`](crate::jump::plans) and of
-//! [`pirouette`](super::pirouette).
+//! The pulses of both ways up by optimisation over the simulation, printed as numbers: those of
+//! [`plans`](crate::jump::plans).
 
 use super::study::{Chassis, Finding, Motion, Study, StudyError, Table, charts};
 use crate::feed_forward::search::{Effort, Least, Variable};
-use crate::feed_forward::{swing, up};
+use crate::feed_forward::up;
 use crate::jump::Way;
 use crate::jump::plans::published;
 use crate::trial::Outcome;
@@ -13,11 +13,6 @@ use wheelbot_firmware::Gains;
 const STEP: Effort = Effort {
     samples: 7,
     generations: 10,
-};
-/// For the swing's five, over more than one valley.
-const SWING: Effort = Effort {
-    samples: 16,
-    generations: 60,
 };
 
 /// The pulses of a way up.
@@ -55,30 +50,6 @@ pub fn up(way: Way, gains: Gains<f64>, seed: u64) -> Result<Study, StudyError> {
             chassis: Some(Chassis::PUBLISHED),
             ..Motion::of(&outcome.rows)
         },
-    })
-}
-
-/// The swing of the pirouette.
-///
-/// # Errors
-/// [`StudyError`].
-pub fn swing(gains: Gains<f64>, seed: u64) -> Result<Study, StudyError> {
-    let scenes = swing::Scenes::new(gains, seed)?;
-    let (swing, found) = scenes.least(SWING)?;
-    let outcome = scenes.shown(swing)?;
-    Ok(Study {
-        title: "The swing of the pirouette, by optimisation".into(),
-        about: vec![
-            "CMA-ES over simulated robots with noise and biases. A swing costs the turns that lack, what is left of the turn, \
-             tilt and torque, on the mean and at worst."
-                .into(),
-        ],
-        findings: vec![cheaper("Swing", &found)],
-        tables: vec![table(numbers("swing", &swing::VARIABLES, &found))],
-        charts: charts(&outcome),
-        maps: Vec::new(),
-        clouds: Vec::new(),
-        motion: Motion::of(&outcome.rows),
     })
 }
 
