@@ -1,6 +1,6 @@
 //! The instruments as the controller reads them: biased, noisy, in steps, within their range.
 
-use crate::robot::{self, INSTRUMENTS};
+use crate::robot::{self, INSTRUMENTS, Wheelbot};
 use dynamics_codegen::diagnostic::Report;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -19,6 +19,8 @@ const FELT_BIAS: f64 = 0.05;
 /// Numbers of the IMUs: gyroscopes, then accelerometers.
 const OF_IMUS: usize = 24;
 const OF_GYROSCOPES: usize = 12;
+/// Readings on the bench, each way up: half a minute.
+const STILL: usize = 3000;
 
 /// One of the numbers.
 #[derive(Debug, Clone, Copy)]
@@ -66,11 +68,21 @@ impl Sensing {
         })
     }
 
-    /// With noise, but with the biases taken off that each shows at rest.
+    /// With the biases taken off that the IMUs show on a bench: the robot is held still, upright and upside down for half
+    /// a minute each, and what an instrument reads on the mean of both is its bias.
     #[must_use]
-    pub fn without_bias(mut self) -> Self {
-        for instrument in &mut self.instruments {
-            instrument.bias = 0.0;
+    pub fn calibrated(mut self) -> Self {
+        let mut sums = [0.0; OF_IMUS];
+        for roll in [0.0, std::f64::consts::PI] {
+            let held = robot::leaning(roll, 0.0);
+            let shown = robot::shown_at(&Wheelbot::nominal(), &held, [0.0; 7]);
+            for _ in 0..STILL {
+                let read = self.imus(&shown);
+                sums.iter_mut().zip(read).for_each(|(sum, x)| *sum += x);
+            }
+        }
+        for (instrument, sum) in self.instruments.iter_mut().zip(sums) {
+            instrument.bias -= sum / (2 * STILL) as f64;
         }
         self
     }
@@ -136,7 +148,7 @@ impl Sensing {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::{Wheelbot, leaning, shown};
+    use crate::robot::{leaning, shown};
     use wheelbot_firmware::wheel::COUNTS_PER_TURN;
     use wheelbot_firmware::{Estimator, Settings, imu, wheel::Wheel};
 
@@ -163,6 +175,19 @@ mod tests {
                 assert!((other[k] - turning[0][k]).abs() < 1e-3, "{turning:?}");
             }
         }
+    }
+
+    /// What is left of every bias is what noise leaves of the mean of a minute.
+    #[test]
+    fn a_bench_shows_the_biases() {
+        let raw = Sensing::new(3).unwrap();
+        let calibrated = raw.clone().calibrated();
+        for (place, left) in calibrated.instruments.iter().enumerate() {
+            let most = 4.0 * left.noise / ((2 * STILL) as f64).sqrt();
+            assert!(left.bias.abs() <= most, "{place}: {}", left.bias);
+        }
+        let before = raw.instruments.iter().filter(|i| i.bias.abs() > 5e-3);
+        assert!(before.count() > 20);
     }
 
     /// At rest the accelerometers say which way is up.

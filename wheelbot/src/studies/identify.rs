@@ -38,7 +38,7 @@ const RIGHT: f64 = 3.0;
 /// [`StudyError`].
 pub fn study(gains: Gains<f64>, seed: u64) -> Result<Study, StudyError> {
     let truth = Truth::drawn(seed);
-    let sensing = Sensing::new(seed)?.without_bias();
+    let sensing = Sensing::new(seed)?.calibrated();
     let [train, test] = [0, 1].map(|which| truth.log(which, gains, &mut sensing.clone()));
     let (train, test) = (train?, test?);
     let library = Library::builtin();
@@ -52,7 +52,7 @@ pub fn study(gains: Gains<f64>, seed: u64) -> Result<Study, StudyError> {
     let (before, after) = (before?, after?);
     let named: Vec<String> = outcome.findings.iter().map(described).collect();
     let mut findings = vec![Finding::new(
-        "What the model lacks, from the raw instruments",
+        "What the model lacks, from its own instruments",
         &format!("{} = {:.2} mm", truth.name, 1e3 * truth.offset),
         if named.is_empty() {
             "nothing".into()
@@ -67,7 +67,7 @@ pub fn study(gains: Gains<f64>, seed: u64) -> Result<Study, StudyError> {
         about: vec![
             format!(
                 "The body's centre of mass is off by an offset that seed {seed} draws, and the model does not say so. The robot \
-                 balances and drives for {} s; its log has four IMUs, two encoders and both torques.",
+                 balances and drives for {} s; its log has four IMUs, calibrated on a bench, two encoders and both torques.",
                 SECONDS[0]
             ),
             "Before and after: the regulator for the model as given and as repaired, each with the tilt at which its \
@@ -350,7 +350,7 @@ mod tests {
     #[test]
     fn a_robot_off_its_centre_is_balanced_by_who_knows_it() {
         let truth = Truth::drawn(1);
-        let sensing = Sensing::new(1).unwrap().without_bias();
+        let sensing = Sensing::new(1).unwrap().calibrated();
         let known = format!("parameter {}: m = 0;", truth.name);
         assert!(MODEL.1.contains(&known));
         let repaired = MODEL.1.replace(
