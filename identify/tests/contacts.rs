@@ -2,6 +2,8 @@
 
 #[path = "contacts/case.rs"]
 mod case;
+#[path = "contacts/flat.rs"]
+mod flat;
 #[path = "contacts/impacts.rs"]
 mod impacts;
 #[path = "contacts/kinematics.rs"]

@@ -6,19 +6,23 @@
 //! ```text
 //! point    ρ = 0
 //! sphere   ρ = −r n
-//! disc     ρ = −r (n − (n·e) e)/s,   s = √(1 − (n·e)²)
+//! disc     ρ = −r (n − (n·e) e)/max(s, ε),   s = √(1 − (n·e)²)
 //! ```
 //!
-//! The gap is `n·(x + ρ − o)`, and the contact velocity that of the body there against that of the
+//! The lowest point of a disc that lies flat is nowhere, and nearly flat it leaps across the disc. Within `ε` of flat a
+//! disc is domed instead: its lowest point wanders from the rim to the centre, where it reaches `r (s² + ε²)/(2ε)` down in place
+//! of `r s`, `r ε/2` too far at most. Gap and velocity are continuous, and accelerations bounded by `r ω²/ε`.
+//!
+//! The gap is `n·(x − o)` less that reach, and the contact velocity that of the body there against that of the
 //! plane there, along the plane's axes. Its normal component is the rate of the gap: the nearest
 //! point wanders along the shape, tangentially.
 
 use super::{Contact, Plane, Shape};
-use crate::graph::{ExprId, Graph, Unary};
+use crate::graph::{Binary, ExprId, Graph, Unary};
 use crate::model::{Model, PointForce, Reading};
 
-/// Added to `s²`, so that a disc that lies flat has a gap and a rate of it, too.
-const FLAT: f64 = 1e-18;
+/// `ε`: a disc that is nearer to flat than this, rad, is domed.
+const FLAT: f64 = 1e-2;
 
 impl Model {
     /// The position of a frame's origin, along the world's axes.
@@ -65,7 +69,7 @@ impl Model {
                 axis,
                 radius,
             } => {
-                let (in_disc, length) = self.down_the_disc(frame, axis, normal);
+                let (in_disc, _, length) = self.down_the_disc(frame, axis, normal);
                 let graph = &mut self.graph;
                 let reach = graph.div(radius, length);
                 let back = graph.neg(reach);
@@ -74,13 +78,13 @@ impl Model {
         }
     }
 
-    /// `n − (n·e) e`, and its length `s`.
+    /// `n − (n·e) e`, the square of its length `s`, and `max(s, ε)`.
     fn down_the_disc(
         &mut self,
         frame: usize,
         axis: usize,
         normal: [ExprId; 3],
-    ) -> ([ExprId; 3], ExprId) {
+    ) -> ([ExprId; 3], ExprId, ExprId) {
         let axle = self.direction(frame, axis);
         let graph = &mut self.graph;
         let tilt = graph.inner_product(&normal, &axle);
@@ -89,9 +93,9 @@ impl Model {
             graph.sub(normal[k], along)
         });
         let square = graph.inner_product(&in_disc, &in_disc);
-        let flat = graph.constant(FLAT);
-        let sum = graph.add(square, flat);
-        (in_disc, graph.unary(Unary::Sqrt, sum))
+        let flat = graph.constant(FLAT * FLAT);
+        let bounded = graph.binary(Binary::Max, square, flat);
+        (in_disc, square, graph.unary(Unary::Sqrt, bounded))
     }
 
     /// How far a shape reaches below the origin of its frame.
@@ -104,8 +108,13 @@ impl Model {
                 axis,
                 radius,
             } => {
-                let (_, length) = self.down_the_disc(frame, axis, normal);
-                self.graph.mul(radius, length)
+                let (_, square, length) = self.down_the_disc(frame, axis, normal);
+                let graph = &mut self.graph;
+                let share = graph.div(square, length);
+                let sum = graph.add(length, share);
+                let half = graph.constant(0.5);
+                let reach = graph.mul(half, radius);
+                graph.mul(reach, sum)
             }
         }
     }
