@@ -1,5 +1,6 @@
 //! What tests that cross crates share: the models, and files under control.
 
+pub mod c_program;
 pub mod compiler;
 pub mod emitted;
 pub mod files;
