@@ -43,6 +43,25 @@
 //! | `functions = "full"` | functions beside the terms, as [`dynamics generate --functions`](dynamics_codegen::emit::Functions) takes them: `full`, or names separated by commas such as `inverse_dynamics,forward_dynamics_derivatives`; each becomes a method |
 //! | `parameter = "…"`, on a field | the parameter's name, where the field has another |
 //!
+//! # Frames
+//!
+//! ```
+//! use dynamics::{Dynamics, Point};
+//!
+//! #[derive(Dynamics)]
+//! #[dynamics(urdf = "tests/models/arm.urdf", functions = "frame_position_of_lower, frame_jacobian_of_lower")]
+//! struct Arm;
+//!
+//! let x = Point { q: [0.3, 0.0], v: [2.0, 1.0], ..Point::zero() };
+//! // The elbow is 0.4 m below the shoulder, which alone moves it.
+//! let [px, _, pz] = Arm.frame_position_of_lower(&x);
+//! assert!((px + 0.4 * f64::sin(0.3)).abs() < 1e-15 && (pz + 0.4 * f64::cos(0.3)).abs() < 1e-15);
+//! // Rows: velocity x, y, z, then angular velocity; columns: shoulder, elbow.
+//! let jacobian: [[f64; 2]; 6] = Arm.frame_jacobian_of_lower(&x);
+//! assert!((jacobian[0][Arm::Q_SHOULDER] - pz).abs() < 1e-15 && jacobian[0][Arm::Q_ELBOW] == 0.0);
+//! assert_eq!(jacobian[4], [1.0, 1.0]); // both turn it about y
+//! ```
+//!
 //! # What is there then
 //!
 //! `::dynamics::System`; a method for every further quantity of the model

@@ -35,14 +35,18 @@ def turn(axis, angle):
     return pin.AngleAxis(angle, np.array(axis, dtype=float)).toRotationMatrix()
 
 
+def mount(model, link, name):
+    """A frame of this name on a link, away from its origin and turned."""
+    on = model.getFrameId(link)
+    mounted = pin.SE3(turn((1, 0, 0), ABOUT_X) @ turn((0, 0, 1), ABOUT_Z), np.array(OFFSET))
+    return model.addFrame(pin.Frame(name, model.frames[on].parentJoint, on,
+                                    model.frames[on].placement * mounted, pin.FrameType.OP_FRAME))
+
+
 def robot(name, link):
     """The states of one robot with what the sensor shows."""
     model = pin.buildModelFromUrdf(str(MODELS / f"{name}.urdf"))
-    on = model.getFrameId(link)
-    mounted = pin.SE3(turn((1, 0, 0), ABOUT_X) @ turn((0, 0, 1), ABOUT_Z), np.array(OFFSET))
-    frame = pin.Frame("board", model.frames[on].parentJoint, on,
-                      model.frames[on].placement * mounted, pin.FrameType.OP_FRAME)
-    board = model.addFrame(frame)
+    board = mount(model, link, "board")
     data = model.createData()
     rng = np.random.default_rng([SEED, len(name)])
     states = []

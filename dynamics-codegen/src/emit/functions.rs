@@ -1,5 +1,7 @@
 //! Which functions are emitted besides the terms of the equation of motion.
 
+use super::frames::{FrameTerm, FrameWish};
+use super::naming::snake;
 use super::plan::MOST_OPERATIONS;
 use crate::derive::{Group, Item, ItemError, Term};
 use crate::diagnostic::nearest;
@@ -22,6 +24,9 @@ use std::str::FromStr;
 /// | `constrained_dynamics_derivatives` | `a`, `λ` and their derivatives by `q, v, u` |
 /// | `residual_derivatives` | of `R = M a − Q − Aᵀλ` by `q, v, u, t` and of `S = A a − b` by `q, v, t`, at stated `a, λ`: what `dynamics::motion_derivatives` solves with |
 /// | `residual_by_parameters` | of `R` and `S` by the parameters |
+/// | `frame_jacobian_of_` and a frame's name | `J` of `(velocity, angular velocity) = J v` along the world's axes |
+/// | `frame_bias_of_` and a frame's name | `J̇ v` of the same |
+/// | `frame_position_of_`, `frame_rotation_of_` and a frame's name | where it is in the world |
 /// | `sensor_derivatives` | what sensors show along the motion, and its derivatives by `q, v, u` |
 /// | `full` | the functions above that the model can have |
 ///
@@ -68,6 +73,22 @@ pub enum FunctionError {
     /// The model cannot have it.
     #[error(transparent)]
     Impossible(#[from] ItemError),
+    /// A frame that the model does not have, or whose name in functions several have.
+    #[error("there is no frame `{}`{}", shown(.name), suggestion(.nearest))]
+    NoFrame {
+        /// The frame's name.
+        name: String,
+        /// The frame whose name is most like it, if any is.
+        nearest: Option<String>,
+        /// The names of all frames.
+        frames: Vec<String>,
+    },
+    /// The bodies do not form a machine.
+    #[error("the bodies do not form a machine: {reason}")]
+    Tree {
+        /// What is wrong with them.
+        reason: String,
+    },
 }
 
 fn suggestion(nearest: &Option<String>) -> String {
@@ -85,6 +106,8 @@ pub(super) struct Wish {
     /// The function's name.
     pub name: String,
     pub items: Vec<Item>,
+    /// Functions of frames, behind the items.
+    pub frames: Vec<FrameWish>,
     /// Whether items that the model lacks are left out silently.
     pub lenient: bool,
 }
@@ -92,7 +115,7 @@ pub(super) struct Wish {
 impl Wish {
     /// Whether its function returns a struct.
     pub fn is_fused(&self) -> bool {
-        self.lenient || self.items.len() > 1
+        self.lenient || self.items.len() + self.frames.len() > 1
     }
 
     /// Several items under a name of their own, as far as a model has them; no item if there
@@ -103,6 +126,7 @@ impl Wish {
             text: name.to_string(),
             name: name.to_string(),
             items: known.map_or_else(Vec::new, |(_, items)| items),
+            frames: Vec::new(),
             lenient: true,
         }
     }
@@ -113,21 +137,24 @@ impl Wish {
             return Ok(bundle);
         }
         let parts: Vec<&str> = text.split('+').map(str::trim).collect();
-        let items: Result<Vec<Item>, FunctionError> = parts
-            .iter()
-            .map(|part| Item::parse(part).ok_or_else(|| unknown(part)))
-            .collect();
-        let items = items?;
-        for (index, item) in items.iter().enumerate() {
-            if items[..index].contains(item) {
-                let name = item.to_string();
+        let (mut items, mut frames) = (Vec::new(), Vec::new());
+        for (index, &part) in parts.iter().enumerate() {
+            if parts[..index].contains(&part) {
+                let name = part.to_string();
                 return Err(FunctionError::Twice { name });
             }
+            match (Item::parse(part), FrameWish::parse(part)) {
+                (Some(item), _) => items.push(item),
+                (None, Some(frame)) => frames.push(frame),
+                (None, None) => return Err(unknown(part)),
+            }
         }
+        let names: Vec<String> = parts.iter().map(|part| snake(part)).collect();
         Ok(Self {
             text: parts.join("+"),
-            name: parts.join("_and_"),
+            name: names.join("_and_"),
             items,
+            frames,
             lenient: false,
         })
     }
@@ -140,10 +167,19 @@ impl FunctionError {
             Self::Unknown { nearest: None, .. } => {
                 Some(format!("the functions are {}", known_names()))
             }
+            Self::NoFrame {
+                nearest: None,
+                frames,
+                ..
+            } if frames.len() <= 20 => Some(format!("the frames are: {}", frames.join(", "))),
             Self::TooLarge { .. } => Some(
                 "ask for fewer functions, for example `--functions inverse_dynamics,forward_dynamics`, or split the model".to_string(),
             ),
-            Self::Unknown { .. } | Self::Twice { .. } | Self::Impossible(_) => None,
+            Self::Unknown { .. }
+            | Self::Twice { .. }
+            | Self::Impossible(_)
+            | Self::NoFrame { .. }
+            | Self::Tree { .. } => None,
         }
     }
 }
@@ -153,10 +189,11 @@ fn known_names() -> String {
     let bundles: Vec<&str> = bundles().into_iter().map(|(name, _)| name).collect();
     let groups = Group::ALL.map(|group| format!("_by_{}", group.name()));
     format!(
-        "{FULL}; {}; {}, each also with {} behind it and with others joined to it by `+`",
+        "{FULL}; {}; {}, each also with {} behind it; {}, each with `_of_` and the name of a frame behind it; and any of these joined by `+`",
         bundles.join(", "),
         Term::ALL.map(Term::name).join(", "),
-        groups.join(", ")
+        groups.join(", "),
+        FrameTerm::ALL.map(FrameTerm::name).join(", ")
     )
 }
 
@@ -173,18 +210,21 @@ impl Functions {
             text: FULL.to_string(),
             name: "mass_matrix_and_bias_force".to_string(),
             items: vec![Item::of(Term::MassMatrix), Item::of(Term::BiasForce)],
+            frames: Vec::new(),
             lenient: true,
         };
         let singles = [Term::InverseDynamics, Term::ForwardDynamics].map(|term| Wish {
             text: FULL.to_string(),
             name: term.name().to_string(),
             items: vec![Item::of(term)],
+            frames: Vec::new(),
             lenient: false,
         });
         let bundles = bundles().into_iter().map(|(name, items)| Wish {
             text: FULL.to_string(),
             name: name.to_string(),
             items,
+            frames: Vec::new(),
             lenient: true,
         });
         let wishes = [both].into_iter().chain(singles).chain(bundles).collect();
@@ -224,7 +264,7 @@ impl FromStr for Functions {
                 name => vec![Wish::parse(name)?],
             };
             for wish in new {
-                let is_term = wish.items.len() == 1 && is_always_there(wish.items[0]);
+                let is_term = !wish.is_fused() && wish.items.iter().copied().any(is_always_there);
                 if is_term {
                     continue;
                 }
@@ -327,14 +367,21 @@ fn unknown(name: &str) -> FunctionError {
         .flat_map(|term| Group::ALL.map(|group| Item::slope(term, group).to_string()));
     let terms = Term::ALL.map(|term| term.name().to_string());
     let bundles = bundles().into_iter().map(|(name, _)| name.to_string());
-    let known: Vec<String> = terms.into_iter().chain(bundles).chain(slopes).collect();
+    let frames = FrameTerm::ALL.map(|term| format!("{}_of_…", term.name()));
+    let known = terms.into_iter().chain(bundles).chain(slopes).chain(frames);
+    let known: Vec<String> = known.collect();
     // The time to compare grows with the square of the length.
     let short = name.len() <= 60;
     let near = nearest(name, known.iter().map(String::as_str)).filter(|_| short);
     FunctionError::Unknown {
-        name: name.chars().take(60).flat_map(char::escape_debug).collect(),
+        name: shown(name),
         nearest: near.map(str::to_string),
     }
+}
+
+/// A name that somebody wrote, as a message may show it.
+fn shown(name: &str) -> String {
+    name.chars().take(60).flat_map(char::escape_debug).collect()
 }
 
 #[cfg(test)]

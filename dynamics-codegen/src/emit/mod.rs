@@ -13,6 +13,7 @@ mod c;
 mod counts;
 mod digest;
 mod emission;
+mod frames;
 mod functions;
 mod given;
 mod header;

@@ -3,6 +3,7 @@
 use super::axes::Axes;
 use super::body::Body;
 use super::counts::OperationCount;
+use super::frames::Frames;
 use super::functions::{FunctionError, Functions, TERMS, Wish};
 use super::given::{Given, giver};
 use super::meaning::{describe, variables};
@@ -84,6 +85,12 @@ impl Quantity {
             entries,
             prefix: snake(name),
         }
+    }
+
+    /// With another beginning of the names of its temporaries.
+    pub(super) fn with_prefix(self, prefix: &str) -> Self {
+        let prefix = prefix.to_string();
+        Self { prefix, ..self }
     }
 
     /// The length of each axis.
@@ -267,16 +274,21 @@ fn on_request(
     let mut operations = 0;
     let mut wishes = requested.wishes().to_vec();
     let solves = |wish: &Wish| {
-        let solved = Solved::of(expansion.model.coordinates.len(), &wish.items);
+        let solved = solved_in_loops(expansion, wish);
         solved.is_some_and(|solved| !solved.groups.is_empty())
     };
     if wishes.iter().any(solves) && wishes.iter().all(|wish| wish.name != SLOPES) {
         wishes.push(Wish::bundle(SLOPES));
     }
+    let mut frames = Frames::default();
     for wish in &wishes {
-        let Some(mut function) = requested_function(expansion, wish)? else {
+        let Some(mut function) = requested_function(expansion, &mut frames, wish)? else {
             continue;
         };
+        if functions.iter().any(|known| known.name == function.name) {
+            let name = function.name;
+            return Err(FunctionError::Twice { name });
+        }
         let graph = &expansion.model.graph;
         function.given = giver(graph, functions, &function);
         operations += function.written(graph).total();
@@ -289,14 +301,21 @@ fn on_request(
     Ok(())
 }
 
+/// How a wish is solved for in loops, if it is to be; nothing is beside a frame.
+fn solved_in_loops(expansion: &Expansion, wish: &Wish) -> Option<Solved> {
+    let alone = wish.frames.is_empty();
+    Solved::of(expansion.model.coordinates.len(), &wish.items).filter(|_| alone)
+}
+
 /// The function of a wish; none if the model lacks all of it and the wish is for
 /// whatever there is.
 fn requested_function(
     expansion: &mut Expansion,
+    frames: &mut Frames,
     wish: &Wish,
 ) -> Result<Option<Function>, FunctionError> {
     let axes = Axes::new(expansion);
-    let solved = Solved::of(expansion.model.coordinates.len(), &wish.items);
+    let solved = solved_in_loops(expansion, wish);
     let mut quantities = Vec::new();
     let mut missing = None;
     for &item in &wish.items {
@@ -312,6 +331,9 @@ fn requested_function(
             Err(error) if Functions::passes_over(wish) => missing = Some(error),
             Err(error) => return Err(error.into()),
         }
+    }
+    for frame in &wish.frames {
+        quantities.push(frames.quantity(expansion, frame)?);
     }
     // A bundle without what it is named after is none.
     let headless = wish.is_fused()

@@ -14,6 +14,7 @@ mod finish;
 mod floating;
 mod fold;
 mod force;
+mod frame_names;
 mod frames;
 mod kinematic;
 mod library;
