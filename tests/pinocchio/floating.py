@@ -21,10 +21,18 @@ from derive import differences, write
 
 HERE = Path(__file__).resolve().parent
 ROBOTS = {"solo12": HERE.parents[1] / "models/solo12.urdf", "humanoid": HERE / "humanoid.urdf"}
+LINKS = {"solo12": ["base_link", "FL_FOOT", "HR_LOWER_LEG"],
+         "humanoid": ["right_wrist_yaw_link", "left_ankle_roll_link"]}
 STATES = 2
 
 
-def state(model, rng):
+def jacobian(model, data, q, link):
+    """6 x n: velocity of the link's origin, then angular velocity, along the world's axes."""
+    return pin.computeFrameJacobian(model, data, q, model.getFrameId(link),
+                                    pin.ReferenceFrame.LOCAL_WORLD_ALIGNED).copy()
+
+
+def state(model, links, rng):
     """All figures of one random state."""
     data = model.createData()
     q = pin.integrate(model, pin.neutral(model), rng.uniform(-1.5, 1.5, model.nv))
@@ -40,10 +48,14 @@ def state(model, rng):
                "tau_id": pin.rnea(model, data, q, v, a_in).copy()}
     dq, dv, _ = pin.computeRNEADerivatives(model, data, q, v, a_in)
     figures |= {"dtau_dq": dq.copy(), "dtau_dv": dv.copy()}
-    dq, dv, _ = pin.computeABADerivatives(model, data, q, v, tau)
-    figures |= {"da_dq": dq.copy(), "da_dv": dv.copy()}
+    dq, dv, inverse = pin.computeABADerivatives(model, data, q, v, tau)
+    figures |= {"da_dq": dq.copy(), "da_dv": dv.copy(),
+                "da_dtau": np.triu(inverse) + np.triu(inverse, 1).T}
     step = rng.uniform(-1, 1, model.nv)
     figures |= {"step": step, "moved": pin.integrate(model, q, step)}
+    # a small displacement of the base, seen from the base, while it moves on by its twist
+    figures |= {"carried": -pin.Motion(v[:6]).action,
+                "J": [jacobian(model, data, q, link) for link in links]}
     return {key: (np.asarray(x) + 0.0).tolist() for key, x in figures.items()}
 
 
@@ -52,7 +64,8 @@ def document(name, path):
     model = pin.buildModelFromUrdf(str(path), pin.JointModelFreeFlyer())
     rng = np.random.default_rng([20261125, zlib.crc32(name.encode())])
     return {"urdf": path.name, "pinocchio_version": pin.__version__,
-            "joints": list(model.names)[2:], "states": [state(model, rng) for _ in range(STATES)]}
+            "joints": list(model.names)[2:], "links": LINKS[name],
+            "states": [state(model, LINKS[name], rng) for _ in range(STATES)]}
 
 
 def main():

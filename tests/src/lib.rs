@@ -4,6 +4,7 @@ pub mod c_program;
 pub mod compiler;
 pub mod emitted;
 pub mod files;
+pub mod floating;
 pub mod fuzz;
 pub mod models;
 pub mod object_code;
