@@ -4,6 +4,7 @@
 use dynamics::nalgebra::{DMatrix, DVector};
 use identify::machine::{Lineariser, Memory, States};
 use integration_tests::files::root;
+use integration_tests::floating::Floating;
 use integration_tests::models;
 use serde_json::Value;
 
@@ -109,6 +110,55 @@ fn rolling_machines_agree_with_casadi() {
 #[test]
 fn a_machine_that_remembers_agrees_with_casadi() {
     agrees("bead");
+}
+
+/// A quadruped that floats by its twist: displacements are seen from its base, which moves on.
+#[test]
+fn a_robot_that_floats_agrees_with_pinocchio() {
+    let mut robot = Floating::read("solo12");
+    let lineariser = Lineariser::new(robot.compiled.clone());
+    let n = robot.compiled.model.coordinates.len();
+    let columns = |values: Vec<f64>| values.into_iter().map(|x| vec![x]).collect();
+    for state in robot.states() {
+        let found = States {
+            t: vec![0.0],
+            q: columns(robot.positions(&state, "q")),
+            v: columns(robot.velocities(&state, "v")),
+            u: columns(robot.inputs(&state)),
+            ..States::default()
+        };
+        let found = lineariser.at(&found, &[]).unwrap();
+        assert_eq!(found.basis, DMatrix::identity(2 * n, 2 * n));
+        let block = |matrix: &DMatrix<f64>, place: (usize, usize), size: (usize, usize)| {
+            matrix.view(place, size).into_owned()
+        };
+        let rows = |matrix: DMatrix<f64>| matrix.transpose().as_slice().to_vec();
+        let mut carried = DMatrix::zeros(n, n);
+        carried
+            .view_mut((0, 0), (6, 6))
+            .copy_from(&matrix(&state["carried"]));
+        check("carried", &block(&found.a, (0, 0), (n, n)), &carried);
+        let still = DMatrix::identity(n, n);
+        check("moved", &block(&found.a, (0, n), (n, n)), &still);
+        let inputs = found.b.ncols();
+        let none = DMatrix::zeros(n, inputs);
+        check(
+            "displaced by inputs",
+            &block(&found.b, (0, 0), (n, inputs)),
+            &none,
+        );
+        robot.check(&state, "da_dq", &rows(block(&found.a, (n, 0), (n, n))));
+        robot.check(&state, "da_dv", &rows(block(&found.a, (n, n), (n, n))));
+        robot.check_by_input(&state, &rows(block(&found.b, (n, 0), (n, inputs))));
+        robot.check(&state, "v", &found.drift.as_slice()[..n]);
+        robot.check(&state, "a", &found.drift.as_slice()[n..]);
+        // The foot's position by displacements, its velocity by velocities.
+        let place = rows(block(&found.c, (0, 0), (3, n)));
+        robot.check_jacobian(&state, "FL_FOOT", &place);
+        let velocity = rows(block(&found.c, (3, n), (3, n)));
+        robot.check_jacobian(&state, "FL_FOOT", &velocity);
+    }
+    println!("{}", robot.summary());
 }
 
 /// Outputs of position, velocity, input and state, against derivatives by hand.
