@@ -24,7 +24,7 @@ impl Model {
 
     /// A frame by its name.
     pub fn frame(&self, name: &str) -> PyResult<usize> {
-        let frames = self.equations.frames();
+        let frames = self.equations.loaded.compiled.model.frames();
         frames.get(name).copied().ok_or_else(|| {
             let known: Vec<&str> = frames.into_keys().collect();
             let known = known.join(", ");

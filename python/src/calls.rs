@@ -14,7 +14,7 @@ impl Model {
     /// The generalised inertia M(q).
     ///
     /// Args:
-    ///     q: positions, shape (…, n), in the coordinates' units.
+    ///     q: positions, shape (…, n), in the coordinates' units, in the order of `positions`.
     ///     t: time, shape () or (…), s; 0 if left out.
     ///     parallel: whether to use all cores.
     ///
@@ -41,7 +41,7 @@ impl Model {
     /// Fictitious and conservative forces Q_C(q, v), on the right-hand side of M a = Q.
     ///
     /// Args:
-    ///     q: positions, shape (…, n), in the coordinates' units.
+    ///     q: positions, shape (…, n), in the coordinates' units, in the order of `positions`.
     ///     v: velocities, shape (…, n); zero if left out.
     ///     t: time, shape () or (…), s; 0 if left out.
     ///     parallel: whether to use all cores.
@@ -69,7 +69,7 @@ impl Model {
     /// Forces that depend on a multiplier, as friction in a contact, are those at none.
     ///
     /// Args:
-    ///     q: positions, shape (…, n), in the coordinates' units.
+    ///     q: positions, shape (…, n), in the coordinates' units, in the order of `positions`.
     ///     v: velocities, shape (…, n); zero if left out.
     ///     z: internal states, shape (…, s); as at the beginning if left out.
     ///     t: time, shape () or (…), s; 0 if left out.
@@ -97,7 +97,7 @@ impl Model {
     /// How inputs act: B = ∂Q/∂u, the delayed inputs behind the others.
     ///
     /// Args:
-    ///     q: positions, shape (…, n), in the coordinates' units.
+    ///     q: positions, shape (…, n), in the coordinates' units, in the order of `positions`.
     ///     v: velocities, shape (…, n); zero if left out.
     ///     z: internal states, shape (…, s); as at the beginning if left out.
     ///     t: time, shape () or (…), s; 0 if left out.
@@ -127,7 +127,7 @@ impl Model {
     /// Forces that depend on a multiplier, as friction in a contact, are those at none.
     ///
     /// Args:
-    ///     q: positions, shape (…, n), in the coordinates' units.
+    ///     q: positions, shape (…, n), in the coordinates' units, in the order of `positions`.
     ///     v: velocities, shape (…, n).
     ///     a: accelerations, shape (…, n).
     ///     z: internal states, shape (…, s); as at the beginning if left out.
@@ -157,7 +157,7 @@ impl Model {
     /// The constraints on acceleration level, A a = b: A(q, v).
     ///
     /// Args:
-    ///     q: positions, shape (…, n), in the coordinates' units.
+    ///     q: positions, shape (…, n), in the coordinates' units, in the order of `positions`.
     ///     v: velocities, shape (…, n); zero if left out.
     ///     t: time, shape () or (…), s; 0 if left out.
     ///     parallel: whether to use all cores.
@@ -183,7 +183,7 @@ impl Model {
     /// The constraints on acceleration level, A a = b: b(q, v).
     ///
     /// Args:
-    ///     q: positions, shape (…, n), in the coordinates' units.
+    ///     q: positions, shape (…, n), in the coordinates' units, in the order of `positions`.
     ///     v: velocities, shape (…, n); zero if left out.
     ///     t: time, shape () or (…), s; 0 if left out.
     ///     parallel: whether to use all cores.
@@ -209,7 +209,7 @@ impl Model {
     /// What the constraints demand to be zero, c(q) or c(q, v).
     ///
     /// Args:
-    ///     q: positions, shape (…, n), in the coordinates' units.
+    ///     q: positions, shape (…, n), in the coordinates' units, in the order of `positions`.
     ///     v: velocities, shape (…, n); zero if left out.
     ///     t: time, shape () or (…), s; 0 if left out.
     ///     parallel: whether to use all cores.
@@ -235,7 +235,7 @@ impl Model {
     /// The rate of what holonomic constraints demand to be zero; c itself of the others.
     ///
     /// Args:
-    ///     q: positions, shape (…, n), in the coordinates' units.
+    ///     q: positions, shape (…, n), in the coordinates' units, in the order of `positions`.
     ///     v: velocities, shape (…, n); zero if left out.
     ///     t: time, shape () or (…), s; 0 if left out.
     ///     parallel: whether to use all cores.
@@ -261,7 +261,7 @@ impl Model {
     /// Rates of the internal states, dz/dt.
     ///
     /// Args:
-    ///     q: positions, shape (…, n), in the coordinates' units.
+    ///     q: positions, shape (…, n), in the coordinates' units, in the order of `positions`.
     ///     v: velocities, shape (…, n); zero if left out.
     ///     u: inputs, shape (…, k), in the inputs' units; zero if left out.
     ///     z: internal states, shape (…, s); as at the beginning if left out.
@@ -291,7 +291,7 @@ impl Model {
     /// The model's named outputs.
     ///
     /// Args:
-    ///     q: positions, shape (…, n), in the coordinates' units.
+    ///     q: positions, shape (…, n), in the coordinates' units, in the order of `positions`.
     ///     v: velocities, shape (…, n); zero if left out.
     ///     u: inputs, shape (…, k), in the inputs' units; zero if left out.
     ///     z: internal states, shape (…, s); as at the beginning if left out.
@@ -323,7 +323,7 @@ impl Model {
     /// Inputs have always been what they are, for what depends on them late.
     ///
     /// Args:
-    ///     q: positions, shape (…, n), in the coordinates' units.
+    ///     q: positions, shape (…, n), in the coordinates' units, in the order of `positions`.
     ///     v: velocities, shape (…, n); zero if left out.
     ///     u: inputs, shape (…, k), in the inputs' units; zero if left out.
     ///     z: internal states, shape (…, s); as at the beginning if left out.
@@ -358,7 +358,7 @@ impl Model {
     /// The multipliers λ of M a = Q + Aᵀλ, A a = b: what the constraints push with.
     ///
     /// Args:
-    ///     q: positions, shape (…, n), in the coordinates' units.
+    ///     q: positions, shape (…, n), in the coordinates' units, in the order of `positions`.
     ///     v: velocities, shape (…, n); zero if left out.
     ///     u: inputs, shape (…, k), in the inputs' units; zero if left out.
     ///     z: internal states, shape (…, s); as at the beginning if left out.
@@ -393,7 +393,7 @@ impl Model {
     ///
     /// Args:
     ///     frame: its name, one of `frames`; of a robot description, that of a link.
-    ///     q: positions, shape (…, n), in the coordinates' units.
+    ///     q: positions, shape (…, n), in the coordinates' units, in the order of `positions`.
     ///     t: time, shape () or (…), s; 0 if left out.
     ///     parallel: whether to use all cores.
     ///
@@ -420,7 +420,7 @@ impl Model {
     ///
     /// Args:
     ///     frame: its name, one of `frames`; of a robot description, that of a link.
-    ///     q: positions, shape (…, n), in the coordinates' units.
+    ///     q: positions, shape (…, n), in the coordinates' units, in the order of `positions`.
     ///     t: time, shape () or (…), s; 0 if left out.
     ///     parallel: whether to use all cores.
     ///
@@ -445,7 +445,7 @@ impl Model {
     /// Derivatives of accelerations and multipliers by `q`, `v`, `u`, the parameters and `t`.
     ///
     /// Args:
-    ///     q: positions, shape (…, n), in the coordinates' units.
+    ///     q: positions, shape (…, n), in the coordinates' units, in the order of `positions`.
     ///     v: velocities, shape (…, n); zero if left out.
     ///     u: inputs, shape (…, k), in the inputs' units; zero if left out.
     ///     z: internal states, shape (…, s); as at the beginning if left out.
@@ -478,7 +478,7 @@ impl Model {
     /// A state that is off the constraints is moved onto them. Ctrl-C ends it.
     ///
     /// Args:
-    ///     q: positions to begin with, shape (n,), in the coordinates' units.
+    ///     q: positions to begin with, shape (n,), in the coordinates' units, in the order of `positions`.
     ///     v: velocities, shape (n,); zero if left out.
     ///     u: inputs: shape (k,), the same at all times; or shape (rows, k), linear between the
     ///         `input_times` and held before and after; zero if left out.

@@ -181,6 +181,7 @@ pub fn learn(
     restarts: usize,
     seed: u64,
 ) -> PyResult<Learnt> {
+    model.refuse_twist()?;
     let x = Rows::read(x, "X", &names)?;
     let y = Rows::read(y, "y", &model.equations.coordinates)?;
     if x.batch().len() != 1 || x.batch() != y.batch() || x.batch()[0] == 0 {

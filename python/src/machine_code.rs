@@ -50,8 +50,8 @@ type Loop = unsafe extern "C" fn(usize, *const f64, *const Input, *mut f64);
 /// The loops of one model.
 pub struct MachineCode {
     loops: HashMap<Term, Loop>,
-    /// Coordinates, inputs and parameters.
-    sizes: [usize; 3],
+    /// Positions, coordinates, inputs and parameters.
+    sizes: [usize; 4],
     /// The loops stand in it.
     _library: Library,
 }
@@ -100,6 +100,7 @@ impl MachineCode {
             .map_err(|_| Failure::Model("the model has no inverse dynamics"))?;
         let terms: Vec<Term> = TERMS.into_iter().filter(|&term| shape(term) > 0).collect();
         let sizes = [
+            model.positions().len(),
             model.coordinates.len(),
             model.inputs.len(),
             model.parameters.len(),
@@ -133,7 +134,7 @@ impl MachineCode {
         let Some(run) = self.loops.get(&term) else {
             return false;
         };
-        let [n, k, p] = self.sizes;
+        let [positions, n, k, p] = self.sizes;
         assert_eq!(given.parameters.len(), p, "one value per parameter");
         let input = |of: Entries<'_>, width: usize| -> Input {
             let (values, stride) = match of {
@@ -153,7 +154,7 @@ impl MachineCode {
         };
         let inputs = [
             input(given.t, 1),
-            input(given.q, n),
+            input(given.q, positions),
             input(given.v, n),
             input(given.u, k),
             input(given.a, n),
@@ -177,7 +178,7 @@ impl MachineCode {
 fn loops(
     prefix: &str,
     source: &str,
-    [n, k, p]: [usize; 3],
+    [positions, n, k, p]: [usize; 4],
     terms: &[Term],
     shape: &impl Fn(Term) -> usize,
 ) -> String {
@@ -185,7 +186,7 @@ fn loops(
         "#include \"{source}\"\n#include <stddef.h>\n#include <string.h>\n\n\
          struct dynamics_input {{ const double *values; size_t stride; }};\n"
     );
-    let mut fields = vec![("t", 1), ("q", n), ("v", n)];
+    let mut fields = vec![("t", 1), ("q", positions), ("v", n)];
     if k > 0 {
         fields.push(("u", k));
     }

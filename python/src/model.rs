@@ -25,6 +25,24 @@ pub struct Model {
     warnings: Vec<String>,
 }
 
+impl Model {
+    /// What reads a velocity beside every position has no place for a body that floats by its twist.
+    ///
+    /// # Errors
+    /// If one does.
+    pub fn refuse_twist(&self) -> PyResult<()> {
+        let Some(pose) = self.equations.loaded.compiled.model.poses.first() else {
+            return Ok(());
+        };
+        let message = format!(
+            "`{}` floats by its twist, and here every position has a velocity of its own: \
+             leave `velocities: twist` out of the model, or write `velocities: rates`",
+            pose.name
+        );
+        Err(Error::new_err(message))
+    }
+}
+
 #[pymethods]
 impl Model {
     /// Reads a model.
@@ -61,14 +79,6 @@ impl Model {
         let (loaded, warnings) = py
             .detach(|| arguments.read())
             .map_err(|mistake| mistaken(&mistake))?;
-        if let Some(pose) = loaded.compiled.model.poses.first() {
-            let message = format!(
-                "`{}` floats by its twist, and here every position has a velocity of its own: \
-                 leave `velocities: twist` out of the model, or write `velocities: rates`",
-                pose.name
-            );
-            return Err(Error::new_err(message));
-        }
         let mut said: Vec<String> = warnings
             .iter()
             .map(|warning| warning.render_as_warning(false))
@@ -195,7 +205,14 @@ impl Model {
         self.equations.loaded.text().0
     }
 
-    /// Names of the n coordinates, in the order of all arrays.
+    /// Names of the positions, in the order of `q`: those of the coordinates, but of a body that floats
+    /// by its twist the seven of its pose in place of the six of its twist.
+    #[getter]
+    fn positions(&self) -> Vec<String> {
+        self.equations.positions.clone()
+    }
+
+    /// Names of the n coordinates, in the order of all arrays; `q` has the order of `positions`.
     #[getter]
     fn coordinates(&self) -> Vec<String> {
         self.equations.coordinates.clone()
@@ -223,7 +240,7 @@ impl Model {
     /// Names of frames and bodies, in alphabetical order; of a robot description its links.
     #[getter]
     fn frames(&self) -> Vec<String> {
-        let frames = self.equations.frames();
+        let frames = self.equations.loaded.compiled.model.frames();
         frames.into_keys().map(str::to_owned).collect()
     }
 
@@ -235,16 +252,18 @@ impl Model {
         named.map(|(p, &value)| (p.name.clone(), value)).collect()
     }
 
-    /// Units by the names of coordinates (of positions), inputs and parameters.
+    /// Units by the names of positions, inputs and parameters.
     #[getter]
     fn units(&self) -> BTreeMap<String, String> {
         let model = &self.equations.loaded.compiled.model;
-        let coordinates = model.coordinates.iter().map(|c| (&c.name, &c.unit));
-        let inputs = model.inputs.iter().map(|u| (&u.name, &u.unit));
-        let parameters = model.parameters.iter().map(|p| (&p.name, &p.unit));
-        let all = parameters.chain(inputs).chain(coordinates);
-        all.map(|(name, unit)| (name.clone(), unit.clone()))
-            .collect()
+        let inputs = model
+            .inputs
+            .iter()
+            .map(|u| (u.name.clone(), u.unit.clone()));
+        let parameters = model.parameters.iter();
+        let parameters = parameters.map(|p| (p.name.clone(), p.unit.clone()));
+        let positions = model.positions().into_iter().map(|p| (p.name, p.unit));
+        parameters.chain(inputs).chain(positions).collect()
     }
 
     fn __repr__(&self) -> String {

@@ -43,7 +43,7 @@ impl<'py> Place<'py> {
         };
         let t = t.filter(|t| !t.is_none());
         let mut place = Place {
-            q: Rows::read(q, "q", names)?,
+            q: Rows::read(q, "q", &equations.positions)?,
             v: rows(v, "v", names)?,
             u: rows(u, "u", &equations.inputs)?,
             a: rows(a, "a", names)?,

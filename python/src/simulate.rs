@@ -72,7 +72,7 @@ impl Wish<'_, '_> {
         };
         let n = equations.coordinates.len();
         let mut state = State {
-            q: one(Some(self.q), "q", &equations.coordinates)?.unwrap_or_default(),
+            q: one(Some(self.q), "q", &equations.positions)?.unwrap_or_default(),
             v: one(self.v, "v", &equations.coordinates)?.unwrap_or_else(|| vec![0.0; n]),
             u: None,
             z: one(self.z, "z", &equations.states)?,
@@ -150,7 +150,7 @@ impl Wish<'_, '_> {
 #[pyclass(frozen, module = "dynamics")]
 pub struct Simulation {
     t: Vec<f64>,
-    /// Per time `q`, `v`, `a` (`n` each), then `u`, then what `sensor` statements show.
+    /// Per time `q`, then `v` and `a` (`n` each), then `u`, then what `sensor` statements show.
     rows: Vec<f64>,
     equations: Arc<Equations>,
 }
@@ -162,14 +162,21 @@ impl Simulation {
         sensors.iter().map(|sensor| &sensor.name)
     }
 
+    /// How many positions, coordinates and inputs there are.
+    fn sizes(&self) -> [usize; 3] {
+        let equations = &self.equations;
+        [
+            &equations.positions,
+            &equations.coordinates,
+            &equations.inputs,
+        ]
+        .map(Vec::len)
+    }
+
     /// Some of the columns, shape (samples, number of columns).
     fn part<'py>(&self, py: Python<'py>, columns: Range<usize>) -> PyResult<Array<'py>> {
-        let Equations {
-            coordinates,
-            inputs,
-            ..
-        } = &*self.equations;
-        let width = 3 * coordinates.len() + inputs.len() + self.sensors().count();
+        let [p, n, k] = self.sizes();
+        let width = p + 2 * n + k + self.sensors().count();
         let rows = self.rows.chunks(width);
         let values: Vec<f64> = rows
             .flat_map(|row| &row[columns.clone()])
@@ -188,41 +195,39 @@ impl Simulation {
         PyArray1::from_slice(py, &self.t)
     }
 
-    /// Positions, shape (samples, n), in the coordinates' units.
+    /// Positions, shape (samples, n), in the coordinates' units; one more for each body that floats by
+    /// its twist.
     #[getter]
     fn q<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let n = self.equations.coordinates.len();
-        self.part(py, 0..n)
+        let [p, _, _] = self.sizes();
+        self.part(py, 0..p)
     }
 
     /// Velocities, shape (samples, n).
     #[getter]
     fn v<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let n = self.equations.coordinates.len();
-        self.part(py, n..2 * n)
+        let [p, n, _] = self.sizes();
+        self.part(py, p..p + n)
     }
 
     /// Accelerations, shape (samples, n).
     #[getter]
     fn a<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let n = self.equations.coordinates.len();
-        self.part(py, 2 * n..3 * n)
+        let [p, n, _] = self.sizes();
+        self.part(py, p + n..p + 2 * n)
     }
 
     /// Inputs, shape (samples, k), in the inputs' units.
     #[getter]
     fn u<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let (n, k) = (
-            self.equations.coordinates.len(),
-            self.equations.inputs.len(),
-        );
-        self.part(py, 3 * n..3 * n + k)
+        let [p, n, k] = self.sizes();
+        self.part(py, p + 2 * n..p + 2 * n + k)
     }
 
     /// The motion as a log.
     ///
     /// Returns:
-    ///     Arrays of the shape (samples,) by the names of a log's columns: `t`, `q_<coordinate>`,
+    ///     Arrays of the shape (samples,) by the names of a log's columns: `t`, `q_<position>`,
     ///     `dq_<coordinate>`, `ddq_<coordinate>`, `u_<input>`, and those of `sensor` statements.
     ///     `pandas.DataFrame` takes it.
     fn columns<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
@@ -230,7 +235,7 @@ impl Simulation {
         columns.set_item("t", self.t(py))?;
         let axes = &self.equations.coordinates;
         let groups = [
-            ("q", axes),
+            ("q", &self.equations.positions),
             ("dq", axes),
             ("ddq", axes),
             ("u", &self.equations.inputs),

@@ -4,10 +4,10 @@ use crate::machine_code::MachineCode;
 use cli::model::Loaded;
 use dynamics_codegen::derive::{Expansion, Item, ItemError, Term, Variable};
 use dynamics_codegen::graph::ExprId;
-use dynamics_codegen::tree::{Frame, Layout, Mechanism, Options, Pose};
-use dynamics_codegen::{Column, Model, System, Tape, Workspace};
+use dynamics_codegen::tree::{Frame, Pose};
+use dynamics_codegen::{Column, System, Tape, Workspace};
 use identify::machine::{Machine, Memory, SensitivityTape, States};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
@@ -15,6 +15,8 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 pub struct Equations {
     /// The model as it was read.
     pub loaded: Loaded,
+    /// Names of the positions: the coordinates, but of a body that floats by its twist its pose.
+    pub positions: Vec<String>,
     /// Names of the coordinates, the inputs and the internal states.
     pub coordinates: Vec<String>,
     pub inputs: Vec<String>,
@@ -96,6 +98,7 @@ impl Equations {
     pub fn new(loaded: Loaded) -> Self {
         let model = &loaded.compiled.model;
         Self {
+            positions: model.positions().into_iter().map(|p| p.name).collect(),
             coordinates: model.coordinates.iter().map(|c| c.name.clone()).collect(),
             inputs: model.inputs.iter().map(|u| u.name.clone()).collect(),
             states: model.states.iter().map(|z| z.name.clone()).collect(),
@@ -139,19 +142,6 @@ impl Equations {
             variables.push(Variable::Time);
             self.machine().clone().sensitivity(&variables)
         })
-    }
-
-    /// The names of frames and bodies, and which of the tree's bodies each is: of several with one
-    /// name, the last one, which the others lead to.
-    pub fn frames(&self) -> BTreeMap<&str, usize> {
-        let model = &self.loaded.compiled.model;
-        let bodies = model.tree.bodies.iter().enumerate();
-        let mut frames: BTreeMap<&str, usize> = bodies
-            .map(|(index, body)| (body.name.as_str(), index))
-            .collect();
-        let named = model.bodies.iter();
-        frames.extend(named.map(|body| (body.name.as_str(), body.frame)));
-        frames
     }
 
     /// A tape.
@@ -221,7 +211,13 @@ impl Equations {
         let memory = self.memory(given, &range);
         let (n, k, start) = (self.coordinates.len(), self.inputs.len(), range.start);
         let m = self.loaded.compiled.model.constraints.len();
-        let groups = [(given.t, 1), (given.q, n), (given.v, n), (given.u, k)];
+        let positions = self.positions.len();
+        let groups = [
+            (given.t, 1),
+            (given.q, positions),
+            (given.v, n),
+            (given.u, k),
+        ];
         let mut columns = Vec::with_capacity(ready.tape.input_count());
         for (of, width) in groups {
             columns.extend((0..width).map(|index| of.column(index, width, start)));
@@ -254,7 +250,7 @@ impl Equations {
         let t = given.t.columns(1, range).pop().unwrap_or_default();
         let mut states = States {
             t,
-            q: given.q.columns(n, range),
+            q: given.q.columns(self.positions.len(), range),
             v: given.v.columns(n, range),
             u: given.u.columns(k, range),
             ..States::default()
@@ -280,14 +276,8 @@ fn entries(expansion: &mut Expansion, wanted: Wanted) -> Result<Vec<ExprId>, Str
         }
         Wanted::Pose(body) | Wanted::Jacobian(body) => body,
     };
-    let Model { graph, tree, .. } = &mut expansion.model;
-    // The model's own may not know how far a link has turned that no equation asks for.
-    let options = Options {
-        layout: Layout::AsGiven,
-        regroup: false,
-        ..Options::default()
-    };
-    let mechanism = Mechanism::new(graph, tree, options).map_err(|error| error.to_string())?;
+    let mechanism = expansion.model.posed().map_err(|error| error.to_string())?;
+    let graph = &mut expansion.model.graph;
     let frame = Frame::of_body(graph, body);
     if let Wanted::Jacobian(_) = wanted {
         return Ok(mechanism.jacobian(graph, &frame).concat());
