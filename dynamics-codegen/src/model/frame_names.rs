@@ -31,7 +31,6 @@ impl Model {
             regroup: false,
             // What a file rounds has been rounded when it was read.
             snap: None,
-            ..Options::default()
         };
         let tree = Tree {
             coordinates: self.coordinates.len(),
