@@ -5,7 +5,7 @@
 //! turns it.
 
 use crate::case::Case;
-use crate::robots::{in_the_air, quadruped};
+use crate::robots::{VELOCITIES, in_the_air, quadruped};
 use serde_json::Value;
 
 const FIGURES: &str = include_str!("../../../tests/mujoco/contacts.json");
@@ -110,11 +110,13 @@ fn a_wheel_rolls_on() {
 
 #[test]
 fn a_quadruped_lands() {
-    let case = quadruped();
-    let q = in_the_air(&case);
-    let v = vec![0.0; q.len()];
-    let names = &case.machine.compiled.model.coordinates;
-    let height = names.iter().position(|c| c.name == "base_link_z").unwrap();
-    let off = apart("walker", &case, (&q, &v), 1e-3, |q| vec![0.0, q[height]]);
-    assert!(off[1] < 2e-3, "{off:?}");
+    for velocities in VELOCITIES {
+        let case = quadruped(velocities);
+        let q = in_the_air(&case);
+        let v = vec![0.0; case.machine.coordinate_count()];
+        let names = case.machine.compiled.model.positions();
+        let height = names.iter().position(|q| q.name == "base_link_z").unwrap();
+        let off = apart("walker", &case, (&q, &v), 1e-3, |q| vec![0.0, q[height]]);
+        assert!(off[1] < 2e-3, "{velocities}: {off:?}");
+    }
 }

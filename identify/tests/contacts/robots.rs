@@ -2,14 +2,18 @@
 
 use crate::case::Case;
 
-/// A quadruped of twelve joints on its feet, with springs and dampers for motors.
-pub fn quadruped() -> Case {
-    Case::new(&text())
+/// How a body may float: by the rates of its seven coordinates, and by its twist.
+pub const VELOCITIES: [&str; 2] = ["rates", "twist"];
+
+/// A quadruped of twelve joints on its feet, with springs and dampers for motors, that floats by one of
+/// [`VELOCITIES`].
+pub fn quadruped(velocities: &str) -> Case {
+    Case::new(&text(velocities))
 }
 
 /// The same that may land on its back, its hips and its knees, too.
-pub fn tumbling() -> Case {
-    let mut text = text();
+pub fn tumbling(velocities: &str) -> Case {
+    let mut text = text(velocities);
     for leg in ["FL", "FR", "HL", "HR"] {
         text += &format!(
             "contact knee_{leg}: sphere({leg}_LOWER_LEG, 0.02) on plane_z(world) {{ friction: 0.8; }}\n"
@@ -25,14 +29,15 @@ pub fn tumbling() -> Case {
     Case::new(&text)
 }
 
-fn text() -> String {
-    let mut text = "
+fn text(velocities: &str) -> String {
+    let mut text = format!(
+        "
         model standing;
-        urdf \"solo12.urdf\" { base: floating; inputs: none; }
+        urdf \"solo12.urdf\" {{ base: floating; velocities: {velocities}; inputs: none; }}
         constant stiff: N*m = 15;
         constant slow: N*m*s = 0.3;
     "
-    .to_string();
+    );
     for leg in ["FL", "FR", "HL", "HR"] {
         let back = if leg.starts_with('H') { -1.0 } else { 1.0 };
         for (joint, rest) in [("HAA", 0.0), ("HFE", 0.7 * back), ("KFE", -1.4 * back)] {
@@ -49,7 +54,7 @@ fn text() -> String {
 
 /// Where it is dropped from.
 pub fn in_the_air(case: &Case) -> Vec<f64> {
-    let coordinates = &case.machine.compiled.model.coordinates;
+    let positions = case.machine.compiled.model.positions();
     let start = |name: &str| match name {
         "base_link_z" => 0.35,
         "base_link_qw" => 1.0,
@@ -62,14 +67,18 @@ pub fn in_the_air(case: &Case) -> Vec<f64> {
             }
         }
     };
-    coordinates.iter().map(|c| start(&c.name)).collect()
+    positions.iter().map(|q| start(&q.name)).collect()
 }
 
 #[test]
 fn a_quadruped_lands_on_its_feet_and_stands() {
-    let case = quadruped();
+    VELOCITIES.into_iter().for_each(lands_and_stands);
+}
+
+fn lands_and_stands(velocities: &str) {
+    let case = quadruped(velocities);
     let q = in_the_air(&case);
-    let v = vec![0.0; q.len()];
+    let v = vec![0.0; case.machine.coordinate_count()];
     let mut lowest = 0.0_f64;
     let end = case.run((&q, &v), 1e-3, 3000, |t, q, v, _| {
         lowest = lowest.min(case.contacts(t, q, v).gap.min());

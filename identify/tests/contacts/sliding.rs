@@ -197,3 +197,38 @@ fn friction_of_a_held_contact_is_an_effect() {
     });
     assert!(worst < 1e-9, "off by {worst:e}");
 }
+
+/// A box that floats by its twist, along axes that are not the world's: it slides straight on,
+/// `v²/(2 μ g)` far, and rests.
+#[test]
+fn a_box_with_a_heading_slides_straight_on() {
+    const MU: f64 = 0.3;
+    let mut text = "model sliding; urdf \"../tests/data/models/box.urdf\" \
+                    { base: floating; velocities: twist; }"
+        .to_string();
+    for (corner, x, y) in [
+        ("a", 0.2, 0.1),
+        ("b", 0.2, -0.1),
+        ("c", -0.2, 0.1),
+        ("d", -0.2, -0.1),
+    ] {
+        text += &format!(
+            "contact {corner}: point(box * translate({x}, {y}, -0.05)) on plane_z(world) \
+             {{ friction: {MU}; }}"
+        );
+    }
+    let case = Case::new(&text);
+    let heading = 0.7_f64;
+    let (s, c) = (heading / 2.0).sin_cos();
+    let q = [0.0, 0.0, 0.05, 0.0, 0.0, s, c];
+    let v = [1.2, 0.5, 0.0, 0.0, 0.0, 0.0];
+    let end = case.run((&q, &v), 1e-3, 600, |_, _, _, _| ());
+    let way = 1.3_f64.powi(2) / (2.0 * MU * G);
+    let (y, x) = (heading + 0.5_f64.atan2(1.2)).sin_cos();
+    let expected = [way * x, way * y, 0.05, 0.0, 0.0, s, c];
+    for (found, expected) in end.q.iter().zip(expected) {
+        // It stops within a step, whose middle the rule takes.
+        assert!((found - expected).abs() < 1e-6, "{:?}", end.q);
+    }
+    assert!(end.v.iter().all(|v| v.abs() < 1e-9), "moves: {:?}", end.v);
+}
