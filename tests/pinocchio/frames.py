@@ -59,7 +59,7 @@ def main():
         target.write_text(write(made) + "\n")
         print(f"{target.name}: {target.stat().st_size // 1024} kB")
         return 0
-    wrong = differences(json.loads(target.read_text()), made)
+    wrong = list(differences(json.loads(target.read_text()), made))
     print("\n".join(wrong) or "all there", file=sys.stderr if wrong else sys.stdout)
     return 1 if wrong else 0
 
