@@ -17,6 +17,7 @@ import numpy as np
 
 import disturbing
 import effects as fx
+import quadrotors
 import sensing
 import wheelbots
 import writing
@@ -25,6 +26,8 @@ from sets import frozen, recipe
 from systems import SYSTEMS, rounded
 
 CLASSES = {"none": 0.15, "parameter": 0.15, "effect": 0.48, "combo": 0.14, "unknown": 0.08}
+ROBOTS = {"wheelbot": wheelbots, "quadrotor": quadrotors}
+"""What makes the machines of a set that says which robot it is of."""
 DRAWS = 6
 
 
@@ -140,8 +143,8 @@ def visible_effects(machine, rng, verdict, only, given=None):
 
 def make_of_set(index, entry, out):
     """Builds and writes one machine of a frozen set."""
-    if entry.get("robot") == "wheelbot":
-        return wheelbots.make(index, entry["seed"], out)
+    if "robot" in entry:
+        return ROBOTS[entry["robot"]].make(index, entry["seed"], out)
     return make(index, entry["seed"], out, **recipe(entry, index))
 
 

@@ -21,6 +21,7 @@ import effects as fx  # noqa: E402
 import lagrange  # noqa: E402
 import models  # noqa: E402
 import plant  # noqa: E402
+import quadrotors  # noqa: E402
 import rollout  # noqa: E402
 import second_route  # noqa: E402
 import simulate  # noqa: E402
@@ -207,6 +208,49 @@ def wheelbot_step():
     report("wheelbot: half the step", np.abs(ends[0] - ends[1]).max(), 1e-6)
 
 
+QUADROTOR = {"m": 0.7, "arm": 0.2, "drag": 0.3, "j": 0.012}
+LADEN = quadrotors.Fault(carried=(0.08, 0.1, -0.06), centre=(0.01, -0.004), wind=0.4, damping=0.01)
+
+
+def quadrotor_power():
+    """What a quadrotor with a load and an offset gains in energy is what rotors, air and wind do at its origin."""
+    machine = quadrotors.Quadrotor(QUADROTOR, LADEN)
+    extra, *place = LADEN.carried
+    parts = [(QUADROTOR["m"], LADEN.centre), (extra, place)]
+
+    def energy(x):
+        c, s = np.cos(x[2]), np.sin(x[2])
+        total = 0.5 * QUADROTOR["j"] * x[5]**2
+        for mass, (along, across) in parts:
+            rx, rz = c * along - s * across, s * along + c * across
+            total += 0.5 * mass * ((x[3] - x[5] * rz)**2 + (x[4] + x[5] * rx)**2) + mass * quadrotors.GRAVITY * (x[1] + rz)
+        return total
+
+    worst, rng = 0.0, np.random.default_rng(12)
+    for _ in range(50):
+        x, thrusts = rng.uniform(-2, 2, 8), rng.uniform(1, 6, 2)
+        rate, h = machine.rates(x, thrusts)[0], 1e-6
+        gained = (energy(x + h * rate) - energy(x - h * rate)) / (2 * h)
+        pushed = np.array([-np.sin(x[2]), np.cos(x[2])]) * thrusts.sum() - QUADROTOR["drag"] * x[3:5] + [LADEN.wind, 0]
+        torque = QUADROTOR["arm"] * (thrusts[1] - thrusts[0]) - LADEN.damping * x[5]
+        power = pushed @ x[3:5] + torque * x[5]
+        worst = max(worst, abs(gained - power) / max(1.0, abs(power)))
+    report("quadrotor: energy against power", worst, 1e-6)
+
+
+def quadrotor_step():
+    """Half the step changes a second of flight with a slow rotor by less than its sensors could show."""
+    machine = quadrotors.Quadrotor(QUADROTOR, quadrotors.Fault(lag=(0.03, 0.0)))
+    ends = []
+    for steps in (quadrotors.STEPS, 2 * quadrotors.STEPS):
+        x, before = np.zeros(8), np.full(2, 3.4)
+        for k in range(100):
+            now = 3.4 + 0.1 * np.sin(0.2 * k + np.array([0.0, 0.1]))
+            x, before = machine.tick(x, before, now, steps), now
+        ends.append(x)
+    report("quadrotor: half the step", np.abs(ends[0] - ends[1]).max(), 1e-6)
+
+
 def determinism():
     """The same seed and index give the same bytes, whatever was made before."""
     with tempfile.TemporaryDirectory() as one, tempfile.TemporaryDirectory() as two:
@@ -227,6 +271,8 @@ def main():
     wheelbot_accelerations()
     wheelbot_instruments()
     wheelbot_step()
+    quadrotor_power()
+    quadrotor_step()
     determinism()
     print(f"{len(FAILED)} checks failed" if FAILED else "all checks hold")
     return 1 if FAILED else 0
