@@ -57,6 +57,15 @@ pub enum Warning {
         /// What was added to its stamps \[s\].
         by: f64,
     },
+    /// Of a log longer than a trace goes through, stretches that are evenly spread over it are used.
+    Shortened {
+        /// What there is.
+        samples: usize,
+        /// What is used.
+        used: usize,
+        /// In how many stretches.
+        stretches: usize,
+    },
     /// A column without a name was set aside.
     NamelessColumn {
         /// Its position, counted from 1.
@@ -282,6 +291,15 @@ impl fmt::Display for Warning {
             Self::Shifted { file, by } => write!(
                 f,
                 "the stamps of `{file}` start anew: {by:.6} s were added to them; nothing is joined across the gap"
+            ),
+            Self::Shortened {
+                samples,
+                used,
+                stretches,
+            } => write!(
+                f,
+                "of {samples} samples {used} are used, in {stretches} stretches spread over all: a trace goes through \
+                 them many times"
             ),
             Self::NamelessColumn { position } => {
                 write!(f, "column {position} has no name and was ignored")

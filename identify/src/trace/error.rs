@@ -98,19 +98,6 @@ pub enum TraceError {
         /// Which log.
         log: String,
     },
-    /// A log longer than the search can go through.
-    #[error(
-        "{log} has {samples} samples; at most {most} are traced: cut it to a part in which the \
-         machine moves in all its ways, or record it at a lower rate (`fit` takes longer ones)"
-    )]
-    TooLong {
-        /// Which log.
-        log: String,
-        /// What there is.
-        samples: usize,
-        /// What can be traced.
-        most: usize,
-    },
     /// Too little to split.
     #[error(
         "the log has {samples} samples; at least {needed} are needed to keep a third apart, or {alone} \

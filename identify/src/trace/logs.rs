@@ -5,16 +5,19 @@ use super::error::TraceError;
 use super::outcome::Split;
 use super::run::Request;
 use super::unmeasured::estimated;
-use crate::log::{Gauge, Log, MINIMUM_SAMPLES, Record};
+use crate::log::{Gauge, Log, MINIMUM_SAMPLES, Record, Warning};
 use crate::regression::Hold;
 use dynamics_codegen::Compiled;
 use dynamics_codegen::syntax::PortKind;
+use std::ops::Range;
 
 /// Fewest samples for learning, and for judging.
 const FEWEST: usize = MINIMUM_SAMPLES;
-/// Most samples of a log: what the search takes two to four minutes for with one joint. It goes
-/// through all of them many times.
+/// Most samples that are learnt from, and that are judged by: what a trace takes half a minute for with one
+/// joint. It goes through all of them many times.
 const MOST: usize = 100_000;
+/// In how many stretches that many are taken of a longer log.
+const STRETCHES: usize = 20;
 /// Between learning and judging, s.
 const GUARD: f64 = 0.5;
 /// Samples per second beyond which a log without inputs is thinned.
@@ -40,8 +43,6 @@ impl Logs {
         source: &Source<'_>,
         plain: &Compiled,
     ) -> Result<Self, TraceError> {
-        check_length(request.train)?;
-        request.test.map_or(Ok(()), check_length)?;
         let (train, test, split) = split(request, plain)?;
         let hold = request.hold.unwrap_or(Hold::Linear);
         let train = estimated(source, as_driven(plain, thinned(train)), hold)?;
@@ -52,16 +53,24 @@ impl Logs {
     }
 }
 
-/// A log can be searched through.
-fn check_length(log: &Log) -> Result<(), TraceError> {
-    match log.len() <= MOST {
-        true => Ok(()),
-        false => Err(TraceError::TooLong {
-            log: log.name(),
-            samples: log.len(),
-            most: MOST,
-        }),
+/// Of a record that is longer than can be searched stretches that are evenly spread over it, which a warning says.
+fn shortened(mut record: Record) -> Record {
+    let samples = record.len();
+    if samples <= MOST {
+        return record;
     }
+    let length = MOST / STRETCHES;
+    let ranges: Vec<Range<usize>> = (0..STRETCHES)
+        .map(|i| i * (samples - length) / (STRETCHES - 1))
+        .map(|start| start..start + length)
+        .collect();
+    record = record.stretches(&ranges);
+    record.warnings.push(Warning::Shortened {
+        samples,
+        used: record.len(),
+        stretches: STRETCHES,
+    });
+    record
 }
 
 /// What to learn from and what to judge by.
@@ -100,6 +109,7 @@ fn split(request: &Request<'_>, plain: &Compiled) -> Result<(Record, Record, Spl
             )
         }
     };
+    let (train, test) = (shortened(train), shortened(test));
     let split = Split {
         train_log: request.train.name(),
         train_samples: train.len(),

@@ -125,20 +125,6 @@ fn files_that_are_too_large() {
     }
 }
 
-/// The search takes only so many samples, and says so before it begins.
-#[test]
-fn logs_that_are_too_long_to_trace() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("long.csv");
-    let mut log = String::from("t,q_j1,q_j2,u_j1,u_j2\n");
-    for k in 0..=100_000 {
-        writeln!(log, "{},{k},0,0,0", 1e-3 * f64::from(k)).unwrap();
-    }
-    fs::write(&path, log).unwrap();
-    let said = refuse(&["trace", MODEL, path.to_str().unwrap()], "");
-    insta::assert_snapshot!(said);
-}
-
 /// A folder with these files and the rod, and the path of each.
 fn folder_with(files: &[(&str, String)]) -> (TempDir, impl Fn(&str) -> String + use<>) {
     let folder = tempfile::tempdir().unwrap();
