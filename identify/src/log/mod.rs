@@ -75,7 +75,7 @@ pub use limits::{Counted, MOST_CELLS};
 pub use map::{Map, MapError, template, too_deep};
 pub use quantum::quantisation_step;
 pub use record::Record;
-pub(crate) use record::{longest_step, median_step, segments, stretches};
+pub(crate) use record::{evenly_spread, longest_step, median_step, segments, stretches};
 pub(crate) use said::said_of;
 pub use seen::{Glance, Missing, Seen};
 pub use sensed::{Gauge, Reading, Sensed};

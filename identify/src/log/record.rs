@@ -149,6 +149,12 @@ pub(crate) fn stretches<T: Copy>(values: &[T], ranges: &[Range<usize>]) -> Vec<T
     ranges.iter().flat_map(there).collect()
 }
 
+/// So many ranges of a `length` each, evenly spread over `all` samples.
+pub(crate) fn evenly_spread(all: usize, count: usize, length: usize) -> Vec<Range<usize>> {
+    let starts = (0..count).map(|i| i * (all - length) / (count - 1));
+    starts.map(|start| start..start + length).collect()
+}
+
 /// The longest step that is no gap.
 pub(crate) fn longest_step(t: &[f64]) -> f64 {
     GAP * median_step(t)

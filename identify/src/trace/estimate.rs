@@ -6,7 +6,7 @@ use super::focus::Focus;
 use super::input_noise::InputNoise;
 use super::sensor_memory::SensorMemory;
 use super::unmeasured::Echo;
-use crate::log::{Record, Warning, stretches};
+use crate::log::{Record, Warning, evenly_spread, stretches};
 use crate::machine::{History, States, shifted};
 use crate::regression::{CORRELATION, Hold, Readings, derivative, divided};
 use crate::smooth::{ChannelNoise, SmoothError, Smoothed, smooth_measured};
@@ -86,10 +86,7 @@ impl Observed {
             return None;
         }
         let length = samples / STRETCHES;
-        let ranges: Vec<Range<usize>> = (0..STRETCHES)
-            .map(|i| i * (all - length) / (STRETCHES - 1))
-            .map(|start| start..start + length)
-            .collect();
+        let ranges = evenly_spread(all, STRETCHES, length);
         let curve = |ranges: &[Range<usize>]| {
             let cut = |columns: &[Vec<f64>]| -> Vec<Vec<f64>> {
                 columns.iter().map(|c| stretches(c, ranges)).collect()

@@ -5,11 +5,10 @@ use super::error::TraceError;
 use super::outcome::Split;
 use super::run::Request;
 use super::unmeasured::estimated;
-use crate::log::{Gauge, Log, MINIMUM_SAMPLES, Record, Warning};
+use crate::log::{Gauge, Log, MINIMUM_SAMPLES, Record, Warning, evenly_spread};
 use crate::regression::Hold;
 use dynamics_codegen::Compiled;
 use dynamics_codegen::syntax::PortKind;
-use std::ops::Range;
 
 /// Fewest samples for learning, and for judging.
 const FEWEST: usize = MINIMUM_SAMPLES;
@@ -59,11 +58,7 @@ fn shortened(mut record: Record) -> Record {
     if samples <= MOST {
         return record;
     }
-    let length = MOST / STRETCHES;
-    let ranges: Vec<Range<usize>> = (0..STRETCHES)
-        .map(|i| i * (samples - length) / (STRETCHES - 1))
-        .map(|start| start..start + length)
-        .collect();
+    let ranges = evenly_spread(samples, STRETCHES, MOST / STRETCHES);
     record = record.stretches(&ranges);
     record.warnings.push(Warning::Shortened {
         samples,

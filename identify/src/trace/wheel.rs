@@ -9,6 +9,7 @@ use crate::trace::refine::Explanation;
 use crate::trace::{Outcome, Request, trace};
 use dynamics_codegen::Library;
 use std::collections::BTreeMap;
+use std::fmt::Write;
 
 /// A wheel with a motor.
 pub(super) const WHEEL: &str = "\
@@ -49,6 +50,27 @@ pub(super) fn begun(
         observed,
     };
     (dictionary, start)
+}
+
+/// A log of the wheel, 10 s at 200 Hz: it turns along two `waves` (rad, rad/s), read with so much `noise`, rad, by the
+/// torque that `torque` says of its position, velocity and acceleration.
+pub(super) fn turned(
+    waves: [(f64, f64); 2],
+    (seed, noise): (u64, f64),
+    torque: impl Fn([f64; 3]) -> f64,
+) -> String {
+    let mut text = String::from("t,q_angle,u_motor\n");
+    let mut random = rectangular(seed);
+    for k in 0..2000 {
+        let t = 0.005 * f64::from(k);
+        let [q, v, a] = waves.iter().fold([0.0; 3], |[q, v, a], &(size, w)| {
+            let (sin, cos) = (w * t).sin_cos();
+            [q + size * sin, v + size * w * cos, a - size * w * w * sin]
+        });
+        let read = q + noise * random();
+        writeln!(text, "{t},{read},{}", torque([q, v, a])).unwrap();
+    }
+    text
 }
 
 /// The candidate that is called so.

@@ -56,27 +56,14 @@ impl Move for Pair {
 
 #[cfg(test)]
 mod tests {
-    use crate::trace::wheel::{WHEEL, rectangular, traced};
-    use std::fmt::Write;
+    use crate::trace::wheel::{WHEEL, traced, turned};
 
     /// A motor that ignores 0.1 N·m, and friction of 0.05 N·m in the wheel's bearing.
     fn log() -> String {
-        let mut text = String::from("t,q_angle,u_motor\n");
-        let mut noise = rectangular(11);
-        let waves = [(0.9, 3.0), (0.5, 7.0)];
-        for k in 0..2000 {
-            let t = 0.005 * f64::from(k);
-            let sum = |f: fn(f64, f64, f64) -> f64| -> f64 {
-                waves.iter().map(|&(a, w)| f(a, w, t)).sum()
-            };
-            let q = sum(|a, w, t| a * (w * t).sin());
-            let v = sum(|a, w, t| a * w * (w * t).cos());
-            let a = sum(|a, w, t| -a * w * w * (w * t).sin());
+        turned([(0.9, 3.0), (0.5, 7.0)], (11, 2e-4), |[_, v, a]| {
             let force = 0.02 * a + 0.05 * (v / 0.02).tanh();
-            let u = force + 0.1 * force.signum();
-            writeln!(text, "{t},{},{u}", q + 2e-4 * noise()).unwrap();
-        }
-        text
+            force + 0.1 * force.signum()
+        })
     }
 
     #[test]

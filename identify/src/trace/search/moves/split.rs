@@ -25,27 +25,14 @@ mod tests {
     use crate::trace::search::fit::fit;
     use crate::trace::search::hypothesis::Hypothesis;
     use crate::trace::search::neighbourhood::Neighbourhood;
-    use crate::trace::wheel::{WHEEL, begun, named, rectangular};
-    use std::fmt::Write;
+    use crate::trace::wheel::{WHEEL, begun, named, turned};
 
     /// A wheel turned quickly, with viscous friction that hides its dry friction of 0.02 N·m but for narrow
     /// steps: alone in the place of both, dry friction would have to be as wide as all the motion.
     fn log() -> String {
-        let mut text = String::from("t,q_angle,u_motor\n");
-        let mut noise = rectangular(3);
-        let waves = [(0.9, 3.0), (0.5, 7.0)];
-        for k in 0..2000 {
-            let t = 0.005 * f64::from(k);
-            let sum = |f: fn(f64, f64, f64) -> f64| -> f64 {
-                waves.iter().map(|&(a, w)| f(a, w, t)).sum()
-            };
-            let q = sum(|a, w, t| a * (w * t).sin());
-            let v = sum(|a, w, t| a * w * (w * t).cos());
-            let a = sum(|a, w, t| -a * w * w * (w * t).sin());
-            let u = 0.02 * a + 0.1 * v + 0.02 * (v / 0.02).tanh();
-            writeln!(text, "{t},{},{u}", q + 1e-4 * noise()).unwrap();
-        }
-        text
+        turned([(0.9, 3.0), (0.5, 7.0)], (3, 1e-4), |[_, v, a]| {
+            0.02 * a + 0.1 * v + 0.02 * (v / 0.02).tanh()
+        })
     }
 
     #[test]

@@ -58,26 +58,16 @@ impl Move for Swap {
 
 #[cfg(test)]
 mod tests {
-    use crate::trace::wheel::{WHEEL, rectangular, traced};
+    use crate::trace::wheel::{WHEEL, rectangular, traced, turned};
     use std::fmt::Write;
 
     /// A wheel on a hardening spring, `hard q³`, with another of 0.3 N·m that rests at 0.25:
     /// the other alone is `0.3 (q³ − 0.75 q² + …)`, of which the first part is more of `hard`.
     #[test]
     fn a_term_that_came_first_goes_where_the_second_does_alone() {
-        let mut text = String::from("t,q_angle,u_motor\n");
-        let mut noise = rectangular(7);
-        let waves = [(0.7, 2.0), (0.4, 5.3)];
-        for k in 0..2000 {
-            let t = 0.005 * f64::from(k);
-            let sum = |f: fn(f64, f64, f64) -> f64| -> f64 {
-                waves.iter().map(|&(a, w)| f(a, w, t)).sum()
-            };
-            let q = sum(|a, w, t| a * (w * t).sin());
-            let a = sum(|a, w, t| -a * w * w * (w * t).sin());
-            let u = 0.02 * a + 0.2 * q.powi(3) + 0.3 * (q - 0.25).powi(3);
-            writeln!(text, "{t},{},{u}", q + 2e-4 * noise()).unwrap();
-        }
+        let text = turned([(0.7, 2.0), (0.4, 5.3)], (7, 2e-4), |[q, _, a]| {
+            0.02 * a + 0.2 * q.powi(3) + 0.3 * (q - 0.25).powi(3)
+        });
         let spring = "parameter hard: N*m = 0.2 in 0..; potential hard/4*angle^4;";
         let findings = traced(&format!("{WHEEL}{spring}"), &text).findings;
         let names: Vec<&str> = findings.iter().map(|f| f.effect.as_str()).collect();
