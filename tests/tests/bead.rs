@@ -35,13 +35,13 @@ fn accelerations_and_multipliers_agree() {
             q: column(&q),
             v: column(&v),
             u: vec![vec![u]],
-            history: None,
             memory: Memory {
                 delayed: vec![vec![0.4]],
                 delay_rate: vec![vec![0.0]],
                 z: vec![vec![z]],
                 slopes: Vec::new(),
             },
+            ..States::default()
         };
         let motion = machine.motion(&states, &values).unwrap().remove(0);
         let x = Point {

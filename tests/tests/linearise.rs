@@ -54,7 +54,7 @@ fn agrees(name: &str) {
                 delay_rate: vec![vec![0.0]; columns(&case["late"]).len()],
                 ..Memory::default()
             },
-            history: None,
+            ..States::default()
         };
         let parameters: Vec<f64> = file["parameters"]
             .as_array()

@@ -64,7 +64,7 @@ impl<'a> Readings<'a> {
                 z: simulated.z.clone(),
                 ..Memory::default()
             },
-            history: None,
+            ..States::default()
         };
         let pressed = self
             .machine

@@ -24,6 +24,9 @@ pub enum Variable {
     Delayed(usize),
     /// A state.
     State(usize),
+    /// A state as it is when the motion begins: what follows from it later, through the states'
+    /// own equations.
+    Beginning(usize),
     /// A parameter.
     Parameter(usize),
     /// Time.
@@ -38,17 +41,19 @@ impl Variable {
             Self::Velocity(index) => model.coordinates[index].velocity,
             Self::Input(index) => model.inputs[index].symbol,
             Self::Delayed(index) => model.delays[index].symbol,
-            Self::State(index) => model.states[index].symbol,
+            Self::State(index) | Self::Beginning(index) => model.states[index].symbol,
             Self::Parameter(index) => model.parameters[index].symbol,
             Self::Time => model.time,
         }
     }
 
-    /// What changes with it: itself by one; of the position of a twist's component, which no
-    /// expression contains, the pose by a displacement along that component.
+    /// What changes with it at once: itself by one; of the position of a twist's component, which no
+    /// expression contains, the pose by a displacement along that component; nothing with how a
+    /// state began.
     pub fn displacement(self, model: &mut Model) -> Vec<(SymbolId, ExprId)> {
         match self {
             Self::Position(index) => model.displacement(index),
+            Self::Beginning(_) => Vec::new(),
             _ => vec![(self.symbol(model), model.graph.one())],
         }
     }
@@ -65,7 +70,7 @@ impl Variable {
     }
 }
 
-/// What a state owes to a parameter: `w = ∂z/∂p` along the motion, with
+/// What a state owes to a parameter, or to how a state began: `w = ∂z/∂p` along the motion, with
 /// `dw/dt = ∂f/∂z · w + ∂f/∂p`. A variable of the derivatives, whose value follows from
 /// the past.
 #[derive(Debug, Clone, Copy)]
@@ -94,15 +99,21 @@ fn state_slopes(model: &mut Model, system: &System, variables: &[Variable]) -> V
         })
         .collect();
     for (index, &variable) in variables.iter().enumerate() {
-        let Variable::Parameter(parameter) = variable else {
-            continue;
+        let (name, begun) = match variable {
+            Variable::Parameter(parameter) => (model.parameters[parameter].name.clone(), None),
+            Variable::Beginning(state) => {
+                (format!("{}_begun", model.states[state].name), Some(state))
+            }
+            _ => continue,
         };
         let mut seeds = variable.seeds(model);
-        let symbols: Vec<SymbolId> = seeds.iter().map(|(symbol, _)| *symbol).collect();
+        let own = begun.map(|state| model.states[state].symbol);
+        let symbols: Vec<SymbolId> = seeds.iter().map(|(symbol, _)| *symbol).chain(own).collect();
         let moved: Vec<usize> = (0..model.states.len())
-            .filter(|&state| symbols.iter().any(|s| moved_by[state].contains(s)))
+            .filter(|&state| {
+                begun == Some(state) || symbols.iter().any(|s| moved_by[state].contains(s))
+            })
             .collect();
-        let name = model.parameters[parameter].name.clone();
         let own: Vec<SymbolId> = moved
             .iter()
             .map(|&z| format!("d{}_d{name}", model.states[z].name))
@@ -118,12 +129,16 @@ fn state_slopes(model: &mut Model, system: &System, variables: &[Variable]) -> V
             let (rate, initial) = (system.state_rates[state], system.initial_states[state]);
             let z = model.states[state].symbol;
             let others: Vec<_> = seeds.iter().copied().filter(|(s, _)| *s != z).collect();
+            let graph = &mut model.graph;
             slopes.push(StateSlope {
                 state,
                 variable: index,
                 symbol,
-                drive: model.graph.directional(&[rate], &others)[0],
-                initial: model.graph.directional(&[initial], &direct)[0],
+                drive: graph.directional(&[rate], &others)[0],
+                initial: match begun == Some(state) {
+                    true => graph.one(),
+                    false => graph.directional(&[initial], &direct)[0],
+                },
             });
         }
     }
@@ -139,7 +154,7 @@ pub struct Sensitivity {
     pub multiplier: Vec<SymbolId>,
     /// The symbols that stand for `u̇(t − τ)`, one per delay.
     pub delay_rates: Vec<SymbolId>,
-    /// What states owe to parameters.
+    /// What states owe to parameters, and to how states began.
     pub memory: Vec<StateSlope>,
     /// Per variable: `∂R/∂s` (`n`), then `∂S/∂s` (`m`).
     pub columns: Vec<Vec<ExprId>>,

@@ -335,7 +335,15 @@ impl Machine {
         });
         let mut beginning = nodes[0].slice(0..1);
         beginning.memory.z.clear();
-        let beginning = self.completed(&beginning, parameters).unwrap_or(beginning);
+        let mut beginning = self.completed(&beginning, parameters).unwrap_or(beginning);
+        for (z, state) in beginning
+            .memory
+            .z
+            .iter_mut()
+            .zip(&self.compiled.model.states)
+        {
+            z[0] += curve.begun.get(&state.name).copied().unwrap_or(0.0);
+        }
         let path = Path {
             tapes,
             parameters,

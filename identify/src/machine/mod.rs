@@ -24,7 +24,7 @@ pub use measured::{Measured, Sensors};
 pub use rollout::{Rollout, RolloutOptions, Simulated};
 pub(crate) use shifted::shifted;
 pub use solve::{Factorisation, SolveError};
-pub use states::{History, States};
+pub use states::{Begun, History, States};
 pub use trail::{Memory, Trail};
 pub use unilateral::{ContactTerms, Impact, Pressed, Stepping, SteppingOptions};
 

@@ -165,7 +165,7 @@ impl<'a> Rollout<'a> {
             v: state.v.clone(),
             u,
             memory,
-            history: None,
+            ..States::default()
         }
     }
 

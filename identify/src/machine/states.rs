@@ -5,6 +5,7 @@ use super::trail::Memory;
 use crate::log::Record;
 use crate::smooth::{SgStates, Smoothed};
 use dynamics_codegen::Column;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Where a machine is evaluated. Every column has one entry per sample.
@@ -22,7 +23,14 @@ pub struct States {
     pub memory: Memory,
     /// What there was before, where these states are part of a longer motion.
     pub history: Option<Arc<History>>,
+    /// By how much internal states begin beside what the model states, by name: a machine that
+    /// moves already has been there before.
+    pub begun: Arc<Begun>,
 }
+
+/// By how much internal states begin beside what the model states, by name; those that are not in it
+/// begin as stated.
+pub type Begun = BTreeMap<String, f64>;
 
 /// A whole motion of which some states are part.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -104,6 +112,7 @@ impl States {
             u: cut(&self.u),
             memory: self.memory.slice(range),
             history: self.history.clone(),
+            begun: Arc::clone(&self.begun),
         }
     }
 
@@ -130,6 +139,7 @@ impl States {
             return None;
         }
         let mut whole = history.led.clone();
+        whole.begun = Arc::clone(&self.begun);
         let columns =
             |states: &Self| [states.q.clone(), states.v.clone(), states.u.clone()].concat();
         let own = columns(self);

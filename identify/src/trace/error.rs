@@ -1,6 +1,6 @@
 //! Why a log could not be traced.
 
-use crate::log::{LogError, health};
+use crate::log::{LogError, Record, health};
 use crate::machine::SolveError;
 use crate::smooth::SmoothError;
 use dynamics_codegen::Report;
@@ -89,6 +89,23 @@ pub enum TraceError {
         /// Its unit.
         unit: String,
     },
+    /// No motion of what nothing shows agrees with the sensors.
+    #[error(
+        "no column shows {coordinates}, and no motion was found on which the model agrees with the sensors \
+         that the log has ({sensors}): the best one fails at t = {time} s. Log the positions as well, or \
+         sensors that show where each is, such as an encoder or the position of a point; a search begins \
+         near zero"
+    )]
+    NoMotion {
+        /// The coordinates.
+        coordinates: String,
+        /// Those that the log has.
+        sensors: String,
+        /// Where the best motion fails.
+        time: f64,
+        /// Why.
+        source: SolveError,
+    },
     /// A log of a machine at rest.
     #[error(
         "nothing moves in {log}: every position is constant. A model is judged by its motion: give a \
@@ -114,6 +131,21 @@ pub enum TraceError {
 }
 
 impl TraceError {
+    /// Of a log with coordinates that nothing measures, where the search for their motion ended.
+    pub(super) fn no_motion(source: SolveError, record: &Record) -> Self {
+        let coordinates = record.coordinates.iter().enumerate();
+        let unmeasured = coordinates.filter(|&(i, _)| !record.is_measured(i));
+        let coordinates: Vec<String> = unmeasured.map(|(_, name)| format!("`{name}`")).collect();
+        let sensors = record.readings().iter();
+        let sensors: Vec<String> = sensors.map(|r| format!("`{}`", r.name)).collect();
+        Self::NoMotion {
+            coordinates: coordinates.join(", "),
+            sensors: sensors.join(", "),
+            time: record.t.get(source.sample()).copied().unwrap_or(f64::NAN),
+            source,
+        }
+    }
+
     /// With the time of the sample.
     pub(super) fn at(source: SolveError, times: &[f64]) -> Self {
         let hint =

@@ -30,8 +30,17 @@ pub struct Focus {
     /// What the model's own sensors show, with derivatives by positions and velocities, and by the
     /// candidates' parameters.
     instruments: [Instruments; 2],
+    /// What changes with how internal states began; `None` if there are none.
+    beginnings: Option<Beginnings>,
     /// Per parameter of the model: which one of the dictionary's it is.
     places: Vec<usize>,
+}
+
+/// Derivatives by what each internal state is when a log begins.
+#[derive(Debug)]
+struct Beginnings {
+    slopes: SensitivityTape,
+    instruments: Instruments,
 }
 
 impl Focus {
@@ -63,6 +72,30 @@ impl Focus {
         }
     }
 
+    /// What internal states add along a log that begin beside what the model states, in the model's
+    /// order; `None` if there are none.
+    pub fn beginnings<'a>(
+        &'a self,
+        observed: &Observed,
+        parameters: &'a [f64],
+    ) -> Option<Columns<'a>> {
+        let beginnings = self.beginnings.as_ref()?;
+        let sensed = observed.record.sensed.as_ref();
+        Some(Columns {
+            machine: &self.machine,
+            tape: &beginnings.slopes,
+            sensors: None,
+            instruments: sensed.map(|_| &beginnings.instruments),
+            parameters,
+        })
+    }
+
+    /// The internal states, in the model's order.
+    pub fn internal_states(&self) -> impl Iterator<Item = &str> {
+        let states = self.machine.compiled.model.states.iter();
+        states.map(|state| state.name.as_str())
+    }
+
     fn new(dictionary: &Dictionary, candidates: &[usize], compiled: Compiled) -> Option<Self> {
         let parameters = &compiled.model.parameters;
         let all = &dictionary.machine.compiled.model.parameters;
@@ -84,7 +117,14 @@ impl Focus {
             .map(Variable::Position)
             .chain((0..n).map(Variable::Velocity))
             .collect();
+        let internal: Vec<Variable> = (0..machine.state_count())
+            .map(Variable::Beginning)
+            .collect();
         Self {
+            beginnings: (!internal.is_empty()).then(|| Beginnings {
+                slopes: machine.sensitivity(&internal),
+                instruments: machine.instruments(&internal),
+            }),
             slopes: machine.sensitivity(&state),
             by_parameter: machine.sensitivity(variables),
             sensors: machine.sensors(variables),

@@ -18,6 +18,7 @@ use super::series::{Explained, Series};
 use super::subject::Subject;
 use super::unmeasured::{echo, take};
 use crate::log::Record;
+use crate::machine::{Begun, States};
 use crate::regression::Hold;
 use crate::smooth::{SmoothError, savgol_states};
 use std::sync::Arc;
@@ -30,6 +31,8 @@ pub(super) struct Judged<'a> {
     pub focus: Arc<Focus>,
     pub values: Vec<f64>,
     dictionary_values: &'a [f64],
+    /// How its internal states begin in the log that it is judged by.
+    begun: Arc<Begun>,
 }
 
 impl<'a> Judged<'a> {
@@ -40,6 +43,15 @@ impl<'a> Judged<'a> {
             values: focus.values(dictionary_values),
             focus,
             dictionary_values,
+            begun: Arc::default(),
+        }
+    }
+
+    /// With internal states that begin as along a curve.
+    fn begun_as(self, curve: &States) -> Self {
+        Self {
+            begun: Arc::clone(&curve.begun),
+            ..self
         }
     }
 
@@ -50,6 +62,7 @@ impl<'a> Judged<'a> {
             values: &self.values,
             hold,
             horizon,
+            begun: &self.begun,
         }
     }
 }
@@ -120,32 +133,33 @@ pub(super) fn judge(
         take(&mut estimated, &known.observed.curve);
     }
     let test = &estimated;
-    let models = Models::new(dictionary, selection);
-    let Models { given, patched } = &models;
-    let before = given.scoring(hold, request.horizon);
-    let after = patched.scoring(hold, request.horizon);
-    let floor = after;
-    let before = before.look(test).map_err(failed)?;
+    let Models { given, patched } = Models::new(dictionary, selection);
     let faultless = corrected(test, &patched.focus, &patched.values)?;
-    let after = after.look(&faultless).map_err(failed)?;
     // The states of the test log as the patched model sees them, from where faultless sensors
     // would have.
     let mut observed = as_observed(test, selection, hold)?;
     let as_logged = observed.clone();
     if patched.focus.machine.has_sensor_errors() {
-        observed.curve = Observed::new(faultless, hold)?.curve;
+        observed.curve = Observed::new(faultless.clone(), hold)?.curve;
     }
     let explanation = smooth(dictionary, &accepted, observed, values).map_err(located)?;
-    let foretold = match accepted.is_empty() {
-        true => None,
+    let patched = patched.begun_as(&explanation.observed.curve);
+    let (given, foretold) = match accepted.is_empty() {
+        true => (given.begun_as(&explanation.observed.curve), None),
         false => {
-            let given =
+            let known =
                 smooth(dictionary, &[], as_logged, &dictionary.defaults).map_err(located)?;
-            let given = costs(dictionary, &[], &given).map_err(located)?;
-            let patched = costs(dictionary, &accepted, &explanation).map_err(located)?;
-            Some(Foretold::new(&given, &patched))
+            let before = costs(dictionary, &[], &known).map_err(located)?;
+            let after = costs(dictionary, &accepted, &explanation).map_err(located)?;
+            let given = given.begun_as(&known.observed.curve);
+            (given, Some(Foretold::new(&before, &after)))
         }
     };
+    let models = Models { given, patched };
+    let before = models.given.scoring(hold, request.horizon);
+    let before = before.look(test).map_err(failed)?;
+    let floor = models.patched.scoring(hold, request.horizon);
+    let after = floor.look(&faultless).map_err(failed)?;
     let echo = echo(dictionary, &accepted, &explanation, request.seed).map_err(located)?;
     let observed = Observed {
         echo,
@@ -158,6 +172,7 @@ pub(super) fn judge(
         .map_err(failed)?;
     let mut explained = Vec::new();
     for (subject, model) in Models::without_each(dictionary, selection) {
+        let model = model.begun_as(&observed.curve);
         let faultless = corrected(test, &model.focus, &model.values)?;
         match model.scoring(hold, request.horizon).missing(&faultless) {
             Ok(without) => explained.push(Explained::new(subject, without)),
@@ -199,7 +214,7 @@ pub(super) fn trained(
         ScoreError::Smooth(error) => TraceError::Smooth(error),
         ScoreError::Solve(error) => TraceError::at(error, &record.t),
     };
-    let model = Judged::new(dictionary, terms, values);
+    let model = Judged::new(dictionary, terms, values).begun_as(&observed.curve);
     let faultless = corrected(record, &model.focus, &model.values)?;
     let scoring = model.scoring(observed.hold, horizon);
     scoring.score(&faultless).map_err(failed)

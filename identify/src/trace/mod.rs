@@ -1,6 +1,7 @@
 //! From a log to the named effects that the model lacks.
 
 mod advice;
+mod beginning;
 mod between_samples;
 mod blows;
 mod command;

@@ -1,13 +1,14 @@
 //! Gauss–Newton on the accepted terms: parameters, curve and the size of the forces
 //! that nothing explains, together.
 
+use super::beginning::{Beginning, spread};
 use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use super::score::NEGLIGIBLE;
 use super::settings::NO_EXCESS;
 use super::settle::{Adapt, SMALLEST_SHARE, beyond_inputs, settle, unexplained};
 use crate::machine::{SolveError, States};
-use crate::regression::{ErrorDynamics, Gram, ProcessNoise, Readings, Whitener};
+use crate::regression::{Columns, ErrorDynamics, Gram, ProcessNoise, Readings, Whitener};
 use nalgebra::{DMatrix, DVector};
 
 /// An explanation of the log: parameters, the motion that goes with them, and the
@@ -131,16 +132,28 @@ fn refine_some(
 ) -> Result<Refined, SolveError> {
     let held = effort.held;
     let focus = dictionary.focus(candidates);
-    let all: Vec<usize> = (0..parameters.len()).collect();
+    let count = parameters.len();
+    let values = focus.values(&explanation.values);
+    let beginning = Beginning::along(&focus, &explanation.observed, &values)?;
+    let known: Vec<usize> = (0..count).collect();
+    let fitted: Vec<usize> = known
+        .iter()
+        .copied()
+        .chain(beginning.columns(count))
+        .collect();
+    let all: Vec<usize> = (0..fitted.len()).collect();
     let mut best: Option<Step> = None;
     let (mut uphill, mut detour) = (0, false);
     for step in 1..=STEPS {
         let values = focus.values(&explanation.values);
         let observed = &explanation.observed;
-        let columns = [focus.columns(observed, &values)];
+        let of_parameters = (count > 0).then(|| focus.columns(observed, &values));
+        let of_states = focus.beginnings(observed, &values);
+        let of_states = of_states.filter(|_| !beginning.is_known());
+        let columns: Vec<Columns<'_>> = of_parameters.into_iter().chain(of_states).collect();
         let dynamics = ErrorDynamics::new(
             focus.mover(observed, &values),
-            if parameters.is_empty() { &[] } else { &columns },
+            &columns,
             &observed.curve,
             observed.hold,
             &observed.correlation,
@@ -162,17 +175,19 @@ fn refine_some(
             } else {
                 Adapt::Not
             };
-            let settled = settle(&dynamics, &readings, &all, noise, adapt);
-            let beliefs = dictionary.beliefs(parameters, &explanation.values);
+            let settled = settle(&dynamics, &readings, &fitted, noise, adapt);
+            let mut beliefs = dictionary.beliefs(parameters, &explanation.values);
+            beliefs.extend(beginning.beliefs(count, observed));
             let gram = settled.gram.believing(&beliefs);
             let fit = gram.fit(&all);
             let missed = 0.5 * (gram.data_misfit() - settled.gram.data_misfit());
-            let cost = settled.cost() + missed;
+            let price = beginning.price(&settled.gram.information(&all[count..]));
+            let cost = settled.cost() + missed + price;
             let promised = 0.5 * (gram.data_misfit() - fit.misfit);
             let finite = cost.is_finite() && fit.coefficients.iter().all(|x| x.is_finite());
             let estimate = Estimate {
                 parameters: parameters.to_vec(),
-                covariance: fit.covariance,
+                covariance: fit.covariance.view((0, 0), (count, count)).into_owned(),
                 cost,
                 rows: gram.readings(),
                 unexplained: unexplained(&dynamics, &explanation.noise),
@@ -182,7 +197,7 @@ fn refine_some(
             finite.then(|| Step {
                 from: explanation.clone(),
                 estimate,
-                information: settled.gram.information(&all),
+                information: beginning.integrated(&settled.gram.information(&all)),
                 dynamics,
                 readings,
                 gram,
@@ -206,23 +221,19 @@ fn refine_some(
             }
             // A valley that bends: where the way straight ahead leads uphill, the next step from
             // there may lead back to the ground, farther on.
-            Some(next) if uphill == 0 && !detour && !parameters.is_empty() => {
+            Some(next) if uphill == 0 && !detour && count > 0 => {
                 detour = true;
-                *explanation = next.next(dictionary, parameters, DAMPING[0]);
+                *explanation = next.next(dictionary, parameters, &beginning, DAMPING[0]);
                 continue;
             }
             _ => uphill += 1,
         }
         let Some(best) = &best else { break };
-        let choices = if parameters.is_empty() {
-            1
-        } else {
-            DAMPING.len()
-        };
+        let choices = if count == 0 { 1 } else { DAMPING.len() };
         let Some(&damping) = DAMPING[..choices].get(uphill) else {
             break;
         };
-        *explanation = best.next(dictionary, parameters, damping);
+        *explanation = best.next(dictionary, parameters, &beginning, damping);
     }
     // The best state seen, not the last one: a linearisation may mislead.
     match best {
@@ -259,13 +270,29 @@ struct Step {
 
 impl Step {
     /// The place that the linear equation leads to, with some damping.
-    fn next(&self, dictionary: &Dictionary, parameters: &[usize], damping: f64) -> Explanation {
-        let all: Vec<usize> = (0..parameters.len()).collect();
+    fn next(
+        &self,
+        dictionary: &Dictionary,
+        parameters: &[usize],
+        beginning: &Beginning,
+        damping: f64,
+    ) -> Explanation {
+        let count = parameters.len();
+        let fitted: Vec<usize> = (0..count).chain(beginning.columns(count)).collect();
+        let all: Vec<usize> = (0..fitted.len()).collect();
         let mut there = self.from.clone();
         let fit = self.gram.damped_fit(&all, damping);
         let change = limited(dictionary, parameters, &there.values, &fit.coefficients);
+        let begun = fit.coefficients.rows(count, all.len() - count).into_owned();
+        let mut whole = DVector::zeros(self.dynamics.columns);
+        let steps = change.iter().chain(begun.iter());
+        fitted
+            .iter()
+            .zip(steps)
+            .for_each(|(&column, step)| whole[column] = *step);
         let whitener = Whitener::new(&self.dynamics, &self.readings, &self.from.noise);
-        there.observed.move_by(&whitener.smooth(&change));
+        there.observed.move_by(&whitener.smooth(&whole));
+        beginning.moved(&mut there.observed, &begun);
         let model = &dictionary.machine.compiled.model;
         for (i, &index) in parameters.iter().enumerate() {
             let parameter = &model.parameters[index];
@@ -329,14 +356,6 @@ fn shown_spreads(dynamics: &ErrorDynamics) -> Vec<(usize, f64)> {
         (sensor, spread(&values))
     };
     (0..count).map(along).collect()
-}
-
-/// Standard deviation.
-fn spread(x: &[f64]) -> f64 {
-    let count = x.len().max(1) as f64;
-    let mean = x.iter().sum::<f64>() / count;
-    let squares: f64 = x.iter().map(|x| (x - mean).powi(2)).sum();
-    (squares / count).sqrt()
 }
 
 /// A step that keeps the values inside their bounds and not too far from the old ones.

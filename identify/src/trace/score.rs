@@ -2,12 +2,15 @@
 
 use super::estimate::Observed;
 use crate::log::{Record, rms};
-use crate::machine::{Machine, Motion, Rollout, RolloutOptions, Simulated, SolveError, States};
+use crate::machine::{
+    Begun, Machine, Motion, Rollout, RolloutOptions, Simulated, SolveError, States,
+};
 use crate::regression::Hold;
 use crate::smooth::{SgStates, SmoothError, savgol_states};
 use nalgebra::DVector;
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Root mean squares per coordinate, and over all.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -66,6 +69,8 @@ pub(super) struct Scoring<'a> {
     pub values: &'a [f64],
     pub hold: Hold,
     pub horizon: f64,
+    /// How its internal states begin.
+    pub begun: &'a Arc<Begun>,
 }
 
 /// Open-loop predictions of the positions, per coordinate and sample; not a number
@@ -210,7 +215,7 @@ impl Scoring<'_> {
         states: &SgStates,
         added: &[Vec<f64>],
     ) -> Result<(Errors, Errors, Vec<Vec<f64>>), ScoreError> {
-        let at = self.along(record, &States::filtered(record, states))?;
+        let at = self.along(record, &self.filtered(record, states))?;
         let mut motions = self.machine.motion(&at, self.values)?;
         let n = record.q.len();
         if !added.is_empty() {
@@ -262,6 +267,14 @@ impl Scoring<'_> {
             Hold::Previous if !as_measured(record) => along.between_jumps(&record.segments()),
             _ => along,
         })
+    }
+
+    /// The filtered motion of a record, with internal states that begin where they do.
+    fn filtered(&self, record: &Record, states: &SgStates) -> States {
+        States {
+            begun: Arc::clone(self.begun),
+            ..States::filtered(record, states)
+        }
     }
 
     /// Predictions from the estimated states (on the constraints), window by window.
@@ -348,13 +361,7 @@ impl Scoring<'_> {
 
     /// Internal states at the starts; where they cannot be found, as at the beginning.
     fn remembered(&self, record: &Record, states: &SgStates, starts: &[usize]) -> Vec<Vec<f64>> {
-        let along = States {
-            t: record.t.clone(),
-            q: states.q.clone(),
-            v: states.v.clone(),
-            u: record.u.clone(),
-            ..States::default()
-        };
+        let along = self.filtered(record, states);
         let Ok(along) = self.machine.remember(&along, self.hold, self.values) else {
             return Vec::new();
         };

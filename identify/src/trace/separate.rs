@@ -176,6 +176,7 @@ fn sample(focus: &Focus, observed: &Observed) -> States {
         let begin = curve.len().saturating_sub(IN_ONE_PIECE) / 2;
         return States {
             history: None,
+            begun: Arc::default(),
             ..curve.slice(begin..curve.len().min(begin + IN_ONE_PIECE))
         };
     }

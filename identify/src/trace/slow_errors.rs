@@ -41,6 +41,7 @@ pub(super) fn select_with_slow_errors(
             values: &focus.values(&selection.values),
             hold: selection.observed.hold,
             horizon: JUDGED_HORIZON,
+            begun: &selection.observed.curve.begun,
         };
         let record = corrected(&start.record, &focus, scoring.values).ok()?;
         let score = scoring.score(&record).ok()?;

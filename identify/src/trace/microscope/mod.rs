@@ -26,6 +26,7 @@ use features::{Feature, Features, Motion, deviation, kinds};
 use law::{Law, LawError};
 use nalgebra::DVector;
 use serde::Serialize;
+use std::sync::Arc;
 
 /// A force that no effect of the library explains.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -141,6 +142,7 @@ impl View<'_> {
             values: &focus.values(self.values),
             hold: self.selection.observed.hold,
             horizon: self.request.horizon,
+            begun: &Arc::default(),
         };
         let test = corrected(self.test, &focus, scoring.values).map_err(ScoreError::from)?;
         self.look_at(&focus, &scoring, &test)

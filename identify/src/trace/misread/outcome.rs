@@ -16,6 +16,7 @@ use crate::trace::run::Request;
 use crate::trace::score::{Look, ScoreError, Scoring};
 use crate::trace::series::{Details, Series};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// What is said of a log whose columns are mistaken. Errors "after" are those of the model as
 /// given, on the log read otherwise.
@@ -39,6 +40,7 @@ pub(in crate::trace) fn outcome(
         values: &focus.values(&dictionary.defaults),
         hold,
         horizon: request.horizon,
+        begun: &Arc::default(),
     };
     // Along a log that is far from any motion of the machine it may not even move.
     let look = |record| -> Result<Look, TraceError> {

@@ -22,7 +22,7 @@ pub(super) fn check(
     noise: &ProcessNoise,
     record: &mut Record,
 ) -> Result<(), TraceError> {
-    let located = |error| TraceError::at(error, &observed.record.t);
+    let located = |error| TraceError::no_motion(error, &observed.record);
     let focus = dictionary.focus(&[]);
     let values = &dictionary.defaults;
     let dynamics = linearised(&focus, observed, values).map_err(located)?;

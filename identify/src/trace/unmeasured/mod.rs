@@ -62,14 +62,13 @@ pub(super) fn estimated(
     let values = source.values(&machine);
     let cyclic = cyclic::cyclic(&mut machine, &values, &observed.record);
     begin_at_zero(&cyclic, &mut observed);
-    let start = start::start(&mut machine, &values, &observed, &cyclic)
-        .map_err(|error| TraceError::at(error, &observed.record.t))?;
+    let logged = observed.record.clone();
+    let none_found = |error| TraceError::no_motion(error, &logged);
+    let start = start::start(&mut machine, &values, &observed, &cyclic).map_err(none_found)?;
     take(&mut observed.record, &start);
     observed.curve = start;
     let dictionary = Dictionary::of_parameters(source, &observed.ranges()).map_err(Box::new)?;
-    let times = observed.record.t.clone();
-    let located = |error| TraceError::at(error, &times);
-    let known = through_model(&dictionary, observed).map_err(located)?;
+    let known = through_model(&dictionary, observed).map_err(none_found)?;
     let Explanation {
         observed, noise, ..
     } = known;

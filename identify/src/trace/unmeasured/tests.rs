@@ -301,3 +301,31 @@ fn neither_position_nor_sensor_is_refused() {
     let refused = trace(&Request::new("swing", SWING, &library, &log)).unwrap_err();
     insta::assert_snapshot!(refused);
 }
+
+/// A bob on a rod, of which a log shows how far it is to the side, and the rod's force: height and depth
+/// fit as well, and the search begins between them.
+#[test]
+fn where_no_motion_is_found_it_is_said_of_what() {
+    let model = "\
+model bob;
+coordinate x: m;
+coordinate y: m;
+parameter m: kg = 0.5;
+constant l: m = 0.8;
+body bob { frame: translate(x, y, 0); mass: m; }
+gravity (0, -9.81, 0);
+constraint rod: x^2 + y^2 == l^2;
+sensor cell: N = -2*l*multiplier(rod);
+";
+    let mut text = String::from("t,q_x,cell\n");
+    let mut noise = rectangular(3);
+    for k in 0..400 {
+        let t = 0.01 * f64::from(k);
+        let (angle, rate) = (0.9 + 0.3 * (2.0 * t).sin(), 0.6 * (2.0 * t).cos());
+        let force = 0.5 * (0.8 * rate * rate + 9.81 * angle.cos());
+        let x = 0.8 * angle.sin() + 1e-3 * noise();
+        writeln!(text, "{t},{x},{}", force + 0.01 * noise()).unwrap();
+    }
+    let error = record(model, &text).unwrap_err().to_string();
+    insta::assert_snapshot!(error, @"no column shows `y`, and no motion was found on which the model agrees with the sensors that the log has (`cell`): the best one fails at t = 0 s. Log the positions as well, or sensors that show where each is, such as an encoder or the position of a point; a search begins near zero");
+}
