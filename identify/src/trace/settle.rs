@@ -81,6 +81,7 @@ pub fn settle<'a>(
     adapt: Adapt,
 ) -> Settled<'a> {
     let smallest = noise.smallest.clone();
+    let largest_jitter = smallest_jitter(dynamics) * LARGEST_JITTER;
     let own: Vec<usize> = (0..columns.len()).collect();
     let fitted = |whitener: &Whitener<'_>| {
         let gram = whitener.gram(columns);
@@ -127,7 +128,7 @@ pub fn settle<'a>(
                     true => evidence.jitter_score[i] / evidence.jitter_information[i],
                     false => 0.0,
                 };
-                adapt(&mut noise.jitter[i], ratio, least, least * LARGEST_JITTER);
+                adapt(&mut noise.jitter[i], ratio, least, largest_jitter[i]);
             }
             for row in 0..noise.closure_sd.len() {
                 let ratio = evidence.closure_score[row] / evidence.closure_information[row];
@@ -154,8 +155,8 @@ const INVISIBLE_FORCE: f64 = 1e-9;
 const LARGEST: f64 = 3.0 / SMALLEST_SHARE;
 /// White forces to begin with, in units of the smallest: a hundredth of the scale.
 const FIRST_JITTER: f64 = 0.01 / SMALLEST_JITTER;
-/// Largest white force, in units of the smallest: a tenth of the scale, more than the noise of a
-/// torque that was measured.
+/// Largest white force, in units of the smallest beside inputs without noise: a tenth of the scale, more
+/// than the noise of a torque that was measured; where that is known to be larger, as large as it is.
 const LARGEST_JITTER: f64 = 0.1 / SMALLEST_JITTER;
 /// Change of `ln σ` below which nothing is adapted further.
 const SETTLED: f64 = 0.03;
@@ -277,6 +278,39 @@ mod tests {
         let share = 3.1 * variance / 0.02_f64.powi(2) / mean;
         let found = beyond(3.1);
         assert!((found / share - 1.0).abs() < 0.05, "{found} {share}");
+    }
+
+    /// A torque that is mostly noise which the machine did not feel, of which a part is known: white forces are
+    /// no larger than a tenth of what acts, and no smaller than what is known of them.
+    #[test]
+    fn white_forces_are_bounded_by_what_acts_and_not_by_known_noise() {
+        let mut text = String::from("t,q_angle,u_motor\n");
+        let (mut read, mut error) = (rectangular(8), rectangular(9));
+        for k in 0..2000 {
+            let t = 0.004 * f64::from(k);
+            let u = -0.18 * (3.0 * t).sin() + 3.0 * error();
+            writeln!(text, "{t},{},{u}", (3.0 * t).sin() + 2e-5 * read()).unwrap();
+        }
+        let (dictionary, start) = begun(WHEEL, &text, ["angle", "motor"]);
+        let focus = dictionary.focus(&[]);
+        let dynamics = linearised(&focus, &start.observed, &start.values).unwrap();
+        let accelerations = dynamics.accelerations();
+        let readings = start
+            .observed
+            .readings(&focus, &start.values, &accelerations);
+        let tenth = 0.1 * dynamics.force_scale[0] * 0.004_f64.sqrt();
+        for known in [0.2, 3.0] {
+            let mut own = noise(&dynamics, 0.01);
+            own.smallest_jitter[0] = known * tenth;
+            own.jitter[0] = known * tenth;
+            settle(&dynamics, &readings, &[], &mut own, Adapt::ToData);
+            let expected = known.max(1.0) * tenth;
+            let jitter = own.jitter[0];
+            assert!(
+                (jitter / expected - 1.0).abs() < 1e-9,
+                "{jitter} {expected}"
+            );
+        }
     }
 
     /// An encoder whose errors last for 20 ms, four samples, looks like a faint force to a filter that

@@ -59,13 +59,16 @@ pub(super) fn select_with_slow_errors(
             best = at_their_word;
         }
     }
-    let faint = best.remaining.share_after < FAINT_SHARE;
-    let over = progress.ended().is_some();
-    if over
-        || best.terms.is_empty()
-        || !faint
-        || verdict(dictionary, &best, much_remains(Basis::Motion, &best)) != Verdict::Unknown
-    {
+    let is_faint = || {
+        let verdict = verdict(dictionary, &best, much_remains(Basis::Motion, &best));
+        best.remaining.share_after < FAINT_SHARE && verdict == Verdict::Unknown
+    };
+    // Forces beside which nothing at all shows may be a sensor's, too.
+    let may_be_noise = match best.terms.is_empty() {
+        true => !best.remaining.forces.is_empty(),
+        false => is_faint(),
+    };
+    if !may_be_noise || progress.ended().is_some() {
         return Ok(best);
     }
     let mut lowest = prediction_error(&best).unwrap_or(f64::INFINITY);
