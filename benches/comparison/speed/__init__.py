@@ -1,0 +1,1 @@
+"""How fast the equations of motion of a robot are, ours and others'."""
