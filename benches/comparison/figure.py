@@ -12,22 +12,27 @@ COLOURS = {
     "PySINDy": "#e69f00", "plain regression": "#cc79a7",
 }
 MARKS = {"ours, trace": "o", "ours, fit": "s", "MuJoCo sysid": "^", "PySINDy": "D", "plain regression": "v"}
-SHORT = {"mass": "M", "bias": "bias", "both": "both", "forward": "forward", "inverse_by": "∂ inverse",
-         "forward_by": "∂ forward"}
+LIBRARY_MARKS = {"ours, C": "o", "Pinocchio C++": "s", "CasADi C from Pinocchio": "D", "MuJoCo": "^", "dynibo": "v"}
+SHORT = {"mass": "M", "bias": "bias", "both": "both", "forward": "forward\ndynamics", "inverse_by": "∂ inverse\ndynamics",
+         "forward_by": "∂ forward\ndynamics"}
 
 
-def bars(axes, robot):
+def times(axes, robot):
     """Times of one robot, in microseconds."""
-    functions = list(SHORT)
-    libraries = [name for name in COLOURS if any(name in robot["nanoseconds"][f] for f in functions)]
-    width = 0.84 / len(libraries)
+    libraries = [name for name in COLOURS if any(name in found for found in robot["nanoseconds"].values())]
+    for i, function in enumerate(SHORT):
+        found = robot["nanoseconds"][function]
+        heights = [time / 1e3 for time in found.values()]
+        axes.plot([i, i], [min(heights), max(heights)], color=RULE, linewidth=5, zorder=1, solid_capstyle="butt")
     for k, library in enumerate(libraries):
-        places = [i + (k - (len(libraries) - 1) / 2) * width for i, f in enumerate(functions)
-                  if library in robot["nanoseconds"][f]]
-        heights = [robot["nanoseconds"][f][library] / 1e3 for f in functions if library in robot["nanoseconds"][f]]
-        axes.bar(places, heights, width, color=COLOURS[library], label=library)
+        there = [(i, robot["nanoseconds"][f][library] / 1e3) for i, f in enumerate(SHORT)
+                 if library in robot["nanoseconds"][f]]
+        x, y = zip(*there)
+        shift = (k - (len(libraries) - 1) / 2) * 0.07
+        axes.plot([i + shift for i in x], y, LIBRARY_MARKS[library], color=COLOURS[library], label=library, markersize=8,
+                  markeredgecolor="white", markeredgewidth=0.6, zorder=3)
     axes.set_yscale("log")
-    axes.set_xticks(range(len(functions)), [SHORT[f] for f in functions])
+    axes.set_xticks(range(len(SHORT)), SHORT.values())
     axes.set_title(robot["title"], fontsize=11, color=INK)
 
 
@@ -51,21 +56,25 @@ def dots(axes, machines):
 
 def draw(results, path):
     """Draws the figure."""
-    plt.rcParams.update({"font.size": 10, "svg.hashsalt": "comparison", "axes.edgecolor": RULE, "text.color": INK,
+    plt.rcParams.update({"font.size": 10, "axes.unicode_minus": False, "svg.hashsalt": "comparison", "axes.edgecolor": RULE, "text.color": INK,
                          "xtick.color": INK, "ytick.color": INK, "axes.spines.top": False, "axes.spines.right": False})
     robots, machines = results["speed"]["robots"], results["machines"]["machines"]
     picture = plt.figure(figsize=(12, 9.6), layout="constrained")
     above, below = picture.subfigures(2, 1, height_ratios=[1, 1.15])
     upper = above.subplots(1, len(robots), sharey=True)
     for axes, robot in zip(upper, robots):
-        bars(axes, robot)
+        times(axes, robot)
         axes.grid(axis="y", color=RULE, linewidth=0.6)
         axes.set_axisbelow(True)
+    for axes in upper:
+        axes.yaxis.set_major_formatter("{x:g}")
+        axes.tick_params(axis="x", labelsize=8.5)
     upper[0].set_ylabel("microseconds of one evaluation", color=INK)
     handles, labels = upper[0].get_legend_handles_labels()
     above.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False)
     lower = below.subplots()
     dots(lower, machines)
+    lower.xaxis.set_major_formatter("{x:g}")
     lower.grid(axis="x", color=RULE, linewidth=0.6)
     handles, labels = lower.get_legend_handles_labels()
     below.legend(handles, labels, loc="outside upper center", ncols=len(labels), frameon=False)

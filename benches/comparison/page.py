@@ -60,7 +60,7 @@ def slower(robots):
 
 def missing(reasons):
     """Lines about what is not compared."""
-    return "".join(f"\nNot compared: {NAMES.get(name, name)} ({why}).\n" for name, why in reasons.items())
+    return "".join(f"\n\nNot compared: {NAMES.get(name, name)} ({why})." for name, why in reasons.items())
 
 
 def speed_tables(speed):
@@ -139,7 +139,9 @@ and its figure are written by
 python benches/comparison/run.py
 ```
 
-which needs pip, cargo and a C++ compiler, and took {minutes:.0f} minutes on two shared cores. It prints what it used:
+which needs pip, cargo and a C++ compiler. The run of this page took {minutes:.0f} minutes of two cores that others used as
+well, {processor_minutes:.0f} minutes of one processor; a first run compiles for five processor minutes besides. It prints
+what it used:
 
 ```text
 {environment}
@@ -172,18 +174,19 @@ lower triangle, or unpacking a sparse matrix, is not timed for those that leave 
 ## What is made of logs
 
 Eight machines of our simulator (`tests/simulator`, which shares no code with ours), drawn from a seed. Their logs have
-noisy positions and inputs at 200 or 250 Hz, about 17 s to learn from, and another about 10 s to judge by. Of two effects
-the library of PySINDy here has the exact law (dry friction and a spring); MuJoCo's joints have all but cogging and, in
-this form, the smooth sign of the friction; our library has all eight. That is in our favour: what these tools make of
-effects that nobody has a name for is not compared here.
+noisy positions and inputs at 200 or 250 Hz, about 17 s to learn from, and another about 10 s to judge by. Our library has
+every one of these effects, as MuJoCo's joints have all but cogging; of PySINDy's terms a sign is nearly the dry friction,
+and a line the spring. That is in our favour. What these tools make of effects that none has a name for is not compared
+here.
 
 One definition of error for all: open-loop predictions over one second, started twice a second from the same smoothed
 states of the log that is judged by, as a share of what each position varies by. The *floor* is the error of the true
 machine. **Bold**: within 15 % of the floor.
 
-- *ours*: `dynamics trace` and `dynamics fit`, with nothing but the model and the logs. `fit` explains measured forces,
-  which takes accelerations; logs of positions alone are not what it is best at.
-- *MuJoCo sysid*: half-second shooting; damping, dry friction, armature and a spring of each joint, masses and a delay
+- *ours*: `dynamics trace` and `dynamics fit`, with nothing but the model and the log to learn from, of which they keep a
+  third apart themselves. `fit` explains measured forces, which takes accelerations; logs of positions alone are not
+  what it is best at.
+- *MuJoCo sysid*: one-second shooting; damping, dry friction, armature and a spring of each joint, masses and a delay
   are free, started off their bounds, as its documentation advises. It estimates what a user names, and does not choose.
 - *PySINDy*: STLSQ on the residual forces of the model, polynomials of degree 2, sines and cosines, signs, of positions,
   velocities and inputs; the last third of the log chooses the threshold.
@@ -198,6 +201,6 @@ machine. **Bold**: within 15 % of the floor.
 def write(results, docs):
     """Writes the page and the figure."""
     figure.draw(results, docs / "pictures/comparison.svg")
-    text = PAGE.format(minutes=results["minutes"], environment="\n".join(results["environment"]),
+    text = PAGE.format(minutes=results["minutes"], processor_minutes=results["processor_minutes"], environment="\n".join(results["environment"]),
                        speed=speed_tables(results["speed"]), machines=machine_tables(results["machines"]))
     (docs / "comparison.md").write_text(text)

@@ -10,6 +10,7 @@ library that cannot be had is named as not compared.
 
 import argparse
 import json
+import resource
 import time
 from pathlib import Path
 
@@ -55,7 +56,9 @@ def main():
         results["machines"] = halves.machines(out, program)
         print(page.machine_tables(results["machines"]), flush=True)
     results["minutes"] = (time.monotonic() - start) / 60
-    print(f"{results['minutes']:.1f} minutes")
+    results["processor_minutes"] = sum(sum(resource.getrusage(who)[:2]) for who in (
+        resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)) / 60
+    print(f"{results['minutes']:.1f} minutes, {results['processor_minutes']:.1f} of one processor")
     if not asked.only:
         kept.write_text(json.dumps(results, indent=1))
         page.write(results, asked.docs)

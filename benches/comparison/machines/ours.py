@@ -16,28 +16,35 @@ LIMIT = 300
 
 def trace(machine, task, program):
     """The answer of `dynamics trace`."""
-    # a user writes this
-    command = [*machine.case.command]
-    # up to here
-    return answer("ours, trace", machine, task, program, command, said_by_trace)
+    return answer("ours, trace", machine, task, program, "trace", said_by_trace)
 
 
 def fit(machine, task, program):
     """The answer of `dynamics fit`."""
-    command = ["fit", *machine.case.command[1:]]
-    return answer("ours, fit", machine, task, program, command, said_by_fit)
+    return answer("ours, fit", machine, task, program, "fit", said_by_fit)
 
 
-def answer(tool, machine, task, program, command, said):
-    """Runs one of the two, and predicts by the model it wrote."""
-    folder = machine.folder / command[0]
+def answer(tool, machine, task, program, name, said):
+    """Runs one of the two, and predicts by the model it wrote. It is not given the log that all are judged by."""
+    folder = machine.folder / name
     shutil.rmtree(folder, ignore_errors=True)
-    case = running.Case(tool, [*command, "--report", folder])
+    model, log, parameters = files(machine)
+    # a user writes this
+    command = [name, model, log, *parameters, "--report", folder]
+    # up to here
+    case = running.Case(tool, command)
     report, seconds, _ = running.trace(case, program, LIMIT)
     if "error" in report:
         return Answer(tool, float("nan"), seconds, f"an error: {report['error']}")
-    model = next(folder.glob("*.model"))
-    return Answer(tool, scoring.error(task, predictions(machine, task, program, model)), seconds, said(report))
+    written = next(folder.glob("*.model"))
+    return Answer(tool, scoring.error(task, predictions(machine, task, program, written)), seconds, said(report))
+
+
+def files(machine):
+    """The model, the log to learn from, and the option that gives the model its numbers."""
+    command = machine.case.command
+    stated = command.index("--parameters") if "--parameters" in command else len(command)
+    return command[1], command[2], command[stated:stated + 2]
 
 
 def said_by_trace(report):
@@ -69,8 +76,7 @@ def predictions(machine, task, program, model):
     table = np.column_stack([task.log.t, task.log.u])
     header = ",".join(["t", *(f"u_{name}" for name in system.inputs)])
     np.savetxt(inputs, table, fmt="%.10g", delimiter=",", header=header, comments="")
-    given = machine.folder / "parameters.json"
-    stated = ["--parameters", given] if "--parameters" in machine.case.command else []
+    _, _, stated = files(machine)
     starts, count = task.starts()
     found = []
     for start in starts:

@@ -17,9 +17,9 @@ from machines.answer import Answer, clock, number
 
 FINER = 2
 """Steps of MuJoCo's per sample of the log, by the Runge-Kutta method: with these its model predicts as the others' do."""
-SHOOTING = 0.5
+SHOOTING = 1.0
 """Length of the pieces that are predicted in the identification, s."""
-ITERATIONS = 60
+ITERATIONS = 40
 
 
 def description(machine):
@@ -43,7 +43,7 @@ def description(machine):
 
 
 def prepare(machine):
-    """The description with motors, position sensors and steps."""
+    """The description with motors, sensors of positions, and steps."""
     spec = description(machine)
     spec.option.timestep = 1 / machine.simulated.rate / FINER
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_RK4
@@ -81,11 +81,12 @@ def identify(spec, joints, bodies, train):
     starts, count = train.starts(SHOOTING, SHOOTING)
     pieces = [slice(s, s + count + 1) for s in starts]
     states = [sysid.create_initial_state(model, train.q[s], train.v[s]) for s in starts]
-    measured = train.log.q[train.half:]
+    # Positions as states: what sensors of a rollout show is one step older than its times say.
+    measured, positions = train.log.q[train.half:], [f"{joint}_qpos" for joint in joints]
     sequences = sysid.ModelSequences(
         "machine", spec, [f"piece{s}" for s in starts], states,
         [sysid.TimeSeries(train.t[p] - train.t[p.start], train.u[p]) for p in pieces],
-        [sysid.TimeSeries.from_names(train.t[p] - train.t[p.start], measured[p], model) for p in pieces])
+        [sysid.TimeSeries.from_names(train.t[p] - train.t[p.start], measured[p], model, positions) for p in pieces])
     # Inputs are delayed from the whole log: at a piece's start, those from before it still act. Steps hold what
     # the log says in their middle.
     begin = {np.asarray(state).tobytes(): t for state, t in zip(states, train.t[starts])}

@@ -121,6 +121,31 @@ class Build:
             sys.exit(f"Pinocchio's headers, which all is compared with, cannot be used: {self.missing['pinocchio']}")
 
 
+def casadi(robot, model, out, built, result):
+    """CasADi's C, and its operations."""
+    program, there, result.operations["casadi"] = build.casadi(out, robot, model, out / f"{robot.name}.txt",
+                                                               built.made["symbolic"])
+    library = CasadiC(robot, model)
+    library.functions = tuple(there)
+    return library, [program]
+
+
+def mujoco(robot, model, out, built, _):
+    """MuJoCo, with its own model of the robot."""
+    path, joints = build.mujoco_model(out, robot)
+    return Mujoco(robot, model, joints), [built.made["mujoco"], path]
+
+
+def dynibo(robot, model, out, built, _):
+    """dynibo, which says in which order it has the joints."""
+    joints = build.run([built.made["dynibo"], robot.urdf]).split()
+    base = "floating" if robot.floats else "fixed"
+    return Dynibo(robot, model, joints), [built.made["dynibo"], robot.exact(out), base]
+
+
+OTHERS = {"symbolic": casadi, "mujoco": mujoco, "dynibo": dynibo}
+
+
 def starters(robot, model, out, generator, built, result):
     """(library, command) of everything that computes a robot; Pinocchio first."""
     description = out / f"{robot.name}.txt"
@@ -128,19 +153,12 @@ def starters(robot, model, out, generator, built, result):
     found = [(Library(robot, model), [built.made["pinocchio"], description]),
              (Ours(robot, model), [build.ours(out, robot, generator)])]
     result.operations["ours"] = build.our_operations(out, robot)
-    if "symbolic" in built.made:
-        program, there, result.operations["casadi"] = build.casadi(out, robot, model, description,
-                                                                   built.made["symbolic"])
-        library = CasadiC(robot, model)
-        library.functions = tuple(there)
-        found.append((library, [program]))
-    if "mujoco" in built.made:
-        path, joints = build.mujoco_model(out, robot)
-        found.append((Mujoco(robot, model, joints), [built.made["mujoco"], path]))
-    if "dynibo" in built.made:
-        joints = build.run([built.made["dynibo"], robot.urdf]).split()
-        base = "floating" if robot.floats else "fixed"
-        found.append((Dynibo(robot, model, joints), [built.made["dynibo"], robot.exact(out), base]))
+    for name, make in OTHERS.items():
+        if name in built.made:
+            try:
+                found.append(make(robot, model, out, built, result))
+            except build.Missing as why:
+                built.missing[f"{name}, {robot.name}"] = str(why)
     return found
 
 

@@ -180,7 +180,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         let number: usize = number.parse()?;
         let answer = if command == "value" {
             driver.run(function, number)?;
-            let texts: Vec<String> = driver.results(function).iter().map(f64::to_string).collect();
+            let texts: Vec<String> = driver
+                .results(function)
+                .iter()
+                .map(f64::to_string)
+                .collect();
             texts.join(" ")
         } else {
             driver.time(function, number)?.to_string()
