@@ -20,6 +20,8 @@ FINER = 2
 SHOOTING = 1.0
 """Length of the pieces that are predicted in the identification, s."""
 ITERATIONS = 40
+MOVED = 0.01
+"""What is mentioned of a parameter: moves by this share of its bounds, and more."""
 
 
 def description(machine):
@@ -133,9 +135,10 @@ def answer(machine, train, task):
 
 
 def said(params, before, intervals):
-    """Parameters that differ from what they were by more than their intervals, the surest first."""
-    names, values = list(params.keys()), params.as_vector()
-    sure = [(abs(v - b) / i if i > 0 else 0.0, name, v) for name, v, b, i in zip(names, values, before, intervals)]
-    sure = sorted((s for s in sure if s[0] > 1), reverse=True)
-    shown = ", ".join(f"{name} {number(value)}" for _, name, value in sure[:4])
-    return (shown or "nothing") + (f" and {len(sure) - 4} more" if len(sure) > 4 else "")
+    """Parameters that have moved most, as a share of what their bounds allow, with their intervals."""
+    low, high = params.get_bounds()
+    values = params.as_vector()
+    moved = sorted(zip(abs(values - before) / (high - low), params.keys(), values, intervals), reverse=True)
+    moved = [m for m in moved if m[0] > MOVED]
+    shown = ", ".join(f"{name} {number(value)} ± {number(interval)}" for _, name, value, interval in moved[:5])
+    return (shown or "nothing") + (f" and {len(moved) - 5} more" if len(moved) > 5 else "")
