@@ -13,8 +13,8 @@ COLOURS = {
 }
 MARKS = {"ours, trace": "o", "ours, fit": "s", "MuJoCo sysid": "^", "PySINDy": "D", "plain regression": "v"}
 LIBRARY_MARKS = {"ours, C": "o", "Pinocchio C++": "s", "CasADi C from Pinocchio": "D", "MuJoCo": "^", "dynibo": "v"}
-SHORT = {"mass": "M", "bias": "bias", "both": "both", "forward": "forward\ndynamics", "inverse_by": "∂ inverse\ndynamics",
-         "forward_by": "∂ forward\ndynamics"}
+SHORT = {"mass": "M", "bias": "bias", "both": "both", "forward": "forward\ndynamics",
+         "inverse_by": "∂ inverse\ndynamics", "forward_by": "∂ forward\ndynamics"}
 
 
 def times(axes, robot):
@@ -56,7 +56,7 @@ def dots(axes, machines):
 
 def draw(results, path):
     """Draws the figure."""
-    plt.rcParams.update({"font.size": 10, "axes.unicode_minus": False, "svg.hashsalt": "comparison", "axes.edgecolor": RULE, "text.color": INK,
+    plt.rcParams.update({"font.size": 10, "svg.hashsalt": "comparison", "axes.edgecolor": RULE, "text.color": INK,
                          "xtick.color": INK, "ytick.color": INK, "axes.spines.top": False, "axes.spines.right": False})
     robots, machines = results["speed"]["robots"], results["machines"]["machines"]
     picture = plt.figure(figsize=(12, 9.6), layout="constrained")

@@ -9,7 +9,7 @@ OURS, PINOCCHIO = "ours, C", "Pinocchio C++"
 LIBRARIES = (OURS, PINOCCHIO, "CasADi C from Pinocchio", "MuJoCo", "dynibo")
 TOOLS = ("ours, trace", "ours, fit", "MuJoCo sysid", "PySINDy", "plain regression")
 COUNTED = ("mass", "bias", "both")
-NAMES = {"pinocchio": "Pinocchio", "symbolic": "CasADi's C from Pinocchio's model", "mujoco": "MuJoCo", "dynibo": "dynibo"}
+NAMES = {"symbolic": "CasADi's C from Pinocchio's model", "mujoco": "MuJoCo"}
 CLOSE = 1.15
 """Times the floor up to which an error is at the floor."""
 
@@ -67,7 +67,8 @@ def speed_tables(speed):
     """Everything about speed."""
     parts = [times(robot) for robot in speed["robots"]]
     gap = max(robot["gap"] for robot in speed["robots"])
-    parts.append(f"Results differ from Pinocchio's by {gap:.0e} of the largest entry at most.{missing(speed['missing'])}")
+    lacking = missing(speed["missing"])
+    parts.append(f"Results differ from Pinocchio's by {gap:.0e} of the largest entry at most.{lacking}")
     parts.append(operations(speed["robots"]))
     found = slower(speed["robots"])
     if found:
@@ -139,9 +140,9 @@ and its figure are written by
 python benches/comparison/run.py
 ```
 
-which needs pip, cargo and a C++ compiler. The run of this page took {minutes:.0f} minutes of two cores that others used as
-well, {processor_minutes:.0f} minutes of one processor; a first run compiles for five processor minutes besides. It prints
-what it used:
+which needs pip, cargo and a C++ compiler. The run of this page took {minutes:.0f} minutes on two cores that others used as
+well, and {processor_minutes:.0f} minutes of processor time; a first run compiles for about five minutes of it besides. It
+prints what it used:
 
 ```text
 {environment}
@@ -185,9 +186,11 @@ machine. **Bold**: within 15 % of the floor.
 
 - *ours*: `dynamics trace` and `dynamics fit`, with nothing but the model and the log to learn from, of which they keep a
   third apart themselves. `fit` explains measured forces, which takes accelerations; logs of positions alone are not
-  what it is best at.
+  what it is best at. It looks for friction, rotors, couplings, constant forces, a payload and inertias: of a spring or of
+  cogging it makes what comes nearest, which is wrong.
 - *MuJoCo sysid*: one-second shooting; damping, dry friction, armature and a spring of each joint, masses and a delay
-  are free, started off their bounds, as its documentation advises. It estimates what a user names, and does not choose.
+  are free, started off their bounds, as it advises. It estimates what a user names, and does not choose; stated are the
+  five that moved most, with intervals of 95 %.
 - *PySINDy*: STLSQ on the residual forces of the model, polynomials of degree 2, sines and cosines, signs, of positions,
   velocities and inputs; the last third of the log chooses the threshold.
 - *plain regression*: least squares of the residual forces on viscous friction, dry friction and an offset in each joint.
