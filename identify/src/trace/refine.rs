@@ -135,12 +135,7 @@ fn refine_some(
     let count = parameters.len();
     let values = focus.values(&explanation.values);
     let beginning = Beginning::along(&focus, &explanation.observed, &values)?;
-    let known: Vec<usize> = (0..count).collect();
-    let fitted: Vec<usize> = known
-        .iter()
-        .copied()
-        .chain(beginning.columns(count))
-        .collect();
+    let fitted: Vec<usize> = (0..count).chain(beginning.columns(count)).collect();
     let all: Vec<usize> = (0..fitted.len()).collect();
     let mut best: Option<Step> = None;
     let (mut uphill, mut detour) = (0, false);
