@@ -206,6 +206,8 @@ machine. **Bold**: within 15 % of the floor.
 def write(results, docs):
     """Writes the page and the figure."""
     figure.draw(results, docs / "pictures/comparison.svg")
-    text = PAGE.format(minutes=results["minutes"], processor_minutes=results["processor_minutes"], environment="\n".join(results["environment"]),
-                       speed=speed_tables(results["speed"]), machines=machine_tables(results["machines"]))
+    text = PAGE.format(
+        minutes=results["minutes"], processor_minutes=results["processor_minutes"],
+        environment="\n".join(results["environment"]),
+        speed=speed_tables(results["speed"]), machines=machine_tables(results["machines"]))
     (docs / "comparison.md").write_text(text)

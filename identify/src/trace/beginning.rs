@@ -7,6 +7,7 @@
 
 use super::estimate::Observed;
 use super::focus::Focus;
+use super::score::deviation;
 use crate::machine::SolveError;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use std::sync::Arc;
@@ -29,7 +30,7 @@ impl Beginning {
         let along = focus
             .machine
             .remember(&observed.curve, observed.hold, values)?;
-        let spreads = along.memory.z.iter().map(|z| spread(z));
+        let spreads = along.memory.z.iter().map(|z| deviation(z));
         let states = focus.internal_states().map(str::to_string).zip(spreads);
         let states = states
             .enumerate()
@@ -96,14 +97,6 @@ impl Beginning {
             *begun.entry(name.clone()).or_default() += step;
         }
     }
-}
-
-/// Standard deviation.
-pub(super) fn spread(x: &[f64]) -> f64 {
-    let count = x.len().max(1) as f64;
-    let mean = x.iter().sum::<f64>() / count;
-    let squares: f64 = x.iter().map(|x| (x - mean).powi(2)).sum();
-    (squares / count).sqrt()
 }
 
 #[cfg(test)]

@@ -136,11 +136,9 @@ impl TraceError {
         let coordinates = record.coordinates.iter().enumerate();
         let unmeasured = coordinates.filter(|&(i, _)| !record.is_measured(i));
         let coordinates: Vec<String> = unmeasured.map(|(_, name)| format!("`{name}`")).collect();
-        let sensors = record.readings().iter();
-        let sensors: Vec<String> = sensors.map(|r| format!("`{}`", r.name)).collect();
         Self::NoMotion {
             coordinates: coordinates.join(", "),
-            sensors: sensors.join(", "),
+            sensors: sensors_of(record),
             time: record.t.get(source.sample()).copied().unwrap_or(f64::NAN),
             source,
         }
@@ -156,6 +154,13 @@ impl TraceError {
             source,
         }
     }
+}
+
+/// The model's sensors that a log has, as messages list them.
+pub(super) fn sensors_of(record: &Record) -> String {
+    let each = record.readings().iter();
+    let each: Vec<String> = each.map(|r| format!("`{}`", r.name)).collect();
+    each.join(", ")
 }
 
 /// Why a log is not read against a body that floats by its twist.

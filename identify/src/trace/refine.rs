@@ -1,10 +1,10 @@
 //! Gauss–Newton on the accepted terms: parameters, curve and the size of the forces
 //! that nothing explains, together.
 
-use super::beginning::{Beginning, spread};
+use super::beginning::Beginning;
 use super::dictionary::Dictionary;
 use super::estimate::Observed;
-use super::score::NEGLIGIBLE;
+use super::score::{NEGLIGIBLE, deviation};
 use super::settings::NO_EXCESS;
 use super::settle::{Adapt, SMALLEST_SHARE, beyond_inputs, settle, unexplained};
 use crate::machine::{SolveError, States};
@@ -191,6 +191,7 @@ fn refine_some(
             // Without a finite solution there is no step from here.
             finite.then(|| Step {
                 from: explanation.clone(),
+                fitted: fitted.clone(),
                 estimate,
                 information: beginning.integrated(&settled.gram.information(&all)),
                 dynamics,
@@ -253,6 +254,8 @@ const DAMPING: [f64; 5] = [0.0, 1e-6, 1e-4, 1e-2, 1.0];
 /// A place, and the linear equation there.
 struct Step {
     from: Explanation,
+    /// Which columns are fitted: those of the parameters, then of how states begin.
+    fitted: Vec<usize>,
     estimate: Estimate,
     dynamics: ErrorDynamics,
     readings: Readings,
@@ -273,18 +276,15 @@ impl Step {
         damping: f64,
     ) -> Explanation {
         let count = parameters.len();
-        let fitted: Vec<usize> = (0..count).chain(beginning.columns(count)).collect();
-        let all: Vec<usize> = (0..fitted.len()).collect();
+        let all: Vec<usize> = (0..self.fitted.len()).collect();
         let mut there = self.from.clone();
         let fit = self.gram.damped_fit(&all, damping);
         let change = limited(dictionary, parameters, &there.values, &fit.coefficients);
         let begun = fit.coefficients.rows(count, all.len() - count).into_owned();
         let mut whole = DVector::zeros(self.dynamics.columns);
         let steps = change.iter().chain(begun.iter());
-        fitted
-            .iter()
-            .zip(steps)
-            .for_each(|(&column, step)| whole[column] = *step);
+        let columns = self.fitted.iter().zip(steps);
+        columns.for_each(|(&column, step)| whole[column] = *step);
         let whitener = Whitener::new(&self.dynamics, &self.readings, &self.from.noise);
         there.observed.move_by(&whitener.smooth(&whole));
         beginning.moved(&mut there.observed, &begun);
@@ -303,7 +303,7 @@ impl Step {
 fn reach(dynamics: &ErrorDynamics, count: usize, curve: &States) -> Vec<f64> {
     let samples = dynamics.acceleration.len() as f64;
     let largest = dynamics.acceleration_scale.max();
-    let spreads: Vec<f64> = curve.q.iter().map(|q| spread(q)).collect();
+    let spreads: Vec<f64> = curve.q.iter().map(|q| deviation(q)).collect();
     let read = dynamics.sensed.sizes();
     let instruments = shown_spreads(dynamics);
     let reach = |column: usize| {
@@ -348,7 +348,7 @@ fn shown_spreads(dynamics: &ErrorDynamics) -> Vec<(usize, f64)> {
     let along = |sensor: usize| {
         let shown = dynamics.shown.iter();
         let values: Vec<f64> = shown.map(|shown| shown.values[(sensor, 0)]).collect();
-        (sensor, spread(&values))
+        (sensor, deviation(&values))
     };
     (0..count).map(along).collect()
 }

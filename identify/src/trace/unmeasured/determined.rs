@@ -1,7 +1,7 @@
 //! Whether the sensors determine each coordinate: by the information of the smoothing problem.
 
 use super::super::dictionary::Dictionary;
-use super::super::error::TraceError;
+use super::super::error::{TraceError, sensors_of};
 use super::super::estimate::Observed;
 use super::super::linearised::linearised;
 use super::UNKNOWN;
@@ -39,11 +39,9 @@ pub(super) fn check(
         let unit = focus.machine.compiled.model.coordinates[i].unit.clone();
         let coordinate = record.coordinates[i].clone();
         if is_open && !cyclic[i] {
-            let sensed = record.sensed.iter().flat_map(|sensed| &sensed.readings);
-            let sensors: Vec<String> = sensed.map(|r| format!("`{}`", r.name)).collect();
             return Err(TraceError::Undetermined {
                 coordinate,
-                sensors: sensors.join(", "),
+                sensors: sensors_of(record),
                 // What was not known before grows without end along the log, and says no more.
                 sd: position.min(UNKNOWN[0]),
                 unit,
