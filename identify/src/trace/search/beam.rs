@@ -10,7 +10,7 @@ use super::neighbourhood::Neighbourhood;
 use super::placement::placed;
 use super::proposal::Proposal;
 use super::score::structure;
-use crate::machine::SolveError;
+use crate::machine::{SolveError, States};
 use crate::regression::Hold;
 use crate::trace::dictionary::Dictionary;
 use crate::trace::estimate::Observed;
@@ -122,29 +122,44 @@ impl<'a> Search<'a> {
         let Some(suggested) = suggested else {
             return Ok(());
         };
-        self.try_first(&[(suggested.accepted(), suggested.values.clone())])
+        let suggested = (suggested.accepted(), suggested.values.clone());
+        self.try_first(&[suggested], self.given.clone())
     }
 
     /// Fits what makes positions fulfil constraints that are grossly missed as they were measured: along
-    /// such a log first order says little of anything else.
+    /// such a log first order says little of anything else. The fits begin with the `curve` as it was measured:
+    /// the model as given has bent its own until it closes.
     ///
     /// # Errors
     /// If the equation of motion cannot be solved along the curve.
-    pub fn try_closing(&mut self, closing: Vec<(usize, Vec<f64>)>) -> Result<(), SolveError> {
+    pub fn try_closing(
+        &mut self,
+        closing: Vec<(usize, Vec<f64>)>,
+        curve: &States,
+    ) -> Result<(), SolveError> {
         if closing.is_empty() {
             return Ok(());
         }
         let closing = closing.into_iter().take(SHORTLISTED);
         let closing: Vec<_> = closing.map(|(term, values)| (vec![term], values)).collect();
-        self.try_first(&closing)
+        let mut given = self.given.clone();
+        for given in &mut given {
+            let measured = &mut Arc::make_mut(given).explanation.observed.curve;
+            measured.clone_from(curve);
+        }
+        self.try_first(&closing, given)
     }
 
-    /// Fits terms, begun with values, before anything else, under each assumption about inputs.
-    fn try_first(&mut self, first: &[(Vec<usize>, Vec<f64>)]) -> Result<(), SolveError> {
-        let given = self.given.clone();
+    /// Fits terms, begun with values, before anything else, beside the model as `given` under each assumption about
+    /// inputs.
+    fn try_first(
+        &mut self,
+        first: &[(Vec<usize>, Vec<f64>)],
+        given: Vec<Arc<Fitted>>,
+    ) -> Result<(), SolveError> {
         // What each candidate is worth by itself is known from here on, as of any search.
         self.enter(Stage::Screen);
-        let at = Neighbourhood::new(self.dictionary, &given[0], &[], self.free_hold)?;
+        let at = Neighbourhood::new(self.dictionary, &self.given[0], &[], self.free_hold)?;
         self.fresh = at.considered.into();
         self.enter(Stage::Fit);
         for given in given {
@@ -199,10 +214,13 @@ impl<'a> Search<'a> {
     pub fn on_the_whole(self, whole: &Observed) -> Result<Self, SolveError> {
         let found = Arc::clone(self.best());
         let dictionary = self.dictionary;
-        let observed = Observed {
+        let mut observed = Observed {
             hold: found.hypothesis.hold,
             ..whole.clone()
         };
+        // A sensor that was found to misread has read another motion all along.
+        let focus = dictionary.focus(found.hypothesis.candidates());
+        observed.reread(&focus, &dictionary.defaults, &found.explanation.values);
         let given = Self::begin(self.task(false), &observed)?;
         self.enter(Stage::Settle);
         let start = Explanation {
