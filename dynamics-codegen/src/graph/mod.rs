@@ -11,6 +11,7 @@ mod display;
 mod evaluate;
 mod node;
 mod order;
+mod signs;
 
 pub use display::{Display, Precedence};
 pub use node::{Binary, ExprId, Node, SymbolId, Unary};
