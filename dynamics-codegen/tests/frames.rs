@@ -125,6 +125,17 @@ fn frames_that_expressions_move() {
     }
 }
 
+/// The same where bodies are all the inertia there is: what the joint drifts by counts.
+#[test]
+fn bodies_that_expressions_move_by_themselves() {
+    for body in [
+        "body b { frame: rotate_z((z/l)^2) * translate(0.5, 0, 0); mass: 1; center: (0.1, 0, 0.2); }",
+        "body b { frame: translate(0, 0, z^3/l^2); mass: 1; }",
+    ] {
+        check(&format!("constant l: m = 1; {body}"));
+    }
+}
+
 /// A tree of bodies that some coordinate does not move: without inertia of its own its
 /// acceleration cannot be had, and is not zero.
 #[test]

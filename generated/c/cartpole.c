@@ -8,11 +8,11 @@
  * Operations; what a function shares inside itself is counted once:
  * function                total    + -      *      /  sin cos  other
  * mass_matrix                 8      3      4      0        1      0
- * bias_force                 15      3     10      0        2      0
+ * bias_force                  7      1      5      0        1      0
  * applied_force               0      0      0      0        0      0
  * input_matrix                0      0      0      0        0      0
- * force                      16      4     10      0        2      0
- * equation_of_motion         22      7     13      0        2      0
+ * force                       8      2      5      0        1      0
+ * equation_of_motion         15      5      8      0        2      0
  */
 
 #include "cartpole.h"
@@ -61,16 +61,10 @@ void cartpole_bias_force(
 {
     const cartpole_real q_theta = x->q[1];
     const cartpole_real dq_theta = x->v[1];
-    const cartpole_real mp_l = p->mp * p->l;
     const cartpole_real sin_theta = SIN(q_theta);
-    const cartpole_real cos_theta = COS(q_theta);
-    const cartpole_real g_sin_theta = p->g * sin_theta;
-    const cartpole_real bias_theta = -(mp_l * g_sin_theta);
-    const cartpole_real mp_l_d_theta_sq = mp_l * (dq_theta * dq_theta);
-    const cartpole_real g_cos_theta = p->g * cos_theta;
-    const cartpole_real w1 = sin_theta * (p->mp * g_cos_theta + mp_l_d_theta_sq);
-    const cartpole_real mp_g_sin_theta = p->mp * g_sin_theta;
-    const cartpole_real bias_x = w1 - cos_theta * mp_g_sin_theta;
+    const cartpole_real mp_l_sin_theta = p->mp * p->l * sin_theta;
+    const cartpole_real bias_x = mp_l_sin_theta * (dq_theta * dq_theta);
+    const cartpole_real bias_theta = -(p->g * mp_l_sin_theta);
     out[0] = bias_x;
     out[1] = bias_theta;
 }
@@ -105,16 +99,11 @@ void cartpole_force(
     const cartpole_real q_theta = x->q[1];
     const cartpole_real dq_theta = x->v[1];
     const cartpole_real u_x = x->u[0];
-    const cartpole_real mp_l = p->mp * p->l;
     const cartpole_real sin_theta = SIN(q_theta);
-    const cartpole_real cos_theta = COS(q_theta);
-    const cartpole_real g_sin_theta = p->g * sin_theta;
-    const cartpole_real force_theta = -(mp_l * g_sin_theta);
-    const cartpole_real mp_l_d_theta_sq = mp_l * (dq_theta * dq_theta);
-    const cartpole_real g_cos_theta = p->g * cos_theta;
-    const cartpole_real w1 = sin_theta * (p->mp * g_cos_theta + mp_l_d_theta_sq);
-    const cartpole_real mp_g_sin_theta = p->mp * g_sin_theta;
-    const cartpole_real force_x = u_x + (w1 - cos_theta * mp_g_sin_theta);
+    const cartpole_real mp_l_sin_theta = p->mp * p->l * sin_theta;
+    const cartpole_real force_theta = -(p->g * mp_l_sin_theta);
+    const cartpole_real d_theta_sq = dq_theta * dq_theta;
+    const cartpole_real force_x = mp_l_sin_theta * d_theta_sq + u_x;
     out[0] = force_x;
     out[1] = force_theta;
 }
@@ -131,16 +120,13 @@ void cartpole_equation_of_motion(
     const cartpole_real mp_l = p->mp * p->l;
     const cartpole_real sin_theta = SIN(q_theta);
     const cartpole_real cos_theta = COS(q_theta);
+    const cartpole_real mp_l_sin_theta = mp_l * sin_theta;
     const cartpole_real m_x_theta = mp_l * cos_theta;
     const cartpole_real m_x_x = p->mc + p->mp;
     const cartpole_real m_theta_theta = w1 + (p->l * mp_l + w1);
-    const cartpole_real g_sin_theta = p->g * sin_theta;
-    const cartpole_real force_theta = -(mp_l * g_sin_theta);
-    const cartpole_real mp_l_d_theta_sq = mp_l * (dq_theta * dq_theta);
-    const cartpole_real g_cos_theta = p->g * cos_theta;
-    const cartpole_real w2 = sin_theta * (p->mp * g_cos_theta + mp_l_d_theta_sq);
-    const cartpole_real mp_g_sin_theta = p->mp * g_sin_theta;
-    const cartpole_real force_x = u_x + (w2 - cos_theta * mp_g_sin_theta);
+    const cartpole_real force_theta = -(p->g * mp_l_sin_theta);
+    const cartpole_real d_theta_sq = dq_theta * dq_theta;
+    const cartpole_real force_x = mp_l_sin_theta * d_theta_sq + u_x;
     out->mass_matrix[0][0] = m_x_x;
     out->mass_matrix[0][1] = m_x_theta;
     out->mass_matrix[1][0] = m_x_theta;

@@ -8,11 +8,11 @@
  * Operations; what a function shares inside itself is counted once:
  * function                total    + -      *      /  sin cos  other
  * mass_matrix                 8      3      4      0        1      0
- * bias_force                 15      3     10      0        2      0
+ * bias_force                  7      1      5      0        1      0
  * applied_force               0      0      0      0        0      0
  * input_matrix                0      0      0      0        0      0
- * force                      16      4     10      0        2      0
- * equation_of_motion         22      7     13      0        2      0
+ * force                       8      2      5      0        1      0
+ * equation_of_motion         15      5      8      0        2      0
  */
 
 #ifndef DYNAMICS_cartpole_H

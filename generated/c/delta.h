@@ -8,15 +8,15 @@
  * Operations; what a function shares inside itself is counted once:
  * function                total    + -      *      /  sin cos  other
  * mass_matrix                84     26     46      0       12      0
- * bias_force                174     46    110      0       18      0
+ * bias_force                150     37     95      0       18      0
  * applied_force               0      0      0      0        0      0
  * input_matrix                0      0      0      0        0      0
- * force                     177     49    110      0       18      0
- * constraint_jacobian       162     51     93      0       18      0
- * constraint_bias           212     60    134      0       18      0
+ * force                     153     40     95      0       18      0
+ * constraint_jacobian       157     46     93      0       18      0
+ * constraint_bias           208     56    134      0       18      0
  * constraint_residual       121     42     61      0       18      0
- * constraint_rate           187     57    112      0       18      0
- * equation_of_motion        587    217    352      0       18      0
+ * constraint_rate           183     55    110      0       18      0
+ * equation_of_motion        565    203    344      0       18      0
  */
 
 #ifndef DYNAMICS_delta_H

@@ -8,15 +8,15 @@
  * Operations; what a function shares inside itself is counted once:
  * function                total    + -      *      /  sin cos  other
  * mass_matrix                 0      0      0      0        0      0
- * bias_force                 25      8     17      0        0      0
- * applied_force               8      5      3      0        0      0
+ * bias_force                 17      5     12      0        0      0
+ * applied_force               5      3      2      0        0      0
  * input_matrix                0      0      0      0        0      0
- * force                      33     13     20      0        0      0
+ * force                      24     10     14      0        0      0
  * constraint_jacobian         0      0      0      0        0      0
- * constraint_bias            21      5     13      0        2      1
+ * constraint_bias            20      4     13      0        2      1
  * constraint_residual         9      3      4      0        1      1
  * constraint_rate            15      4      8      0        2      1
- * equation_of_motion         62     23     36      0        2      1
+ * equation_of_motion         52     19     30      0        2      1
  */
 
 #include "duffing_constrained.h"
@@ -68,17 +68,13 @@ void duffing_constrained_bias_force(
     const duffing_constrained_real q_x1 = x->q[0];
     const duffing_constrained_real q_x2 = x->q[1];
     const duffing_constrained_real stretch = q_x1 - q_x2;
-    const duffing_constrained_real stretch_sq = stretch * stretch;
-    const duffing_constrained_real w1 = p->k1nl * (stretch_sq * (REAL(2.0) * stretch));
-    const duffing_constrained_real w2 = REAL(0.5) * w1;
-    const duffing_constrained_real bias_x1 = -(p->k1 * stretch + w2);
-    const duffing_constrained_real x2_minus_x1 = q_x2 - q_x1;
-    const duffing_constrained_real w3 = stretch_sq * (REAL(2.0) * x2_minus_x1);
-    const duffing_constrained_real w4 = REAL(0.5) * (p->k1nl * w3);
-    const duffing_constrained_real w5 = p->k1 * x2_minus_x1 + w4;
-    const duffing_constrained_real w6 = p->k2nl * (q_x2 * q_x2 * (REAL(2.0) * q_x2));
-    const duffing_constrained_real w7 = q_x2 * p->k2 + w5;
-    const duffing_constrained_real bias_x2 = -(w6 * REAL(0.5) + w7);
+    const duffing_constrained_real w1 = stretch * stretch * (REAL(2.0) * stretch);
+    const duffing_constrained_real w2 = REAL(0.5) * (p->k1nl * w1);
+    const duffing_constrained_real w3 = p->k1 * stretch + w2;
+    const duffing_constrained_real bias_x1 = -w3;
+    const duffing_constrained_real w4 = p->k2nl * (q_x2 * q_x2 * (REAL(2.0) * q_x2));
+    const duffing_constrained_real w5 = w3 - q_x2 * p->k2;
+    const duffing_constrained_real bias_x2 = w5 - w4 * REAL(0.5);
     out[0] = bias_x1;
     out[1] = bias_x2;
 }
@@ -91,9 +87,9 @@ void duffing_constrained_applied_force(
     const duffing_constrained_real dq_x1 = x->v[0];
     const duffing_constrained_real dq_x2 = x->v[1];
     const duffing_constrained_real dot_stretch = dq_x1 - dq_x2;
-    const duffing_constrained_real d_x2_c2 = dq_x2 * p->c2;
-    const duffing_constrained_real applied_x1 = -(p->c1 * dot_stretch);
-    const duffing_constrained_real applied_x2 = -(p->c1 * (dq_x2 - dq_x1) + d_x2_c2);
+    const duffing_constrained_real c1_dot_stretch = p->c1 * dot_stretch;
+    const duffing_constrained_real applied_x1 = -c1_dot_stretch;
+    const duffing_constrained_real applied_x2 = c1_dot_stretch - dq_x2 * p->c2;
     out[0] = applied_x1;
     out[1] = applied_x2;
 }
@@ -123,21 +119,16 @@ void duffing_constrained_force(
     const duffing_constrained_real u_x1 = x->u[0];
     const duffing_constrained_real u_x2 = x->u[1];
     const duffing_constrained_real stretch = q_x1 - q_x2;
-    const duffing_constrained_real stretch_sq = stretch * stretch;
     const duffing_constrained_real dot_stretch = dq_x1 - dq_x2;
-    const duffing_constrained_real w1 = p->k1nl * (stretch_sq * (REAL(2.0) * stretch));
-    const duffing_constrained_real w2 = REAL(0.5) * w1;
-    const duffing_constrained_real x2_minus_x1 = q_x2 - q_x1;
-    const duffing_constrained_real w3 = stretch_sq * (REAL(2.0) * x2_minus_x1);
-    const duffing_constrained_real w4 = REAL(0.5) * (p->k1nl * w3);
-    const duffing_constrained_real w5 = p->k1 * x2_minus_x1 + w4;
-    const duffing_constrained_real w6 = p->k2nl * (q_x2 * q_x2 * (REAL(2.0) * q_x2));
-    const duffing_constrained_real w7 = q_x2 * p->k2 + w5;
-    const duffing_constrained_real d_x2_c2 = dq_x2 * p->c2;
-    const duffing_constrained_real u_x1_minus_c1_dot_stretch = u_x1 - p->c1 * dot_stretch;
-    const duffing_constrained_real force_x1 = u_x1_minus_c1_dot_stretch - (p->k1 * stretch + w2);
-    const duffing_constrained_real w8 = u_x2 - (p->c1 * (dq_x2 - dq_x1) + d_x2_c2);
-    const duffing_constrained_real force_x2 = w8 - (w6 * REAL(0.5) + w7);
+    const duffing_constrained_real w1 = stretch * stretch * (REAL(2.0) * stretch);
+    const duffing_constrained_real w2 = REAL(0.5) * (p->k1nl * w1);
+    const duffing_constrained_real w3 = p->k1 * stretch + w2;
+    const duffing_constrained_real w4 = p->k2nl * (q_x2 * q_x2 * (REAL(2.0) * q_x2));
+    const duffing_constrained_real c1_dot_stretch = p->c1 * dot_stretch;
+    const duffing_constrained_real force_x1 = u_x1 - c1_dot_stretch - w3;
+    const duffing_constrained_real w5 = q_x2 * p->k2 - w3;
+    const duffing_constrained_real w6 = u_x2 - (dq_x2 * p->c2 - c1_dot_stretch);
+    const duffing_constrained_real force_x2 = w6 - (w4 * REAL(0.5) + w5);
     out[0] = force_x1;
     out[1] = force_x2;
 }
@@ -165,10 +156,9 @@ void duffing_constrained_constraint_bias(
     const duffing_constrained_real cos_t_p3 = COS(t_p3);
     const duffing_constrained_real w1 = p->p2 * exp_minus_t_p2;
     const duffing_constrained_real w2 = p->p1 * w1 * (p->p3 * cos_t_p3);
-    const duffing_constrained_real w3 = p->p1 * (p->p2 * w1);
-    const duffing_constrained_real w4 = p->p3 * (p->p3 * sin_t_p3);
-    const duffing_constrained_real w5 = p->p1 * exp_minus_t_p2 * w4 + w2;
-    const duffing_constrained_real b_distance = -(w2 - sin_t_p3 * w3 + w5);
+    const duffing_constrained_real w3 = p->p3 * (p->p3 * sin_t_p3);
+    const duffing_constrained_real w4 = sin_t_p3 * (p->p1 * (p->p2 * w1)) - w2;
+    const duffing_constrained_real b_distance = w4 - (p->p1 * exp_minus_t_p2 * w3 + w2);
     out[0] = b_distance;
 }
 
@@ -223,31 +213,24 @@ void duffing_constrained_equation_of_motion(
     const duffing_constrained_real cos_t_p3 = COS(t_p3);
     const duffing_constrained_real c_distance = q_x2 - (w1 * sin_t_p3 + q_x1);
     const duffing_constrained_real stretch = q_x1 - q_x2;
-    const duffing_constrained_real stretch_sq = stretch * stretch;
     const duffing_constrained_real dot_stretch = dq_x1 - dq_x2;
-    const duffing_constrained_real w2 = p->k1nl * (stretch_sq * (REAL(2.0) * stretch));
-    const duffing_constrained_real w3 = REAL(0.5) * w2;
-    const duffing_constrained_real x2_minus_x1 = q_x2 - q_x1;
-    const duffing_constrained_real w4 = stretch_sq * (REAL(2.0) * x2_minus_x1);
-    const duffing_constrained_real w5 = REAL(0.5) * (p->k1nl * w4);
-    const duffing_constrained_real w6 = p->k1 * x2_minus_x1 + w5;
-    const duffing_constrained_real w7 = p->k2nl * (q_x2 * q_x2 * (REAL(2.0) * q_x2));
-    const duffing_constrained_real w8 = q_x2 * p->k2 + w6;
-    const duffing_constrained_real d_x2_c2 = dq_x2 * p->c2;
-    const duffing_constrained_real u_x1_minus_c1_dot_stretch = u_x1 - p->c1 * dot_stretch;
-    const duffing_constrained_real force_x1 = u_x1_minus_c1_dot_stretch - (p->k1 * stretch + w3);
-    const duffing_constrained_real w9 = u_x2 - (p->c1 * (dq_x2 - dq_x1) + d_x2_c2);
-    const duffing_constrained_real force_x2 = w9 - (w7 * REAL(0.5) + w8);
-    const duffing_constrained_real w10 = p->p2 * exp_minus_t_p2;
-    const duffing_constrained_real w11 = p->p1 * w10;
+    const duffing_constrained_real w2 = stretch * stretch * (REAL(2.0) * stretch);
+    const duffing_constrained_real w3 = REAL(0.5) * (p->k1nl * w2);
+    const duffing_constrained_real w4 = p->k1 * stretch + w3;
+    const duffing_constrained_real w5 = p->k2nl * (q_x2 * q_x2 * (REAL(2.0) * q_x2));
+    const duffing_constrained_real c1_dot_stretch = p->c1 * dot_stretch;
+    const duffing_constrained_real force_x1 = u_x1 - c1_dot_stretch - w4;
+    const duffing_constrained_real w6 = p->p2 * exp_minus_t_p2;
+    const duffing_constrained_real w7 = p->p1 * w6;
     const duffing_constrained_real p3_cos_t_p3 = p->p3 * cos_t_p3;
-    const duffing_constrained_real w12 = w1 * p3_cos_t_p3;
-    const duffing_constrained_real c_dot_distance = dq_x2 - (dq_x1 + (w12 - sin_t_p3 * w11));
-    const duffing_constrained_real w13 = w11 * p3_cos_t_p3;
-    const duffing_constrained_real w14 = p->p1 * (p->p2 * w10);
-    const duffing_constrained_real w15 = p->p3 * (p->p3 * sin_t_p3);
-    const duffing_constrained_real w16 = w13 - sin_t_p3 * w14 + (w1 * w15 + w13);
-    const duffing_constrained_real b_distance = -w16;
+    const duffing_constrained_real w8 = dq_x1 + (w1 * p3_cos_t_p3 - sin_t_p3 * w7);
+    const duffing_constrained_real c_dot_distance = dq_x2 - w8;
+    const duffing_constrained_real w9 = w7 * p3_cos_t_p3;
+    const duffing_constrained_real w10 = q_x2 * p->k2 - w4;
+    const duffing_constrained_real w11 = u_x2 - (dq_x2 * p->c2 - c1_dot_stretch);
+    const duffing_constrained_real force_x2 = w11 - (w5 * REAL(0.5) + w10);
+    const duffing_constrained_real w12 = w1 * (p->p3 * (p->p3 * sin_t_p3)) + w9;
+    const duffing_constrained_real b_distance = sin_t_p3 * (p->p1 * (p->p2 * w6)) - w9 - w12;
     out->mass_matrix[0][0] = p->m1;
     out->mass_matrix[0][1] = REAL(0.0);
     out->mass_matrix[1][0] = REAL(0.0);

@@ -8,15 +8,15 @@
  * Operations; what a function shares inside itself is counted once:
  * function                total    + -      *      /  sin cos  other
  * mass_matrix                 0      0      0      0        0      0
- * bias_force                 25      8     17      0        0      0
- * applied_force               8      5      3      0        0      0
+ * bias_force                 17      5     12      0        0      0
+ * applied_force               5      3      2      0        0      0
  * input_matrix                0      0      0      0        0      0
- * force                      33     13     20      0        0      0
+ * force                      24     10     14      0        0      0
  * constraint_jacobian         0      0      0      0        0      0
- * constraint_bias            21      5     13      0        2      1
+ * constraint_bias            20      4     13      0        2      1
  * constraint_residual         9      3      4      0        1      1
  * constraint_rate            15      4      8      0        2      1
- * equation_of_motion         62     23     36      0        2      1
+ * equation_of_motion         52     19     30      0        2      1
  */
 
 #ifndef DYNAMICS_duffing_constrained_H

@@ -8,11 +8,11 @@
  * Operations; what a function shares inside itself is counted once:
  * function                total    + -      *      /  sin cos  other
  * mass_matrix                 0      0      0      0        0      0
- * bias_force                 25      8     17      0        0      0
- * applied_force               8      5      3      0        0      0
+ * bias_force                 17      5     12      0        0      0
+ * applied_force               5      3      2      0        0      0
  * input_matrix                0      0      0      0        0      0
- * force                      33     13     20      0        0      0
- * equation_of_motion         33     13     20      0        0      0
+ * force                      24     10     14      0        0      0
+ * equation_of_motion         24     10     14      0        0      0
  */
 
 #include "duffing_free.h"
@@ -52,17 +52,13 @@ void duffing_free_bias_force(
     const duffing_free_real q_x1 = x->q[0];
     const duffing_free_real q_x2 = x->q[1];
     const duffing_free_real stretch = q_x1 - q_x2;
-    const duffing_free_real stretch_sq = stretch * stretch;
-    const duffing_free_real w1 = p->k1nl * (stretch_sq * (REAL(2.0) * stretch));
-    const duffing_free_real w2 = REAL(0.5) * w1;
-    const duffing_free_real bias_x1 = -(p->k1 * stretch + w2);
-    const duffing_free_real x2_minus_x1 = q_x2 - q_x1;
-    const duffing_free_real w3 = stretch_sq * (REAL(2.0) * x2_minus_x1);
-    const duffing_free_real w4 = REAL(0.5) * (p->k1nl * w3);
-    const duffing_free_real w5 = p->k1 * x2_minus_x1 + w4;
-    const duffing_free_real w6 = p->k2nl * (q_x2 * q_x2 * (REAL(2.0) * q_x2));
-    const duffing_free_real w7 = q_x2 * p->k2 + w5;
-    const duffing_free_real bias_x2 = -(w6 * REAL(0.5) + w7);
+    const duffing_free_real w1 = stretch * stretch * (REAL(2.0) * stretch);
+    const duffing_free_real w2 = REAL(0.5) * (p->k1nl * w1);
+    const duffing_free_real w3 = p->k1 * stretch + w2;
+    const duffing_free_real bias_x1 = -w3;
+    const duffing_free_real w4 = p->k2nl * (q_x2 * q_x2 * (REAL(2.0) * q_x2));
+    const duffing_free_real w5 = w3 - q_x2 * p->k2;
+    const duffing_free_real bias_x2 = w5 - w4 * REAL(0.5);
     out[0] = bias_x1;
     out[1] = bias_x2;
 }
@@ -75,9 +71,9 @@ void duffing_free_applied_force(
     const duffing_free_real dq_x1 = x->v[0];
     const duffing_free_real dq_x2 = x->v[1];
     const duffing_free_real dot_stretch = dq_x1 - dq_x2;
-    const duffing_free_real d_x2_c2 = dq_x2 * p->c2;
-    const duffing_free_real applied_x1 = -(p->c1 * dot_stretch);
-    const duffing_free_real applied_x2 = -(p->c1 * (dq_x2 - dq_x1) + d_x2_c2);
+    const duffing_free_real c1_dot_stretch = p->c1 * dot_stretch;
+    const duffing_free_real applied_x1 = -c1_dot_stretch;
+    const duffing_free_real applied_x2 = c1_dot_stretch - dq_x2 * p->c2;
     out[0] = applied_x1;
     out[1] = applied_x2;
 }
@@ -107,21 +103,16 @@ void duffing_free_force(
     const duffing_free_real u_x1 = x->u[0];
     const duffing_free_real u_x2 = x->u[1];
     const duffing_free_real stretch = q_x1 - q_x2;
-    const duffing_free_real stretch_sq = stretch * stretch;
     const duffing_free_real dot_stretch = dq_x1 - dq_x2;
-    const duffing_free_real w1 = p->k1nl * (stretch_sq * (REAL(2.0) * stretch));
-    const duffing_free_real w2 = REAL(0.5) * w1;
-    const duffing_free_real x2_minus_x1 = q_x2 - q_x1;
-    const duffing_free_real w3 = stretch_sq * (REAL(2.0) * x2_minus_x1);
-    const duffing_free_real w4 = REAL(0.5) * (p->k1nl * w3);
-    const duffing_free_real w5 = p->k1 * x2_minus_x1 + w4;
-    const duffing_free_real w6 = p->k2nl * (q_x2 * q_x2 * (REAL(2.0) * q_x2));
-    const duffing_free_real w7 = q_x2 * p->k2 + w5;
-    const duffing_free_real d_x2_c2 = dq_x2 * p->c2;
-    const duffing_free_real u_x1_minus_c1_dot_stretch = u_x1 - p->c1 * dot_stretch;
-    const duffing_free_real force_x1 = u_x1_minus_c1_dot_stretch - (p->k1 * stretch + w2);
-    const duffing_free_real w8 = u_x2 - (p->c1 * (dq_x2 - dq_x1) + d_x2_c2);
-    const duffing_free_real force_x2 = w8 - (w6 * REAL(0.5) + w7);
+    const duffing_free_real w1 = stretch * stretch * (REAL(2.0) * stretch);
+    const duffing_free_real w2 = REAL(0.5) * (p->k1nl * w1);
+    const duffing_free_real w3 = p->k1 * stretch + w2;
+    const duffing_free_real w4 = p->k2nl * (q_x2 * q_x2 * (REAL(2.0) * q_x2));
+    const duffing_free_real c1_dot_stretch = p->c1 * dot_stretch;
+    const duffing_free_real force_x1 = u_x1 - c1_dot_stretch - w3;
+    const duffing_free_real w5 = q_x2 * p->k2 - w3;
+    const duffing_free_real w6 = u_x2 - (dq_x2 * p->c2 - c1_dot_stretch);
+    const duffing_free_real force_x2 = w6 - (w4 * REAL(0.5) + w5);
     out[0] = force_x1;
     out[1] = force_x2;
 }
@@ -138,21 +129,16 @@ void duffing_free_equation_of_motion(
     const duffing_free_real u_x1 = x->u[0];
     const duffing_free_real u_x2 = x->u[1];
     const duffing_free_real stretch = q_x1 - q_x2;
-    const duffing_free_real stretch_sq = stretch * stretch;
     const duffing_free_real dot_stretch = dq_x1 - dq_x2;
-    const duffing_free_real w1 = p->k1nl * (stretch_sq * (REAL(2.0) * stretch));
-    const duffing_free_real w2 = REAL(0.5) * w1;
-    const duffing_free_real x2_minus_x1 = q_x2 - q_x1;
-    const duffing_free_real w3 = stretch_sq * (REAL(2.0) * x2_minus_x1);
-    const duffing_free_real w4 = REAL(0.5) * (p->k1nl * w3);
-    const duffing_free_real w5 = p->k1 * x2_minus_x1 + w4;
-    const duffing_free_real w6 = p->k2nl * (q_x2 * q_x2 * (REAL(2.0) * q_x2));
-    const duffing_free_real w7 = q_x2 * p->k2 + w5;
-    const duffing_free_real d_x2_c2 = dq_x2 * p->c2;
-    const duffing_free_real u_x1_minus_c1_dot_stretch = u_x1 - p->c1 * dot_stretch;
-    const duffing_free_real force_x1 = u_x1_minus_c1_dot_stretch - (p->k1 * stretch + w2);
-    const duffing_free_real w8 = u_x2 - (p->c1 * (dq_x2 - dq_x1) + d_x2_c2);
-    const duffing_free_real force_x2 = w8 - (w6 * REAL(0.5) + w7);
+    const duffing_free_real w1 = stretch * stretch * (REAL(2.0) * stretch);
+    const duffing_free_real w2 = REAL(0.5) * (p->k1nl * w1);
+    const duffing_free_real w3 = p->k1 * stretch + w2;
+    const duffing_free_real w4 = p->k2nl * (q_x2 * q_x2 * (REAL(2.0) * q_x2));
+    const duffing_free_real c1_dot_stretch = p->c1 * dot_stretch;
+    const duffing_free_real force_x1 = u_x1 - c1_dot_stretch - w3;
+    const duffing_free_real w5 = q_x2 * p->k2 - w3;
+    const duffing_free_real w6 = u_x2 - (dq_x2 * p->c2 - c1_dot_stretch);
+    const duffing_free_real force_x2 = w6 - (w4 * REAL(0.5) + w5);
     out->mass_matrix[0][0] = p->m1;
     out->mass_matrix[0][1] = REAL(0.0);
     out->mass_matrix[1][0] = REAL(0.0);

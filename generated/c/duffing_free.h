@@ -8,11 +8,11 @@
  * Operations; what a function shares inside itself is counted once:
  * function                total    + -      *      /  sin cos  other
  * mass_matrix                 0      0      0      0        0      0
- * bias_force                 25      8     17      0        0      0
- * applied_force               8      5      3      0        0      0
+ * bias_force                 17      5     12      0        0      0
+ * applied_force               5      3      2      0        0      0
  * input_matrix                0      0      0      0        0      0
- * force                      33     13     20      0        0      0
- * equation_of_motion         33     13     20      0        0      0
+ * force                      24     10     14      0        0      0
+ * equation_of_motion         24     10     14      0        0      0
  */
 
 #ifndef DYNAMICS_duffing_free_H

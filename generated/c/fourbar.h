@@ -8,15 +8,15 @@
  * Operations; what a function shares inside itself is counted once:
  * function                total    + -      *      /  sin cos  other
  * mass_matrix                63     30     29      0        4      0
- * bias_force                 63     22     35      0        6      0
+ * bias_force                 58     20     32      0        6      0
  * applied_force               0      0      0      0        0      0
  * input_matrix                0      0      0      0        0      0
- * force                      63     22     35      0        6      0
+ * force                      59     21     32      0        6      0
  * constraint_jacobian        32     12     14      0        6      0
- * constraint_bias            43     13     24      0        6      0
+ * constraint_bias            42     12     24      0        6      0
  * constraint_residual        29      9     14      0        6      0
  * constraint_rate            37     11     20      0        6      0
- * equation_of_motion        175     77     92      0        6      0
+ * equation_of_motion        165     72     87      0        6      0
  */
 
 #ifndef DYNAMICS_fourbar_H

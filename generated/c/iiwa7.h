@@ -7,17 +7,17 @@
  *
  * Operations; what a function shares inside itself is counted once:
  * function                      total    + -      *      /  sin cos  other
- * mass_matrix                     224     99    115      0       10      0
- * bias_force                      380    172    198      0       10      0
+ * mass_matrix                     212     91    111      0       10      0
+ * bias_force                      368    160    198      0       10      0
  * applied_force                     0      0      0      0        0      0
  * input_matrix                      0      0      0      0        0      0
- * force                           384    176    198      0       10      0
- * equation_of_motion              598    275    313      0       10      0
- * mass_matrix_and_bias_force      594    271    313      0       10      0
- * inverse_dynamics                404    188    206      0       10      0
- * inverse_dynamics_derivatives   1894    872   1012      0       10      0
- * forward_dynamics                806    362    429      5       10      0
- * forward_dynamics_derivatives   3695   1707   1973      5       10      0
+ * force                           375    167    198      0       10      0
+ * equation_of_motion              561    239    312      0       10      0
+ * mass_matrix_and_bias_force      555    233    312      0       10      0
+ * inverse_dynamics                399    183    206      0       10      0
+ * inverse_dynamics_derivatives   1801    812    979      0       10      0
+ * forward_dynamics                770    326    429      5       10      0
+ * forward_dynamics_derivatives   3620   1646   1959      5       10      0
  */
 
 #ifndef DYNAMICS_iiwa7_H

@@ -7,20 +7,20 @@
  *
  * Operations; what a function shares inside itself is counted once:
  * function                total    + -      *      /  sin cos  other
- * mass_matrix               224     99    115      0       10      0
- * bias_force                401    178    211      0       12      0
+ * mass_matrix               212     91    111      0       10      0
+ * bias_force                368    160    198      0       10      0
  * applied_force               0      0      0      0        0      0
  * input_matrix                0      0      0      0        0      0
- * force                     405    182    211      0       12      0
- * constraint_jacobian       168     58     98      0       12      0
- * constraint_bias           266     92    160      0       14      0
- * constraint_residual        91     29     50      0       12      0
- * constraint_rate           158     55     91      0       12      0
- * outputs                    85     26     47      0       12      0
- * output_rates              153     53     88      0       12      0
- * output_jacobian           144     51     81      0       12      0
+ * force                     375    167    198      0       10      0
+ * constraint_jacobian       165     55     98      0       12      0
+ * constraint_bias           265     91    160      0       14      0
+ * constraint_residual        89     27     50      0       12      0
+ * constraint_rate           155     52     91      0       12      0
+ * outputs                    83     24     47      0       12      0
+ * output_rates              150     50     88      0       12      0
+ * output_jacobian           138     45     81      0       12      0
  * output_bias               260     89    157      0       14      0
- * equation_of_motion        940    409    517      0       14      0
+ * equation_of_motion        910    374    522      0       14      0
  */
 
 #ifndef DYNAMICS_iiwa7_plane_H

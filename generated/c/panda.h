@@ -7,17 +7,17 @@
  *
  * Operations; what a function shares inside itself is counted once:
  * function                      total    + -      *      /  sin cos  other
- * mass_matrix                     502    237    253      0       12      0
- * bias_force                      627    302    313      0       12      0
+ * mass_matrix                     355    173    170      0       12      0
+ * bias_force                      618    293    313      0       12      0
  * applied_force                     0      0      0      0        0      0
  * input_matrix                      0      0      0      0        0      0
  * force                           630    305    313      0       12      0
- * equation_of_motion             1119    541    566      0       12      0
- * mass_matrix_and_bias_force     1116    538    566      0       12      0
- * inverse_dynamics                652    319    321      0       12      0
- * inverse_dynamics_derivatives   3624   1706   1906      0       12      0
- * forward_dynamics               1391    657    715      7       12      0
- * forward_dynamics_derivatives   6280   2977   3284      7       12      0
+ * equation_of_motion              851    388    451      0       12      0
+ * mass_matrix_and_bias_force      843    380    451      0       12      0
+ * inverse_dynamics                645    312    321      0       12      0
+ * inverse_dynamics_derivatives   3361   1573   1776      0       12      0
+ * forward_dynamics               1081    484    578      7       12      0
+ * forward_dynamics_derivatives   5586   2590   2977      7       12      0
  */
 
 #ifndef DYNAMICS_panda_H

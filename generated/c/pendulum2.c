@@ -8,11 +8,11 @@
  * Operations; what a function shares inside itself is counted once:
  * function                total    + -      *      /  sin cos  other
  * mass_matrix                25     12     12      0        1      0
- * bias_force                 33     10     19      0        4      0
+ * bias_force                 29      9     16      0        4      0
  * applied_force               0      0      0      0        0      0
  * input_matrix                0      0      0      0        0      0
- * force                      33     10     19      0        4      0
- * equation_of_motion         55     22     29      0        4      0
+ * force                      30     10     16      0        4      0
+ * equation_of_motion         49     21     24      0        4      0
  */
 
 #include "pendulum2.h"
@@ -81,22 +81,18 @@ void pendulum2_bias_force(
     const pendulum2_real sin_j2 = SIN(q_j2);
     const pendulum2_real cos_j2 = COS(q_j2);
     const pendulum2_real m2_lc2 = p->m2 * p->lc2;
+    const pendulum2_real m2_lc2_cos_j2 = m2_lc2 * cos_j2;
+    const pendulum2_real m2_lc2_sin_j2 = m2_lc2 * sin_j2;
+    const pendulum2_real m2_lc2_cos_j2_plus_l1_m2 = p->l1 * p->m2 + m2_lc2_cos_j2;
+    const pendulum2_real g_cos_j1 = p->g * cos_j1;
     const pendulum2_real g_sin_j1 = p->g * sin_j1;
-    const pendulum2_real l1_d_j1_sq = p->l1 * (dq_j1 * dq_j1);
-    const pendulum2_real g_cos_j1_plus_l1_d_j1_sq = p->g * cos_j1 + l1_d_j1_sq;
-    const pendulum2_real d_j1_plus_d_j2 = dq_j1 + dq_j2;
-    const pendulum2_real sin_j2_g_sin_j1 = sin_j2 * g_sin_j1;
-    const pendulum2_real w1 = sin_j2 * g_cos_j1_plus_l1_d_j1_sq;
-    const pendulum2_real w2 = cos_j2 * g_sin_j1 + w1;
-    const pendulum2_real w3 = sin_j2_g_sin_j1 - cos_j2 * g_cos_j1_plus_l1_d_j1_sq;
-    const pendulum2_real w4 = m2_lc2 * w2;
-    const pendulum2_real d_j1_plus_d_j2_sq = d_j1_plus_d_j2 * d_j1_plus_d_j2;
-    const pendulum2_real w5 = p->m2 * w3;
-    const pendulum2_real w6 = w5 - m2_lc2 * d_j1_plus_d_j2_sq;
-    const pendulum2_real w7 = sin_j2 * w6 + cos_j2 * (p->m2 * w2);
-    const pendulum2_real w8 = p->l1 * w7 + w4;
-    const pendulum2_real bias_j1 = -(p->m1 * p->lc1 * g_sin_j1 + w8);
-    const pendulum2_real bias_j2 = -w4;
+    const pendulum2_real w1 = p->m1 * p->lc1 + m2_lc2_cos_j2_plus_l1_m2;
+    const pendulum2_real m2_lc2_sin_j2_g_cos_j1 = m2_lc2_sin_j2 * g_cos_j1;
+    const pendulum2_real w2 = m2_lc2_sin_j2 * (p->l1 * (dq_j1 * dq_j1) + g_cos_j1);
+    const pendulum2_real w3 = m2_lc2_sin_j2 * (dq_j2 * (dq_j1 + (dq_j1 + dq_j2)));
+    const pendulum2_real w4 = w1 * g_sin_j1 + m2_lc2_sin_j2_g_cos_j1;
+    const pendulum2_real bias_j1 = p->l1 * w3 - w4;
+    const pendulum2_real bias_j2 = -(m2_lc2_cos_j2 * g_sin_j1 + w2);
     out[0] = bias_j1;
     out[1] = bias_j2;
 }
@@ -141,22 +137,18 @@ void pendulum2_force(
     const pendulum2_real sin_j2 = SIN(q_j2);
     const pendulum2_real cos_j2 = COS(q_j2);
     const pendulum2_real m2_lc2 = p->m2 * p->lc2;
+    const pendulum2_real m2_lc2_cos_j2 = m2_lc2 * cos_j2;
+    const pendulum2_real m2_lc2_sin_j2 = m2_lc2 * sin_j2;
+    const pendulum2_real m2_lc2_cos_j2_plus_l1_m2 = p->l1 * p->m2 + m2_lc2_cos_j2;
+    const pendulum2_real g_cos_j1 = p->g * cos_j1;
     const pendulum2_real g_sin_j1 = p->g * sin_j1;
-    const pendulum2_real l1_d_j1_sq = p->l1 * (dq_j1 * dq_j1);
-    const pendulum2_real g_cos_j1_plus_l1_d_j1_sq = p->g * cos_j1 + l1_d_j1_sq;
-    const pendulum2_real d_j1_plus_d_j2 = dq_j1 + dq_j2;
-    const pendulum2_real sin_j2_g_sin_j1 = sin_j2 * g_sin_j1;
-    const pendulum2_real w1 = sin_j2 * g_cos_j1_plus_l1_d_j1_sq;
-    const pendulum2_real w2 = cos_j2 * g_sin_j1 + w1;
-    const pendulum2_real w3 = sin_j2_g_sin_j1 - cos_j2 * g_cos_j1_plus_l1_d_j1_sq;
-    const pendulum2_real w4 = m2_lc2 * w2;
-    const pendulum2_real d_j1_plus_d_j2_sq = d_j1_plus_d_j2 * d_j1_plus_d_j2;
-    const pendulum2_real w5 = p->m2 * w3;
-    const pendulum2_real w6 = w5 - m2_lc2 * d_j1_plus_d_j2_sq;
-    const pendulum2_real w7 = sin_j2 * w6 + cos_j2 * (p->m2 * w2);
-    const pendulum2_real w8 = p->l1 * w7 + w4;
-    const pendulum2_real force_j1 = u_j1 - (p->m1 * p->lc1 * g_sin_j1 + w8);
-    const pendulum2_real force_j2 = u_j2 - w4;
+    const pendulum2_real w1 = p->m1 * p->lc1 + m2_lc2_cos_j2_plus_l1_m2;
+    const pendulum2_real m2_lc2_sin_j2_g_cos_j1 = m2_lc2_sin_j2 * g_cos_j1;
+    const pendulum2_real w2 = m2_lc2_sin_j2 * (p->l1 * (dq_j1 * dq_j1) + g_cos_j1);
+    const pendulum2_real w3 = m2_lc2_sin_j2 * (dq_j2 * (dq_j1 + (dq_j1 + dq_j2)));
+    const pendulum2_real w4 = w1 * g_sin_j1 + m2_lc2_sin_j2_g_cos_j1;
+    const pendulum2_real force_j1 = u_j1 + (p->l1 * w3 - w4);
+    const pendulum2_real force_j2 = u_j2 - (m2_lc2_cos_j2 * g_sin_j1 + w2);
     out[0] = force_j1;
     out[1] = force_j2;
 }
@@ -183,30 +175,24 @@ void pendulum2_equation_of_motion(
     const pendulum2_real lc2_m2_lc2 = p->lc2 * m2_lc2;
     const pendulum2_real w3 = w2 + lc2_m2_lc2;
     const pendulum2_real m2_lc2_cos_j2 = m2_lc2 * cos_j2;
+    const pendulum2_real m2_lc2_sin_j2 = m2_lc2 * sin_j2;
     const pendulum2_real w4 = cos_j2 * (lc2_m2_lc2 * cos_j2);
-    const pendulum2_real l1_m2_lc2_cos_j2 = p->l1 * m2_lc2_cos_j2;
     const pendulum2_real m2_lc2_cos_j2_plus_l1_m2 = p->l1 * p->m2 + m2_lc2_cos_j2;
+    const pendulum2_real l1_m2_lc2_cos_j2 = p->l1 * m2_lc2_cos_j2;
     const pendulum2_real w5 = p->l1 * m2_lc2_cos_j2_plus_l1_m2 + l1_m2_lc2_cos_j2;
     const pendulum2_real w6 = p->lc1 * m1_lc1 + w1 + (w2 + w4 + w5);
     const pendulum2_real m_j1_j1 = w6 + (w1 + (w3 - w4));
     const pendulum2_real m_j2_j2 = w2 + w3;
     const pendulum2_real m_j1_j2 = l1_m2_lc2_cos_j2 + m_j2_j2;
+    const pendulum2_real g_cos_j1 = p->g * cos_j1;
     const pendulum2_real g_sin_j1 = p->g * sin_j1;
-    const pendulum2_real l1_d_j1_sq = p->l1 * (dq_j1 * dq_j1);
-    const pendulum2_real g_cos_j1_plus_l1_d_j1_sq = p->g * cos_j1 + l1_d_j1_sq;
-    const pendulum2_real d_j1_plus_d_j2 = dq_j1 + dq_j2;
-    const pendulum2_real sin_j2_g_sin_j1 = sin_j2 * g_sin_j1;
-    const pendulum2_real w7 = sin_j2 * g_cos_j1_plus_l1_d_j1_sq;
-    const pendulum2_real w8 = cos_j2 * g_sin_j1 + w7;
-    const pendulum2_real w9 = sin_j2_g_sin_j1 - cos_j2 * g_cos_j1_plus_l1_d_j1_sq;
-    const pendulum2_real w10 = m2_lc2 * w8;
-    const pendulum2_real d_j1_plus_d_j2_sq = d_j1_plus_d_j2 * d_j1_plus_d_j2;
-    const pendulum2_real w11 = p->m2 * w9;
-    const pendulum2_real w12 = w11 - m2_lc2 * d_j1_plus_d_j2_sq;
-    const pendulum2_real w13 = sin_j2 * w12 + cos_j2 * (p->m2 * w8);
-    const pendulum2_real w14 = p->l1 * w13 + w10;
-    const pendulum2_real force_j1 = u_j1 - (m1_lc1 * g_sin_j1 + w14);
-    const pendulum2_real force_j2 = u_j2 - w10;
+    const pendulum2_real w7 = m1_lc1 + m2_lc2_cos_j2_plus_l1_m2;
+    const pendulum2_real m2_lc2_sin_j2_g_cos_j1 = m2_lc2_sin_j2 * g_cos_j1;
+    const pendulum2_real w8 = m2_lc2_sin_j2 * (p->l1 * (dq_j1 * dq_j1) + g_cos_j1);
+    const pendulum2_real w9 = m2_lc2_sin_j2 * (dq_j2 * (dq_j1 + (dq_j1 + dq_j2)));
+    const pendulum2_real w10 = w7 * g_sin_j1 + m2_lc2_sin_j2_g_cos_j1;
+    const pendulum2_real force_j1 = u_j1 + (p->l1 * w9 - w10);
+    const pendulum2_real force_j2 = u_j2 - (m2_lc2_cos_j2 * g_sin_j1 + w8);
     out->mass_matrix[0][0] = m_j1_j1;
     out->mass_matrix[0][1] = m_j1_j2;
     out->mass_matrix[1][0] = m_j1_j2;

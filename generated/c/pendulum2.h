@@ -8,11 +8,11 @@
  * Operations; what a function shares inside itself is counted once:
  * function                total    + -      *      /  sin cos  other
  * mass_matrix                25     12     12      0        1      0
- * bias_force                 33     10     19      0        4      0
+ * bias_force                 29      9     16      0        4      0
  * applied_force               0      0      0      0        0      0
  * input_matrix                0      0      0      0        0      0
- * force                      33     10     19      0        4      0
- * equation_of_motion         55     22     29      0        4      0
+ * force                      30     10     16      0        4      0
+ * equation_of_motion         49     21     24      0        4      0
  */
 
 #ifndef DYNAMICS_pendulum2_H

@@ -16,7 +16,7 @@
  * constraint_bias             8      2      4      0        2      0
  * constraint_residual         5      1      2      0        2      0
  * constraint_rate             5      1      2      0        2      0
- * equation_of_motion         28      9     17      0        2      0
+ * equation_of_motion         27      9     16      0        2      0
  */
 
 #include "unicycle2d.h"
@@ -213,12 +213,13 @@ void unicycle2d_equation_of_motion(
     const unicycle2d_real w1 = REAL(0.5) * p->I_G_;
     const unicycle2d_real m_r = p->m * p->R_;
     const unicycle2d_real m_y_theta = cos_theta * m_r;
+    const unicycle2d_real sin_theta_m_r = a_no_side_slip_x * m_r;
     const unicycle2d_real m_theta_theta = w1 + (p->R_ * m_r + w1);
-    const unicycle2d_real m_x_theta = -(a_no_side_slip_x * m_r);
-    const unicycle2d_real m_r_d_theta_sq = m_r * (dq_theta * dq_theta);
-    const unicycle2d_real cos_theta_m_r_d_theta_sq = cos_theta * m_r_d_theta_sq;
+    const unicycle2d_real m_x_theta = -sin_theta_m_r;
+    const unicycle2d_real d_theta_sq = dq_theta * dq_theta;
+    const unicycle2d_real cos_theta_m_r_d_theta_sq = m_y_theta * d_theta_sq;
     const unicycle2d_real force_x = u_drive * cos_theta + cos_theta_m_r_d_theta_sq;
-    const unicycle2d_real sin_theta_m_r_d_theta_sq = a_no_side_slip_x * m_r_d_theta_sq;
+    const unicycle2d_real sin_theta_m_r_d_theta_sq = sin_theta_m_r * d_theta_sq;
     const unicycle2d_real force_y = u_drive * a_no_side_slip_x + sin_theta_m_r_d_theta_sq;
     const unicycle2d_real a_no_side_slip_y = -cos_theta;
     const unicycle2d_real d_y_d_theta_sin_theta = dq_y * (dq_theta * a_no_side_slip_x);

@@ -16,7 +16,7 @@
  * constraint_bias             8      2      4      0        2      0
  * constraint_residual         5      1      2      0        2      0
  * constraint_rate             5      1      2      0        2      0
- * equation_of_motion         28      9     17      0        2      0
+ * equation_of_motion         27      9     16      0        2      0
  */
 
 #ifndef DYNAMICS_unicycle2d_H

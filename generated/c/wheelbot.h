@@ -7,21 +7,21 @@
  *
  * Operations; what a function shares inside itself is counted once:
  * function                          total    + -      *      /  sin cos  other
- * mass_matrix                         134     60     68      0        6      0
- * bias_force                          254    116    132      0        6      0
+ * mass_matrix                         131     58     67      0        6      0
+ * bias_force                          214     84    124      0        6      0
  * applied_force                         0      0      0      0        0      0
  * input_matrix                          0      0      0      0        0      0
- * force                               255    117    132      0        6      0
+ * force                               215     85    124      0        6      0
  * constraint_jacobian                   6      2      2      0        2      0
  * constraint_bias                       8      1      5      0        2      0
  * constraint_residual                   7      2      3      0        2      0
  * constraint_rate                       7      2      3      0        2      0
- * equation_of_motion                  367    170    191      0        6      0
- * constrained_dynamics                564    240    309      9        6      0
- * constrained_dynamics_derivatives   2484   1115   1354      9        6      0
- * mass_matrix_by_position             172     74     92      0        6      0
- * bias_force_by_position              581    274    301      0        6      0
- * bias_force_by_velocity              502    223    273      0        6      0
+ * equation_of_motion                  268    108    154      0        6      0
+ * constrained_dynamics                465    178    272      9        6      0
+ * constrained_dynamics_derivatives   2397   1044   1338      9        6      0
+ * mass_matrix_by_position             162     67     89      0        6      0
+ * bias_force_by_position              357    137    214      0        6      0
+ * bias_force_by_velocity              293    108    179      0        6      0
  * constraint_jacobian_by_position       5      1      2      0        2      0
  * constraint_bias_by_position           9      2      5      0        2      0
  * constraint_bias_by_velocity          11      2      7      0        2      0

@@ -7,11 +7,11 @@
 // Operations; what a function shares inside itself is counted once:
 //   function                total    + -      *      /  sin cos  other
 //   mass_matrix                 8      3      4      0        1      0
-//   bias_force                 15      3     10      0        2      0
+//   bias_force                  7      1      5      0        1      0
 //   applied_force               0      0      0      0        0      0
 //   input_matrix                0      0      0      0        0      0
-//   force                      16      4     10      0        2      0
-//   equation_of_motion         22      7     13      0        2      0
+//   force                       8      2      5      0        1      0
+//   equation_of_motion         15      5      8      0        2      0
 
 use ::dynamics::linalg::from_rows;
 use ::dynamics::nalgebra::{SMatrix, SVector};
@@ -157,15 +157,10 @@ pub fn mass_matrix<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 1, 0>) -> [[T; 
 pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 1, 0>) -> [T; 2] {
     let q_theta = x.q[1];
     let dq_theta = x.v[1];
-    let mp_l = p.mp * p.l;
-    let (sin_theta, cos_theta) = q_theta.sin_cos();
-    let g_sin_theta = p.g * sin_theta;
-    let bias_theta = -(mp_l * g_sin_theta);
-    let mp_l_d_theta_sq = mp_l * (dq_theta * dq_theta);
-    let g_cos_theta = p.g * cos_theta;
-    let w1 = sin_theta * p.mp.mul_add(g_cos_theta, mp_l_d_theta_sq);
-    let mp_g_sin_theta = p.mp * g_sin_theta;
-    let bias_x = cos_theta.neg_mul_add(mp_g_sin_theta, w1);
+    let sin_theta = q_theta.sin();
+    let mp_l_sin_theta = p.mp * p.l * sin_theta;
+    let bias_x = mp_l_sin_theta * (dq_theta * dq_theta);
+    let bias_theta = -(p.g * mp_l_sin_theta);
     [bias_x, bias_theta]
 }
 
@@ -192,15 +187,11 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 1, 0>) -> [T; 2] {
     let q_theta = x.q[1];
     let dq_theta = x.v[1];
     let u_x = x.u[0];
-    let mp_l = p.mp * p.l;
-    let (sin_theta, cos_theta) = q_theta.sin_cos();
-    let g_sin_theta = p.g * sin_theta;
-    let force_theta = -(mp_l * g_sin_theta);
-    let mp_l_d_theta_sq = mp_l * (dq_theta * dq_theta);
-    let g_cos_theta = p.g * cos_theta;
-    let w1 = sin_theta * p.mp.mul_add(g_cos_theta, mp_l_d_theta_sq);
-    let mp_g_sin_theta = p.mp * g_sin_theta;
-    let force_x = u_x + cos_theta.neg_mul_add(mp_g_sin_theta, w1);
+    let sin_theta = q_theta.sin();
+    let mp_l_sin_theta = p.mp * p.l * sin_theta;
+    let force_theta = -(p.g * mp_l_sin_theta);
+    let d_theta_sq = dq_theta * dq_theta;
+    let force_x = mp_l_sin_theta.mul_add(d_theta_sq, u_x);
     [force_x, force_theta]
 }
 
@@ -242,16 +233,13 @@ pub fn equation_of_motion<T: Scalar>(
     let w1 = T::from_f64(0.5) * p.I;
     let mp_l = p.mp * p.l;
     let (sin_theta, cos_theta) = q_theta.sin_cos();
+    let mp_l_sin_theta = mp_l * sin_theta;
     let m_x_theta = mp_l * cos_theta;
     let m_x_x = p.mc + p.mp;
     let m_theta_theta = w1 + p.l.mul_add(mp_l, w1);
-    let g_sin_theta = p.g * sin_theta;
-    let force_theta = -(mp_l * g_sin_theta);
-    let mp_l_d_theta_sq = mp_l * (dq_theta * dq_theta);
-    let g_cos_theta = p.g * cos_theta;
-    let w2 = sin_theta * p.mp.mul_add(g_cos_theta, mp_l_d_theta_sq);
-    let mp_g_sin_theta = p.mp * g_sin_theta;
-    let force_x = u_x + cos_theta.neg_mul_add(mp_g_sin_theta, w2);
+    let force_theta = -(p.g * mp_l_sin_theta);
+    let d_theta_sq = dq_theta * dq_theta;
+    let force_x = mp_l_sin_theta.mul_add(d_theta_sq, u_x);
     EquationOfMotion {
         mass_matrix: [[m_x_x, m_x_theta], [m_x_theta, m_theta_theta]],
         force: [force_x, force_theta],

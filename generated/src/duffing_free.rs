@@ -7,11 +7,11 @@
 // Operations; what a function shares inside itself is counted once:
 //   function                total    + -      *      /  sin cos  other
 //   mass_matrix                 0      0      0      0        0      0
-//   bias_force                 25      8     17      0        0      0
-//   applied_force               8      5      3      0        0      0
+//   bias_force                 17      5     12      0        0      0
+//   applied_force               5      3      2      0        0      0
 //   input_matrix                0      0      0      0        0      0
-//   force                      33     13     20      0        0      0
-//   equation_of_motion         33     13     20      0        0      0
+//   force                      24     10     14      0        0      0
+//   equation_of_motion         24     10     14      0        0      0
 
 use ::dynamics::linalg::from_rows;
 use ::dynamics::nalgebra::{SMatrix, SVector};
@@ -159,17 +159,13 @@ pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [T; 2]
     let q_x1 = x.q[0];
     let q_x2 = x.q[1];
     let stretch = q_x1 - q_x2;
-    let stretch_sq = stretch * stretch;
-    let w1 = p.k1nl * (stretch_sq * (T::from_f64(2.0) * stretch));
-    let w2 = T::from_f64(0.5) * w1;
-    let bias_x1 = -p.k1.mul_add(stretch, w2);
-    let x2_minus_x1 = q_x2 - q_x1;
-    let w3 = stretch_sq * (T::from_f64(2.0) * x2_minus_x1);
-    let w4 = T::from_f64(0.5) * (p.k1nl * w3);
-    let w5 = p.k1.mul_add(x2_minus_x1, w4);
-    let w6 = p.k2nl * (q_x2 * q_x2 * (T::from_f64(2.0) * q_x2));
-    let w7 = q_x2.mul_add(p.k2, w5);
-    let bias_x2 = -w6.mul_add(T::from_f64(0.5), w7);
+    let w1 = stretch * stretch * (T::from_f64(2.0) * stretch);
+    let w2 = T::from_f64(0.5) * (p.k1nl * w1);
+    let w3 = p.k1.mul_add(stretch, w2);
+    let bias_x1 = -w3;
+    let w4 = p.k2nl * (q_x2 * q_x2 * (T::from_f64(2.0) * q_x2));
+    let w5 = q_x2.neg_mul_add(p.k2, w3);
+    let bias_x2 = w4.neg_mul_add(T::from_f64(0.5), w5);
     [bias_x1, bias_x2]
 }
 
@@ -180,9 +176,9 @@ pub fn applied_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [T;
     let dq_x1 = x.v[0];
     let dq_x2 = x.v[1];
     let dot_stretch = dq_x1 - dq_x2;
-    let d_x2_c2 = dq_x2 * p.c2;
-    let applied_x1 = -(p.c1 * dot_stretch);
-    let applied_x2 = -p.c1.mul_add(dq_x2 - dq_x1, d_x2_c2);
+    let c1_dot_stretch = p.c1 * dot_stretch;
+    let applied_x1 = -c1_dot_stretch;
+    let applied_x2 = dq_x2.neg_mul_add(p.c2, c1_dot_stretch);
     [applied_x1, applied_x2]
 }
 
@@ -206,21 +202,16 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [T; 2] {
     let u_x1 = x.u[0];
     let u_x2 = x.u[1];
     let stretch = q_x1 - q_x2;
-    let stretch_sq = stretch * stretch;
     let dot_stretch = dq_x1 - dq_x2;
-    let w1 = p.k1nl * (stretch_sq * (T::from_f64(2.0) * stretch));
-    let w2 = T::from_f64(0.5) * w1;
-    let x2_minus_x1 = q_x2 - q_x1;
-    let w3 = stretch_sq * (T::from_f64(2.0) * x2_minus_x1);
-    let w4 = T::from_f64(0.5) * (p.k1nl * w3);
-    let w5 = p.k1.mul_add(x2_minus_x1, w4);
-    let w6 = p.k2nl * (q_x2 * q_x2 * (T::from_f64(2.0) * q_x2));
-    let w7 = q_x2.mul_add(p.k2, w5);
-    let d_x2_c2 = dq_x2 * p.c2;
-    let u_x1_minus_c1_dot_stretch = p.c1.neg_mul_add(dot_stretch, u_x1);
-    let force_x1 = u_x1_minus_c1_dot_stretch - p.k1.mul_add(stretch, w2);
-    let w8 = u_x2 - p.c1.mul_add(dq_x2 - dq_x1, d_x2_c2);
-    let force_x2 = w8 - w6.mul_add(T::from_f64(0.5), w7);
+    let w1 = stretch * stretch * (T::from_f64(2.0) * stretch);
+    let w2 = T::from_f64(0.5) * (p.k1nl * w1);
+    let w3 = p.k1.mul_add(stretch, w2);
+    let w4 = p.k2nl * (q_x2 * q_x2 * (T::from_f64(2.0) * q_x2));
+    let c1_dot_stretch = p.c1 * dot_stretch;
+    let force_x1 = u_x1 - c1_dot_stretch - w3;
+    let w5 = q_x2.mul_sub(p.k2, w3);
+    let w6 = u_x2 - dq_x2.mul_sub(p.c2, c1_dot_stretch);
+    let force_x2 = w6 - w4.mul_add(T::from_f64(0.5), w5);
     [force_x1, force_x2]
 }
 
@@ -263,21 +254,16 @@ pub fn equation_of_motion<T: Scalar>(
     let u_x1 = x.u[0];
     let u_x2 = x.u[1];
     let stretch = q_x1 - q_x2;
-    let stretch_sq = stretch * stretch;
     let dot_stretch = dq_x1 - dq_x2;
-    let w1 = p.k1nl * (stretch_sq * (T::from_f64(2.0) * stretch));
-    let w2 = T::from_f64(0.5) * w1;
-    let x2_minus_x1 = q_x2 - q_x1;
-    let w3 = stretch_sq * (T::from_f64(2.0) * x2_minus_x1);
-    let w4 = T::from_f64(0.5) * (p.k1nl * w3);
-    let w5 = p.k1.mul_add(x2_minus_x1, w4);
-    let w6 = p.k2nl * (q_x2 * q_x2 * (T::from_f64(2.0) * q_x2));
-    let w7 = q_x2.mul_add(p.k2, w5);
-    let d_x2_c2 = dq_x2 * p.c2;
-    let u_x1_minus_c1_dot_stretch = p.c1.neg_mul_add(dot_stretch, u_x1);
-    let force_x1 = u_x1_minus_c1_dot_stretch - p.k1.mul_add(stretch, w2);
-    let w8 = u_x2 - p.c1.mul_add(dq_x2 - dq_x1, d_x2_c2);
-    let force_x2 = w8 - w6.mul_add(T::from_f64(0.5), w7);
+    let w1 = stretch * stretch * (T::from_f64(2.0) * stretch);
+    let w2 = T::from_f64(0.5) * (p.k1nl * w1);
+    let w3 = p.k1.mul_add(stretch, w2);
+    let w4 = p.k2nl * (q_x2 * q_x2 * (T::from_f64(2.0) * q_x2));
+    let c1_dot_stretch = p.c1 * dot_stretch;
+    let force_x1 = u_x1 - c1_dot_stretch - w3;
+    let w5 = q_x2.mul_sub(p.k2, w3);
+    let w6 = u_x2 - dq_x2.mul_sub(p.c2, c1_dot_stretch);
+    let force_x2 = w6 - w4.mul_add(T::from_f64(0.5), w5);
     EquationOfMotion {
         mass_matrix: [[p.m1, T::zero()], [T::zero(), p.m2]],
         force: [force_x1, force_x2],

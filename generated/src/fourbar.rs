@@ -7,15 +7,15 @@
 // Operations; what a function shares inside itself is counted once:
 //   function                total    + -      *      /  sin cos  other
 //   mass_matrix                63     30     29      0        4      0
-//   bias_force                 63     22     35      0        6      0
+//   bias_force                 58     20     32      0        6      0
 //   applied_force               0      0      0      0        0      0
 //   input_matrix                0      0      0      0        0      0
-//   force                      63     22     35      0        6      0
+//   force                      59     21     32      0        6      0
 //   constraint_jacobian        32     12     14      0        6      0
-//   constraint_bias            43     13     24      0        6      0
+//   constraint_bias            42     12     24      0        6      0
 //   constraint_residual        29      9     14      0        6      0
 //   constraint_rate            37     11     20      0        6      0
-//   equation_of_motion        175     77     92      0        6      0
+//   equation_of_motion        165     72     87      0        6      0
 
 use ::dynamics::linalg::from_rows;
 use ::dynamics::nalgebra::{SMatrix, SVector};
@@ -248,35 +248,35 @@ pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 1, 0>) -> [T; 3]
     let (sin_j1, cos_j1) = circular[0];
     let (sin_j2, cos_j2) = circular[1];
     let (sin_j3, cos_j3) = circular[2];
-    let m2_lc2 = p.m2 * p.lc2;
     let m3_lc3 = p.m3 * p.lc3;
+    let m3_lc3_cos_j3 = m3_lc3 * cos_j3;
+    let m3_lc3_sin_j3 = m3_lc3 * sin_j3;
+    let m2_plus_m3 = p.m2 + p.m3;
+    let m3_lc3_cos_j3_plus_l2_m3 = p.L2.mul_add(p.m3, m3_lc3_cos_j3);
+    let w1 = p.m2.mul_add(p.lc2, m3_lc3_cos_j3_plus_l2_m3);
     let g_cos_j1 = p.g * cos_j1;
     let g_sin_j1 = p.g * sin_j1;
     let g_sin_j1_minus_l1_d_j1_sq = p.L1.neg_mul_add(dq_j1 * dq_j1, g_sin_j1);
     let d_j1_plus_d_j2 = dq_j1 + dq_j2;
-    let w1 = cos_j2 * g_sin_j1_minus_l1_d_j1_sq;
-    let w2 = sin_j2.mul_add(g_cos_j1, w1);
+    let w2 = cos_j2 * g_sin_j1_minus_l1_d_j1_sq;
+    let w3 = sin_j2.mul_add(g_cos_j1, w2);
     let cos_j2_g_cos_j1 = cos_j2 * g_cos_j1;
-    let w3 = cos_j2_g_cos_j1 - sin_j2 * g_sin_j1_minus_l1_d_j1_sq;
+    let w4 = cos_j2_g_cos_j1 - sin_j2 * g_sin_j1_minus_l1_d_j1_sq;
     let d_j1_plus_d_j2_sq = d_j1_plus_d_j2 * d_j1_plus_d_j2;
-    let w4 = p.L2.neg_mul_add(d_j1_plus_d_j2_sq, w2);
-    let d_j3_plus_d_j1_plus_d_j2 = dq_j3 + d_j1_plus_d_j2;
-    let w5 = sin_j3.neg_mul_add(w4, cos_j3 * w3);
-    let w6 = p.m2 * w2;
-    let w7 = p.m3 * w5;
-    let d_j3_plus_d_j1_plus_d_j2_sq = d_j3_plus_d_j1_plus_d_j2 * d_j3_plus_d_j1_plus_d_j2;
-    let w8 = m3_lc3 * w5;
-    let w9 = p.m3 * sin_j3.mul_add(w3, cos_j3 * w4);
-    let w10 = m3_lc3.neg_mul_add(d_j3_plus_d_j1_plus_d_j2_sq, w9);
-    let w11 = sin_j3.mul_add(w10, cos_j3 * w7);
-    let w12 = m2_lc2.mul_add(w3, p.L2.mul_add(w11, w8));
-    let w13 = m2_lc2.neg_mul_add(d_j1_plus_d_j2_sq, w6);
-    let w14 = w13 + sin_j3.neg_mul_add(w7, cos_j3 * w10);
-    let w15 = cos_j2 * p.m2.mul_add(w3, w11);
-    let w16 = p.L1.mul_add(sin_j2.mul_add(w14, w15), w12);
-    let bias_j1 = -(p.m1 * p.lc1).mul_add(g_cos_j1, w16);
-    let bias_j2 = -w12;
-    let bias_j3 = -w8;
+    let w5 = m2_plus_m3 * w3;
+    let w6 = dq_j3 * (d_j1_plus_d_j2 + (dq_j3 + d_j1_plus_d_j2));
+    let w7 = m3_lc3_sin_j3 * w6;
+    let w8 = m3_lc3_sin_j3 * p.L2.neg_mul_add(d_j1_plus_d_j2_sq, w3);
+    let bias_j3 = m3_lc3_cos_j3.neg_mul_add(w4, w8);
+    let w9 = m3_lc3_sin_j3 * d_j1_plus_d_j2_sq;
+    let w10 = w1.neg_mul_add(w4, m3_lc3_sin_j3 * w3);
+    let bias_j2 = p.L2.mul_add(w7, w10);
+    let w11 = w1.neg_mul_add(d_j1_plus_d_j2_sq, w5);
+    let w12 = cos_j2 * (w7 + m2_plus_m3.neg_mul_add(w4, w9));
+    let w13 = m3_lc3_cos_j3.mul_sub(w6, w11);
+    let w14 = sin_j2.mul_add(w13, w12);
+    let w15 = p.L1.mul_add(w14, bias_j2);
+    let bias_j1 = (p.m1 * p.lc1).neg_mul_add(g_cos_j1, w15);
     [bias_j1, bias_j2, bias_j3]
 }
 
@@ -311,35 +311,35 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 1, 0>) -> [T; 3] {
     let (sin_j1, cos_j1) = circular[0];
     let (sin_j2, cos_j2) = circular[1];
     let (sin_j3, cos_j3) = circular[2];
-    let m2_lc2 = p.m2 * p.lc2;
     let m3_lc3 = p.m3 * p.lc3;
+    let m3_lc3_cos_j3 = m3_lc3 * cos_j3;
+    let m3_lc3_sin_j3 = m3_lc3 * sin_j3;
+    let m2_plus_m3 = p.m2 + p.m3;
+    let m3_lc3_cos_j3_plus_l2_m3 = p.L2.mul_add(p.m3, m3_lc3_cos_j3);
+    let w1 = p.m2.mul_add(p.lc2, m3_lc3_cos_j3_plus_l2_m3);
     let g_cos_j1 = p.g * cos_j1;
     let g_sin_j1 = p.g * sin_j1;
     let g_sin_j1_minus_l1_d_j1_sq = p.L1.neg_mul_add(dq_j1 * dq_j1, g_sin_j1);
     let d_j1_plus_d_j2 = dq_j1 + dq_j2;
-    let w1 = cos_j2 * g_sin_j1_minus_l1_d_j1_sq;
-    let w2 = sin_j2.mul_add(g_cos_j1, w1);
+    let w2 = cos_j2 * g_sin_j1_minus_l1_d_j1_sq;
+    let w3 = sin_j2.mul_add(g_cos_j1, w2);
     let cos_j2_g_cos_j1 = cos_j2 * g_cos_j1;
-    let w3 = cos_j2_g_cos_j1 - sin_j2 * g_sin_j1_minus_l1_d_j1_sq;
+    let w4 = cos_j2_g_cos_j1 - sin_j2 * g_sin_j1_minus_l1_d_j1_sq;
     let d_j1_plus_d_j2_sq = d_j1_plus_d_j2 * d_j1_plus_d_j2;
-    let w4 = p.L2.neg_mul_add(d_j1_plus_d_j2_sq, w2);
-    let d_j3_plus_d_j1_plus_d_j2 = dq_j3 + d_j1_plus_d_j2;
-    let w5 = sin_j3.neg_mul_add(w4, cos_j3 * w3);
-    let w6 = p.m2 * w2;
-    let w7 = p.m3 * w5;
-    let d_j3_plus_d_j1_plus_d_j2_sq = d_j3_plus_d_j1_plus_d_j2 * d_j3_plus_d_j1_plus_d_j2;
-    let w8 = m3_lc3 * w5;
-    let w9 = p.m3 * sin_j3.mul_add(w3, cos_j3 * w4);
-    let w10 = m3_lc3.neg_mul_add(d_j3_plus_d_j1_plus_d_j2_sq, w9);
-    let w11 = sin_j3.mul_add(w10, cos_j3 * w7);
-    let w12 = m2_lc2.mul_add(w3, p.L2.mul_add(w11, w8));
-    let w13 = m2_lc2.neg_mul_add(d_j1_plus_d_j2_sq, w6);
-    let w14 = w13 + sin_j3.neg_mul_add(w7, cos_j3 * w10);
-    let w15 = cos_j2 * p.m2.mul_add(w3, w11);
-    let w16 = p.L1.mul_add(sin_j2.mul_add(w14, w15), w12);
-    let force_j2 = -w12;
-    let force_j3 = -w8;
-    let force_j1 = u_j1 - (p.m1 * p.lc1).mul_add(g_cos_j1, w16);
+    let w5 = m2_plus_m3 * w3;
+    let w6 = dq_j3 * (d_j1_plus_d_j2 + (dq_j3 + d_j1_plus_d_j2));
+    let w7 = m3_lc3_sin_j3 * w6;
+    let w8 = m3_lc3_sin_j3 * p.L2.neg_mul_add(d_j1_plus_d_j2_sq, w3);
+    let force_j3 = m3_lc3_cos_j3.neg_mul_add(w4, w8);
+    let w9 = m3_lc3_sin_j3 * d_j1_plus_d_j2_sq;
+    let w10 = w1.neg_mul_add(w4, m3_lc3_sin_j3 * w3);
+    let force_j2 = p.L2.mul_add(w7, w10);
+    let w11 = w1.neg_mul_add(d_j1_plus_d_j2_sq, w5);
+    let w12 = cos_j2 * (w7 + m2_plus_m3.neg_mul_add(w4, w9));
+    let w13 = m3_lc3_cos_j3.mul_sub(w6, w11);
+    let w14 = sin_j2.mul_add(w13, w12);
+    let w15 = p.L1.mul_add(w14, force_j2);
+    let force_j1 = u_j1 - (p.m1 * p.lc1).mul_sub(g_cos_j1, w15);
     [force_j1, force_j2, force_j3]
 }
 
@@ -402,13 +402,13 @@ pub fn constraint_bias<T: Scalar>(p: &Parameters<T>, x: &Point<T, 3, 1, 0>) -> [
     let cos_j1_cos_j2 = cos_j1 * cos_j2;
     let w5 = sin_j1.neg_mul_add(sin_j2, cos_j1_cos_j2);
     let w6 = sin_j1.mul_add(cos_j2, cos_j1 * sin_j2);
-    let w7 = sin_j3.neg_mul_add(w6, cos_j3 * w5);
-    let w8 = cos_j3.mul_add(w6, sin_j3 * w5);
+    let w7 = cos_j3.mul_add(w6, sin_j3 * w5);
     let d_j3_plus_d_j1_plus_d_j2_sq = d_j3_plus_d_j1_plus_d_j2 * d_j3_plus_d_j1_plus_d_j2;
+    let w8 = cos_j3.neg_mul_add(w5, sin_j3 * w6);
     let w9 = cos_j3.neg_mul_add(w1, w2);
-    let w10 = p.L3.neg_mul_add(d_j3_plus_d_j1_plus_d_j2_sq, w9);
-    let b_closure_x = w7.neg_mul_add(w10, w4 * w8);
-    let b_closure_y = -w8.mul_add(w10, w4 * w7);
+    let w10 = p.L3.mul_sub(d_j3_plus_d_j1_plus_d_j2_sq, w9);
+    let b_closure_y = w7.mul_add(w10, w4 * w8);
+    let b_closure_x = w8.neg_mul_add(w10, w4 * w7);
     [b_closure_x, b_closure_y]
 }
 
@@ -550,19 +550,20 @@ pub fn equation_of_motion<T: Scalar>(
     let l2_m3_lc3_cos_j3 = p.L2 * m3_lc3_cos_j3;
     let w6 = p.L2.mul_add(m3_lc3_cos_j3_plus_l2_m3, l2_m3_lc3_cos_j3);
     let l2_m3_lc3_sin_j3 = p.L2 * m3_lc3_sin_j3;
-    let w7 = p.lc2.mul_add(m2_lc2, w2) + (w3 + w5 + w6);
-    let w8 = w2 + (w4 - w5);
+    let m2_plus_m3 = p.m2 + p.m3;
+    let w7 = m2_lc2 + m3_lc3_cos_j3_plus_l2_m3;
+    let w8 = p.lc2.mul_add(m2_lc2, w2) + (w3 + w5 + w6);
+    let w9 = w2 + (w4 - w5);
     let sin_j2_m3_lc3_sin_j3 = sin_j2 * m3_lc3_sin_j3;
-    let w9 = m2_lc2 + m3_lc3_cos_j3_plus_l2_m3;
-    let w10 = cos_j2.mul_sub(w9, sin_j2_m3_lc3_sin_j3);
+    let w10 = cos_j2.mul_sub(w7, sin_j2_m3_lc3_sin_j3);
     let w11 = sin_j3.mul_add(lc3_m3_lc3_cos_j3, l2_m3_lc3_sin_j3);
     let w12 = T::from_f64(2.0) * sin_j2;
-    let w13 = cos_j2 * w11.neg_mul_add(w12, cos_j2 * (w7 - w8));
+    let w13 = cos_j2 * w11.neg_mul_add(w12, cos_j2 * (w8 - w9));
     let w14 = p.L1 * w10;
-    let w15 = p.L1.mul_add(p.m2 + p.m3, w10);
-    let w16 = w8 + w13 + p.L1.mul_add(w15, w14);
-    let m_j1_j1 = p.lc1.mul_add(m1_lc1, w1) + w16 + (w1 + (w7 - w13));
-    let m_j2_j2 = w7 + w8;
+    let w15 = p.L1.mul_add(m2_plus_m3, w10);
+    let w16 = w9 + w13 + p.L1.mul_add(w15, w14);
+    let m_j1_j1 = p.lc1.mul_add(m1_lc1, w1) + w16 + (w1 + (w8 - w13));
+    let m_j2_j2 = w8 + w9;
     let m_j1_j2 = w14 + m_j2_j2;
     let m_j3_j3 = w3 + w4;
     let m_j2_j3 = l2_m3_lc3_cos_j3 + m_j3_j3;
@@ -578,57 +579,55 @@ pub fn equation_of_motion<T: Scalar>(
     let w20 = cos_j2_g_cos_j1 - sin_j2 * g_sin_j1_minus_l1_d_j1_sq;
     let d_j1_plus_d_j2_sq = d_j1_plus_d_j2 * d_j1_plus_d_j2;
     let l2_d_j1_plus_d_j2_sq = p.L2 * d_j1_plus_d_j2_sq;
-    let w21 = w19 - l2_d_j1_plus_d_j2_sq;
     let d_j3_plus_d_j1_plus_d_j2 = dq_j3 + d_j1_plus_d_j2;
-    let w22 = sin_j3.neg_mul_add(w21, cos_j3 * w20);
-    let d_j3_plus_d_j1_plus_d_j2_sq = d_j3_plus_d_j1_plus_d_j2 * d_j3_plus_d_j1_plus_d_j2;
-    let w23 = p.m2 * w19;
-    let w24 = p.m3 * w22;
-    let w25 = m3_lc3 * w22;
-    let w26 = p.m3 * sin_j3.mul_add(w20, cos_j3 * w21);
-    let w27 = m3_lc3.neg_mul_add(d_j3_plus_d_j1_plus_d_j2_sq, w26);
-    let w28 = sin_j3.mul_add(w27, cos_j3 * w24);
-    let w29 = m2_lc2.mul_add(w20, p.L2.mul_add(w28, w25));
-    let w30 = m2_lc2.neg_mul_add(d_j1_plus_d_j2_sq, w23);
-    let w31 = w30 + sin_j3.neg_mul_add(w24, cos_j3 * w27);
-    let w32 = cos_j2 * p.m2.mul_add(w20, w28);
-    let w33 = p.L1.mul_add(sin_j2.mul_add(w31, w32), w29);
-    let force_j2 = -w29;
-    let force_j3 = -w25;
+    let w21 = m2_plus_m3 * w19;
+    let w22 = dq_j3 * (d_j1_plus_d_j2 + d_j3_plus_d_j1_plus_d_j2);
+    let w23 = m3_lc3_sin_j3 * w22;
+    let w24 = m3_lc3_sin_j3 * (w19 - l2_d_j1_plus_d_j2_sq);
+    let force_j3 = m3_lc3_cos_j3.neg_mul_add(w20, w24);
     let sin_j2_l1_d_j1_sq = sin_j2 * l1_d_j1_sq;
-    let w34 = cos_j2.mul_add(l1_d_j1_sq, l2_d_j1_plus_d_j2_sq);
-    let w35 = sin_j3 * sin_j2_l1_d_j1_sq;
-    let w36 = sin_j3 * w34;
-    let w37 = cos_j3.mul_add(sin_j2_l1_d_j1_sq, w36);
+    let w25 = cos_j2.mul_add(l1_d_j1_sq, l2_d_j1_plus_d_j2_sq);
+    let w26 = sin_j3 * sin_j2_l1_d_j1_sq;
+    let w27 = sin_j3 * w25;
+    let w28 = cos_j3.mul_add(sin_j2_l1_d_j1_sq, w27);
     let l1_cos_j1 = p.L1 * cos_j1;
     let l1_sin_j1 = p.L1 * sin_j1;
     let cos_j1_cos_j2 = cos_j1 * cos_j2;
-    let w38 = sin_j1.neg_mul_add(sin_j2, cos_j1_cos_j2);
-    let w39 = sin_j1.mul_add(cos_j2, cos_j1 * sin_j2);
-    let w40 = p.L2 * w38;
-    let w41 = p.L2 * w39;
-    let w42 = sin_j3.neg_mul_add(w39, cos_j3 * w38);
-    let w43 = cos_j3.mul_add(w39, sin_j3 * w38);
-    let force_j1 = u_j1 - m1_lc1.mul_add(g_cos_j1, w33);
-    let w44 = d_j1_plus_d_j2 * w41;
-    let w45 = d_j1_plus_d_j2 * w40;
-    let a_closure_y_j3 = p.L3 * w42;
-    let w46 = p.L3 * w43;
-    let a_closure_y_j1 = l1_cos_j1 + w40 + a_closure_y_j3;
-    let c_closure_y = l1_sin_j1 + w41 + w46;
-    let w47 = dq_j1.mul_add(l1_sin_j1, w44);
-    let c_dot_closure_x = -d_j3_plus_d_j1_plus_d_j2.mul_add(w46, w47);
-    let w48 = dq_j1.mul_add(l1_cos_j1, w45);
-    let c_dot_closure_y = d_j3_plus_d_j1_plus_d_j2.mul_add(a_closure_y_j3, w48);
-    let a_closure_x_j3 = -w46;
+    let w29 = sin_j1.neg_mul_add(sin_j2, cos_j1_cos_j2);
+    let w30 = sin_j1.mul_add(cos_j2, cos_j1 * sin_j2);
+    let w31 = p.L2 * w29;
+    let w32 = p.L2 * w30;
+    let w33 = sin_j3.neg_mul_add(w30, cos_j3 * w29);
+    let w34 = cos_j3.mul_add(w30, sin_j3 * w29);
+    let w35 = d_j1_plus_d_j2 * w32;
+    let w36 = d_j1_plus_d_j2 * w31;
+    let a_closure_y_j3 = p.L3 * w33;
+    let w37 = p.L3 * w34;
+    let a_closure_y_j1 = l1_cos_j1 + w31 + a_closure_y_j3;
+    let c_closure_y = l1_sin_j1 + w32 + w37;
+    let w38 = dq_j1.mul_add(l1_sin_j1, w35);
+    let c_dot_closure_x = -d_j3_plus_d_j1_plus_d_j2.mul_add(w37, w38);
+    let w39 = dq_j1.mul_add(l1_cos_j1, w36);
+    let c_dot_closure_y = d_j3_plus_d_j1_plus_d_j2.mul_add(a_closure_y_j3, w39);
+    let a_closure_x_j3 = -w37;
     let a_closure_y_j2 = a_closure_y_j1 - l1_cos_j1;
     let a_closure_x_j2 = l1_sin_j1 - c_closure_y;
     let a_closure_x_j1 = -c_closure_y;
-    let w49 = cos_j3.neg_mul_add(w34, w35);
-    let w50 = p.L3.neg_mul_add(d_j3_plus_d_j1_plus_d_j2_sq, w49);
+    let d_j3_plus_d_j1_plus_d_j2_sq = d_j3_plus_d_j1_plus_d_j2 * d_j3_plus_d_j1_plus_d_j2;
     let c_closure_x = a_closure_y_j1 - p.d;
-    let b_closure_x = w42.neg_mul_add(w50, w37 * w43);
-    let b_closure_y = -w43.mul_add(w50, w37 * w42);
+    let w40 = m3_lc3_sin_j3 * d_j1_plus_d_j2_sq;
+    let w41 = w7.neg_mul_add(w20, m3_lc3_sin_j3 * w19);
+    let force_j2 = p.L2.mul_add(w23, w41);
+    let w42 = w7.neg_mul_add(d_j1_plus_d_j2_sq, w21);
+    let w43 = cos_j2 * (w23 + m2_plus_m3.neg_mul_add(w20, w40));
+    let w44 = m3_lc3_cos_j3.mul_sub(w22, w42);
+    let w45 = sin_j2.mul_add(w44, w43);
+    let w46 = p.L1.mul_add(w45, force_j2);
+    let force_j1 = u_j1 - m1_lc1.mul_sub(g_cos_j1, w46);
+    let w47 = cos_j3.neg_mul_add(w25, w26);
+    let w48 = p.L3.mul_sub(d_j3_plus_d_j1_plus_d_j2_sq, w47);
+    let b_closure_y = w28.neg_mul_add(w33, w34 * w48);
+    let b_closure_x = w28.mul_add(w34, w33 * w48);
     EquationOfMotion {
         mass_matrix: [
             [m_j1_j1, m_j1_j2, m_j1_j3],

@@ -7,11 +7,11 @@
 // Operations; what a function shares inside itself is counted once:
 //   function                total    + -      *      /  sin cos  other
 //   mass_matrix                25     12     12      0        1      0
-//   bias_force                 33     10     19      0        4      0
+//   bias_force                 29      9     16      0        4      0
 //   applied_force               0      0      0      0        0      0
 //   input_matrix                0      0      0      0        0      0
-//   force                      33     10     19      0        4      0
-//   equation_of_motion         55     22     29      0        4      0
+//   force                      30     10     16      0        4      0
+//   equation_of_motion         49     21     24      0        4      0
 
 use ::dynamics::linalg::from_rows;
 use ::dynamics::nalgebra::{SMatrix, SVector};
@@ -186,22 +186,18 @@ pub fn bias_force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [T; 2]
     let (sin_j1, cos_j1) = circular[0];
     let (sin_j2, cos_j2) = circular[1];
     let m2_lc2 = p.m2 * p.lc2;
+    let m2_lc2_cos_j2 = m2_lc2 * cos_j2;
+    let m2_lc2_sin_j2 = m2_lc2 * sin_j2;
+    let m2_lc2_cos_j2_plus_l1_m2 = p.l1.mul_add(p.m2, m2_lc2_cos_j2);
+    let g_cos_j1 = p.g * cos_j1;
     let g_sin_j1 = p.g * sin_j1;
-    let l1_d_j1_sq = p.l1 * (dq_j1 * dq_j1);
-    let g_cos_j1_plus_l1_d_j1_sq = p.g.mul_add(cos_j1, l1_d_j1_sq);
-    let d_j1_plus_d_j2 = dq_j1 + dq_j2;
-    let sin_j2_g_sin_j1 = sin_j2 * g_sin_j1;
-    let w1 = sin_j2 * g_cos_j1_plus_l1_d_j1_sq;
-    let w2 = cos_j2.mul_add(g_sin_j1, w1);
-    let w3 = sin_j2_g_sin_j1 - cos_j2 * g_cos_j1_plus_l1_d_j1_sq;
-    let w4 = m2_lc2 * w2;
-    let d_j1_plus_d_j2_sq = d_j1_plus_d_j2 * d_j1_plus_d_j2;
-    let w5 = p.m2 * w3;
-    let w6 = m2_lc2.neg_mul_add(d_j1_plus_d_j2_sq, w5);
-    let w7 = sin_j2.mul_add(w6, cos_j2 * (p.m2 * w2));
-    let w8 = p.l1.mul_add(w7, w4);
-    let bias_j1 = -(p.m1 * p.lc1).mul_add(g_sin_j1, w8);
-    let bias_j2 = -w4;
+    let w1 = p.m1.mul_add(p.lc1, m2_lc2_cos_j2_plus_l1_m2);
+    let m2_lc2_sin_j2_g_cos_j1 = m2_lc2_sin_j2 * g_cos_j1;
+    let w2 = m2_lc2_sin_j2 * p.l1.mul_add(dq_j1 * dq_j1, g_cos_j1);
+    let w3 = m2_lc2_sin_j2 * (dq_j2 * (dq_j1 + (dq_j1 + dq_j2)));
+    let w4 = w1.mul_add(g_sin_j1, m2_lc2_sin_j2_g_cos_j1);
+    let bias_j1 = p.l1.mul_sub(w3, w4);
+    let bias_j2 = -m2_lc2_cos_j2.mul_add(g_sin_j1, w2);
     [bias_j1, bias_j2]
 }
 
@@ -235,22 +231,18 @@ pub fn force<T: Scalar>(p: &Parameters<T>, x: &Point<T, 2, 2, 0>) -> [T; 2] {
     let (sin_j1, cos_j1) = circular[0];
     let (sin_j2, cos_j2) = circular[1];
     let m2_lc2 = p.m2 * p.lc2;
+    let m2_lc2_cos_j2 = m2_lc2 * cos_j2;
+    let m2_lc2_sin_j2 = m2_lc2 * sin_j2;
+    let m2_lc2_cos_j2_plus_l1_m2 = p.l1.mul_add(p.m2, m2_lc2_cos_j2);
+    let g_cos_j1 = p.g * cos_j1;
     let g_sin_j1 = p.g * sin_j1;
-    let l1_d_j1_sq = p.l1 * (dq_j1 * dq_j1);
-    let g_cos_j1_plus_l1_d_j1_sq = p.g.mul_add(cos_j1, l1_d_j1_sq);
-    let d_j1_plus_d_j2 = dq_j1 + dq_j2;
-    let sin_j2_g_sin_j1 = sin_j2 * g_sin_j1;
-    let w1 = sin_j2 * g_cos_j1_plus_l1_d_j1_sq;
-    let w2 = cos_j2.mul_add(g_sin_j1, w1);
-    let w3 = sin_j2_g_sin_j1 - cos_j2 * g_cos_j1_plus_l1_d_j1_sq;
-    let w4 = m2_lc2 * w2;
-    let d_j1_plus_d_j2_sq = d_j1_plus_d_j2 * d_j1_plus_d_j2;
-    let w5 = p.m2 * w3;
-    let w6 = m2_lc2.neg_mul_add(d_j1_plus_d_j2_sq, w5);
-    let w7 = sin_j2.mul_add(w6, cos_j2 * (p.m2 * w2));
-    let w8 = p.l1.mul_add(w7, w4);
-    let force_j1 = u_j1 - (p.m1 * p.lc1).mul_add(g_sin_j1, w8);
-    let force_j2 = u_j2 - w4;
+    let w1 = p.m1.mul_add(p.lc1, m2_lc2_cos_j2_plus_l1_m2);
+    let m2_lc2_sin_j2_g_cos_j1 = m2_lc2_sin_j2 * g_cos_j1;
+    let w2 = m2_lc2_sin_j2 * p.l1.mul_add(dq_j1 * dq_j1, g_cos_j1);
+    let w3 = m2_lc2_sin_j2 * (dq_j2 * (dq_j1 + (dq_j1 + dq_j2)));
+    let w4 = w1.mul_add(g_sin_j1, m2_lc2_sin_j2_g_cos_j1);
+    let force_j1 = u_j1 + p.l1.mul_sub(w3, w4);
+    let force_j2 = u_j2 - m2_lc2_cos_j2.mul_add(g_sin_j1, w2);
     [force_j1, force_j2]
 }
 
@@ -302,30 +294,24 @@ pub fn equation_of_motion<T: Scalar>(
     let lc2_m2_lc2 = p.lc2 * m2_lc2;
     let w3 = w2 + lc2_m2_lc2;
     let m2_lc2_cos_j2 = m2_lc2 * cos_j2;
+    let m2_lc2_sin_j2 = m2_lc2 * sin_j2;
     let w4 = cos_j2 * (lc2_m2_lc2 * cos_j2);
-    let l1_m2_lc2_cos_j2 = p.l1 * m2_lc2_cos_j2;
     let m2_lc2_cos_j2_plus_l1_m2 = p.l1.mul_add(p.m2, m2_lc2_cos_j2);
+    let l1_m2_lc2_cos_j2 = p.l1 * m2_lc2_cos_j2;
     let w5 = p.l1.mul_add(m2_lc2_cos_j2_plus_l1_m2, l1_m2_lc2_cos_j2);
     let w6 = p.lc1.mul_add(m1_lc1, w1) + (w2 + w4 + w5);
     let m_j1_j1 = w6 + (w1 + (w3 - w4));
     let m_j2_j2 = w2 + w3;
     let m_j1_j2 = l1_m2_lc2_cos_j2 + m_j2_j2;
+    let g_cos_j1 = p.g * cos_j1;
     let g_sin_j1 = p.g * sin_j1;
-    let l1_d_j1_sq = p.l1 * (dq_j1 * dq_j1);
-    let g_cos_j1_plus_l1_d_j1_sq = p.g.mul_add(cos_j1, l1_d_j1_sq);
-    let d_j1_plus_d_j2 = dq_j1 + dq_j2;
-    let sin_j2_g_sin_j1 = sin_j2 * g_sin_j1;
-    let w7 = sin_j2 * g_cos_j1_plus_l1_d_j1_sq;
-    let w8 = cos_j2.mul_add(g_sin_j1, w7);
-    let w9 = sin_j2_g_sin_j1 - cos_j2 * g_cos_j1_plus_l1_d_j1_sq;
-    let w10 = m2_lc2 * w8;
-    let d_j1_plus_d_j2_sq = d_j1_plus_d_j2 * d_j1_plus_d_j2;
-    let w11 = p.m2 * w9;
-    let w12 = m2_lc2.neg_mul_add(d_j1_plus_d_j2_sq, w11);
-    let w13 = sin_j2.mul_add(w12, cos_j2 * (p.m2 * w8));
-    let w14 = p.l1.mul_add(w13, w10);
-    let force_j1 = u_j1 - m1_lc1.mul_add(g_sin_j1, w14);
-    let force_j2 = u_j2 - w10;
+    let w7 = m1_lc1 + m2_lc2_cos_j2_plus_l1_m2;
+    let m2_lc2_sin_j2_g_cos_j1 = m2_lc2_sin_j2 * g_cos_j1;
+    let w8 = m2_lc2_sin_j2 * p.l1.mul_add(dq_j1 * dq_j1, g_cos_j1);
+    let w9 = m2_lc2_sin_j2 * (dq_j2 * (dq_j1 + (dq_j1 + dq_j2)));
+    let w10 = w7.mul_add(g_sin_j1, m2_lc2_sin_j2_g_cos_j1);
+    let force_j1 = u_j1 + p.l1.mul_sub(w9, w10);
+    let force_j2 = u_j2 - m2_lc2_cos_j2.mul_add(g_sin_j1, w8);
     EquationOfMotion {
         mass_matrix: [[m_j1_j1, m_j1_j2], [m_j1_j2, m_j2_j2]],
         force: [force_j1, force_j2],

@@ -15,7 +15,7 @@
 //   constraint_bias             8      2      4      0        2      0
 //   constraint_residual         5      1      2      0        2      0
 //   constraint_rate             5      1      2      0        2      0
-//   equation_of_motion         28      9     17      0        2      0
+//   equation_of_motion         27      9     16      0        2      0
 
 use ::dynamics::linalg::from_rows;
 use ::dynamics::nalgebra::{SMatrix, SVector};
@@ -332,12 +332,13 @@ pub fn equation_of_motion<T: Scalar>(
     let w1 = T::from_f64(0.5) * p.I_G;
     let m_r = p.m * p.R;
     let m_y_theta = cos_theta * m_r;
+    let sin_theta_m_r = a_no_side_slip_x * m_r;
     let m_theta_theta = w1 + p.R.mul_add(m_r, w1);
-    let m_x_theta = -(a_no_side_slip_x * m_r);
-    let m_r_d_theta_sq = m_r * (dq_theta * dq_theta);
-    let cos_theta_m_r_d_theta_sq = cos_theta * m_r_d_theta_sq;
+    let m_x_theta = -sin_theta_m_r;
+    let d_theta_sq = dq_theta * dq_theta;
+    let cos_theta_m_r_d_theta_sq = m_y_theta * d_theta_sq;
     let force_x = u_drive.mul_add(cos_theta, cos_theta_m_r_d_theta_sq);
-    let sin_theta_m_r_d_theta_sq = a_no_side_slip_x * m_r_d_theta_sq;
+    let sin_theta_m_r_d_theta_sq = sin_theta_m_r * d_theta_sq;
     let force_y = u_drive * a_no_side_slip_x + sin_theta_m_r_d_theta_sq;
     let a_no_side_slip_y = -cos_theta;
     let d_y_d_theta_sin_theta = dq_y * (dq_theta * a_no_side_slip_x);

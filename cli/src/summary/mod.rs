@@ -5,7 +5,7 @@ mod page;
 use crate::model::Loaded;
 use dynamics_codegen::derive::{Sensitivity, Variable};
 use dynamics_codegen::dimension::Dimension;
-use dynamics_codegen::graph::ExprId;
+use dynamics_codegen::graph::{ExprId, Graph};
 use dynamics_codegen::model::{ConstraintKind, Effect, Position};
 use dynamics_codegen::{Model, Severity};
 use serde::Serialize;
@@ -360,9 +360,10 @@ impl Operations {
     fn of(loaded: &Loaded) -> Self {
         let of = &loaded.compiled.system;
         let (mass, rows) = (of.mass_matrix.concat(), of.constraint_matrix.concat());
-        let motion = [&mass[..], &of.force, &rows, &of.constraint_bias].concat();
-        let graph = &loaded.compiled.model.graph;
-        let count = |expressions: &[ExprId]| graph.operation_count(expressions);
+        let force = &of.force_beside_mass;
+        let motion = [&mass[..], force, &rows, &of.constraint_bias].concat();
+        let mut graph = loaded.compiled.model.graph.clone();
+        let mut count = |expressions: &[ExprId]| as_emitted(&mut graph, expressions);
         Self {
             mass_matrix: count(&mass),
             bias_force: count(&of.bias_force),
@@ -389,5 +390,11 @@ fn derivative_count(loaded: &Loaded) -> usize {
         .chain((0..k).map(Variable::Input))
         .collect();
     let columns = Sensitivity::new(&mut model, system, &variables).columns;
-    model.graph.operation_count(&columns.concat())
+    as_emitted(&mut model.graph, &columns.concat())
+}
+
+/// How many operations code that is generated takes for these.
+fn as_emitted(graph: &mut Graph, expressions: &[ExprId]) -> usize {
+    let settled = graph.settle_signs(expressions, |_| false);
+    graph.operation_count(&settled)
 }

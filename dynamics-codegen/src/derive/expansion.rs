@@ -127,6 +127,21 @@ impl Expansion {
         Ok(entries)
     }
 
+    /// As [`entries`](Self::entries), by the operations that are fewest in a function that
+    /// computes the mass matrix or its factors as well.
+    ///
+    /// # Errors
+    /// As [`entries`](Self::entries).
+    pub fn entries_beside_mass(&mut self, item: Item) -> Result<Vec<ExprId>, ItemError> {
+        let entries = self.entries(item)?;
+        Ok(match (item.term, item.by) {
+            (Term::BiasForce, None) => self.system.bias_force_beside_mass.clone(),
+            (Term::Force, None) => self.system.force_beside_mass.clone(),
+            (Term::ForwardDynamics, None) => self.motion(false).acceleration,
+            _ => entries,
+        })
+    }
+
     /// Whether the model has the item, but for factors that are singular at every state.
     ///
     /// # Errors
@@ -228,7 +243,7 @@ impl Expansion {
                 self.at_motion(&sensors, &motion)
             }
             Term::InverseDynamics => self.inverse_dynamics(false),
-            Term::ForwardDynamics => self.motion(false).acceleration,
+            Term::ForwardDynamics => self.forward_dynamics(),
             Term::ConstrainedAcceleration => self.motion(true).acceleration,
             Term::ConstrainedMultipliers => self.motion(true).multipliers,
             Term::ForceResidual => {
@@ -298,6 +313,23 @@ impl Expansion {
         residuals_from(&mut self.model, &system, &needed, &a, &lambda)
     }
 
+    /// Whether the forward dynamics by itself are a recursion over the tree, which does not
+    /// need the mass matrix.
+    pub fn moves_without_mass_matrix(&self) -> bool {
+        self.whole_tree().is_some_and(|tree| tree.is_articulated())
+    }
+
+    /// `a` without constraints.
+    fn forward_dynamics(&mut self) -> Vec<ExprId> {
+        match self.whole_tree() {
+            Some(tree) => {
+                let applied = self.applied();
+                tree.forward_dynamics(&mut self.model.graph, &applied)
+            }
+            None => self.motion(false).acceleration,
+        }
+    }
+
     /// `a` and `λ`; `a = M⁻¹ Q` without constraints.
     fn motion(&mut self, constrained: bool) -> Motion {
         let (rows, bias) = self.rows(constrained);
@@ -315,7 +347,7 @@ impl Expansion {
             }
             None => {
                 let graph = &mut self.model.graph;
-                factor.constrained(graph, &self.system.force, &rows, &bias)
+                factor.constrained(graph, &self.system.force_beside_mass, &rows, &bias)
             }
         };
         Motion {

@@ -8,6 +8,8 @@ use crate::model::Model;
 pub(super) struct Inertial {
     pub mass_matrix: Vec<Vec<ExprId>>,
     pub bias_force: Vec<ExprId>,
+    /// The same by the operations that are fewest beside the mass matrix.
+    pub bias_force_beside_mass: Vec<ExprId>,
     pub kinetic_energy: ExprId,
     pub potential_energy: ExprId,
 }
@@ -21,6 +23,7 @@ pub(super) fn terms(model: &mut Model, readings: &Readings) -> Inertial {
         potential,
     } = lagrange::equations(model, readings);
     let (mut kinetic_energy, mut potential_energy) = (kinetic, potential);
+    let mut bias_force_beside_mass = bias_force.clone();
     if let Some(mechanism) = model.mechanism.clone() {
         let graph = &mut model.graph;
         let of_bodies = mechanism.mass_matrix(graph);
@@ -32,6 +35,10 @@ pub(super) fn terms(model: &mut Model, readings: &Readings) -> Inertial {
         for (entry, part) in bias_force.iter_mut().zip(mechanism.bias_force(graph)) {
             *entry = graph.add(*entry, part);
         }
+        let of_bodies = mechanism.bias_force_beside_mass(graph);
+        for (entry, part) in bias_force_beside_mass.iter_mut().zip(of_bodies) {
+            *entry = graph.add(*entry, part);
+        }
         let of_bodies = mechanism.kinetic_energy(graph);
         kinetic_energy = graph.add(kinetic_energy, of_bodies);
         let of_bodies = mechanism.potential_energy(graph);
@@ -40,6 +47,7 @@ pub(super) fn terms(model: &mut Model, readings: &Readings) -> Inertial {
     Inertial {
         mass_matrix,
         bias_force,
+        bias_force_beside_mass,
         kinetic_energy,
         potential_energy,
     }

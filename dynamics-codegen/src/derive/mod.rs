@@ -30,12 +30,16 @@ pub struct System {
     pub mass_matrix: Vec<Vec<ExprId>>,
     /// `Q_C`, `n`: fictitious and conservative forces, on the right-hand side.
     pub bias_force: Vec<ExprId>,
+    /// `Q_C` by the operations that are fewest where `M` is computed as well.
+    pub bias_force_beside_mass: Vec<ExprId>,
     /// `Q_D`, `n`: what is left of the stated forces at zero input.
     pub applied_force: Vec<ExprId>,
     /// `B = ∂Q/∂u`, `n×(k+d)`: the inputs, then the `d` delayed ones.
     pub input_matrix: Vec<Vec<ExprId>>,
     /// `Q = Q_C + Q_D + Q_u`, `n`.
     pub force: Vec<ExprId>,
+    /// `Q` by the operations that are fewest where `M` is computed as well.
+    pub force_beside_mass: Vec<ExprId>,
     /// `∂Q/∂λ`, `n×m`: what multipliers do to the forces. Empty if nothing: then `Q`
     /// contains no multiplier.
     pub multiplier_slope: Vec<Vec<ExprId>>,
@@ -95,6 +99,7 @@ pub fn derive(model: &mut Model) -> System {
     let inertial::Inertial {
         mass_matrix,
         bias_force,
+        bias_force_beside_mass,
         kinetic_energy,
         potential_energy,
     } = inertial::terms(model, &readings);
@@ -103,9 +108,11 @@ pub fn derive(model: &mut Model) -> System {
         input_matrix,
         total,
     } = force::forces(model, &readings);
-    let force: Vec<ExprId> = (0..model.coordinates.len())
-        .map(|i| model.graph.add(bias_force[i], total[i]))
-        .collect();
+    let mut with = |bias: &[ExprId]| -> Vec<ExprId> {
+        let parts = bias.iter().zip(&total);
+        parts.map(|(&x, &y)| model.graph.add(x, y)).collect()
+    };
+    let (force, force_beside_mass) = (with(&bias_force), with(&bias_force_beside_mass));
     let multiplier_slope = if model.uses_multipliers() {
         let multipliers = model.multiplier_symbols();
         model.graph.jacobian(&force, &multipliers)
@@ -136,9 +143,11 @@ pub fn derive(model: &mut Model) -> System {
     System {
         mass_matrix,
         bias_force,
+        bias_force_beside_mass,
         applied_force,
         input_matrix,
         force,
+        force_beside_mass,
         multiplier_slope,
         constraint_matrix: rows.iter().map(|row| row.jacobian.clone()).collect(),
         constraint_bias: rows.iter().map(|row| row.bias).collect(),

@@ -156,11 +156,21 @@ pub fn quantities(compiled: &Compiled) -> Vec<Quantity> {
 }
 
 fn terms(expansion: &mut Expansion) -> Vec<Quantity> {
+    let items = TERMS.map(Item::of);
+    quantities_of(expansion, &items, Expansion::entries)
+}
+
+/// The quantities of these items that the model has.
+fn quantities_of(
+    expansion: &mut Expansion,
+    items: &[Item],
+    entries: fn(&mut Expansion, Item) -> Result<Vec<ExprId>, ItemError>,
+) -> Vec<Quantity> {
     let axes = Axes::new(expansion);
     let mut quantities = Vec::new();
-    for item in TERMS.map(Item::of) {
+    for &item in items {
         // What a model lacks it has no function for.
-        if let Ok(entries) = expansion.entries(item)
+        if let Ok(entries) = entries(expansion, item)
             && !entries.is_empty()
         {
             quantities.push(Quantity::new(item, &axes, entries));
@@ -219,21 +229,26 @@ impl Plan {
     pub fn new(compiled: &Compiled, requested: &Functions) -> Result<Self, FunctionError> {
         let mut expansion = Expansion::new(compiled);
         let terms = terms(&mut expansion);
-        let mut functions: Vec<Function> = terms.iter().cloned().map(Function::single).collect();
-        let mut equation = Function {
+        let mut functions: Vec<Function> = terms.into_iter().map(Function::single).collect();
+        let mut equation_by = |entries| Function {
             name: EQUATION_OF_MOTION.to_string(),
             meaning: "Everything that the equation of motion needs".to_string(),
-            quantities: terms
-                .into_iter()
-                .filter(|q| q.item.is_some_and(|item| FUSED.contains(&item.term)))
-                .collect(),
+            quantities: quantities_of(&mut expansion, &FUSED.map(Item::of), entries),
             fused: true,
             solved: None,
             given: None,
         };
-        equation.given = giver(&expansion.model.graph, &functions, &equation);
+        let ways = [
+            equation_by(Expansion::entries_beside_mass),
+            equation_by(Expansion::entries),
+        ];
+        let equation = shorter(&expansion.model.graph, &functions, ways);
         functions.push(equation);
         on_request(&mut expansion, requested, &mut functions)?;
+        // At the end: what begins with another function contains that one's expressions.
+        for function in &mut functions {
+            function.settle_signs(&mut expansion.model.graph);
+        }
         Ok(Self {
             model: expansion.model.clone(),
             functions,
@@ -282,15 +297,24 @@ fn on_request(
     }
     let mut frames = Frames::default();
     for wish in &wishes {
-        let Some(mut function) = requested_function(expansion, &mut frames, wish)? else {
+        let Some(function) = requested_function(expansion, &mut frames, wish)? else {
             continue;
         };
         if functions.iter().any(|known| known.name == function.name) {
             let name = function.name;
             return Err(FunctionError::Twice { name });
         }
+        let mut by_itself = function.clone();
+        for quantity in &mut by_itself.quantities {
+            let item = quantity
+                .item
+                .filter(|item| item.term != Term::ForwardDynamics);
+            if let Some(item) = item.filter(|_| !quantity.entries.is_empty()) {
+                quantity.entries = expansion.entries(item)?;
+            }
+        }
         let graph = &expansion.model.graph;
-        function.given = giver(graph, functions, &function);
+        let function = shorter(graph, functions, [function, by_itself]);
         operations += function.written(graph).total();
         if operations > MOST_OPERATIONS {
             let function = function.name;
@@ -301,9 +325,26 @@ fn on_request(
     Ok(())
 }
 
+/// The second way, if it begins with an earlier function where the first does not; the first if
+/// both do, or none. Each with what it begins with.
+fn shorter(graph: &Graph, earlier: &[Function], ways: [Function; 2]) -> Function {
+    let [first, second] = ways.map(|mut function| {
+        function.given = giver(graph, earlier, &function);
+        function
+    });
+    match (&first.given, &second.given) {
+        (None, Some(_)) => second,
+        _ => first,
+    }
+}
+
 /// How a wish is solved for in loops, if it is to be; nothing is beside a frame.
 fn solved_in_loops(expansion: &Expansion, wish: &Wish) -> Option<Solved> {
+    let forward = [Item::of(Term::ForwardDynamics)];
     let alone = wish.frames.is_empty();
+    if wish.items == forward && expansion.moves_without_mass_matrix() {
+        return None;
+    }
     Solved::of(expansion.model.coordinates.len(), &wish.items).filter(|_| alone)
 }
 
@@ -316,11 +357,18 @@ fn requested_function(
 ) -> Result<Option<Function>, FunctionError> {
     let axes = Axes::new(expansion);
     let solved = solved_in_loops(expansion, wish);
+    let with_mass = |item: &Item| match item.term {
+        Term::MassMatrix => item.by.is_none(),
+        Term::ForwardDynamics => item.by.is_some(),
+        _ => false,
+    };
+    let beside_mass = wish.items.iter().any(with_mass);
     let mut quantities = Vec::new();
     let mut missing = None;
     for &item in &wish.items {
         let entries = match solved {
             Some(_) => expansion.can_have(item).map(|()| Vec::new()),
+            None if beside_mass => expansion.entries_beside_mass(item),
             None => expansion.entries(item),
         };
         match entries {
@@ -372,7 +420,7 @@ impl Plan {
     /// One more function: of one quantity by itself, or of several.
     pub fn add(&mut self, name: &str, mut quantities: Vec<Quantity>) {
         let single = quantities.len() == 1 && quantities[0].name == name;
-        self.functions.push(match quantities.pop() {
+        let mut function = match quantities.pop() {
             Some(only) if single => Function::single(only),
             last => {
                 quantities.extend(last);
@@ -385,7 +433,9 @@ impl Plan {
                     given: None,
                 }
             }
-        });
+        };
+        function.settle_signs(&mut self.model.graph);
+        self.functions.push(function);
     }
 }
 
@@ -398,6 +448,19 @@ impl Function {
             fused: false,
             solved: None,
             given: None,
+        }
+    }
+
+    /// Puts signs where they cost least.
+    fn settle_signs(&mut self, graph: &mut Graph) {
+        let given = |expr| {
+            let given = self.given.as_ref();
+            given.is_some_and(|given| given.places.contains_key(&expr))
+        };
+        let settled = graph.settle_signs(&self.entries(), given);
+        let places = self.quantities.iter_mut().flat_map(|q| &mut q.entries);
+        for (place, expr) in places.zip(settled) {
+            *place = expr;
         }
     }
 

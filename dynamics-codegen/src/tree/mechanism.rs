@@ -4,6 +4,7 @@ use super::check;
 use super::frames;
 use super::inertia::PseudoInertia;
 use super::link;
+use super::lumped::Lumped;
 use super::placement::{self, Anchor};
 use super::regroup;
 use super::turn::Stage;
@@ -144,7 +145,18 @@ pub struct Mechanism {
     pub(super) anchors: Vec<Anchor>,
     pub(super) gravity: Vector,
     pub(super) coordinates: usize,
+    pub(super) lumped: Choice,
+    is_articulated: bool,
     report: Report,
+}
+
+/// Which links are lumped with what carries them where forces are computed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Choice {
+    /// Where nothing else is.
+    pub alone: Lumped,
+    /// Where the mass matrix is computed as well.
+    pub beside_mass: Lumped,
 }
 
 impl Mechanism {
@@ -178,14 +190,15 @@ impl Mechanism {
         };
         let mut best: Option<(usize, Self)> = None;
         for layout in layouts {
-            let mechanism = Self::with_layout(graph, tree, options, layout, &read);
+            let mut mechanism = Self::with_layout(graph, tree, options, layout, &read);
             // The count is of a scratch copy: rejected layouts leave few nodes.
-            let cost = mechanism.cost(&mut graph.clone());
+            let cost = mechanism.choose_lumped(&mut graph.clone());
             if best.as_ref().is_none_or(|(least, _)| cost < *least) {
                 best = Some((cost, mechanism));
             }
         }
-        let (_, mechanism) = best.expect("at least one layout was tried");
+        let (_, mut mechanism) = best.expect("at least one layout was tried");
+        mechanism.is_articulated = mechanism.is_cheaper_articulated(&mut graph.clone());
         Ok(mechanism)
     }
 
@@ -213,15 +226,54 @@ impl Mechanism {
             anchors,
             gravity: tree.gravity,
             coordinates: tree.coordinates,
+            lumped: Choice {
+                alone: Lumped::NOTHING,
+                beside_mass: Lumped::NOTHING,
+            },
+            is_articulated: false,
             report,
         }
     }
 
-    /// Operations of mass matrix and bias force together.
-    fn cost(&self, graph: &mut Graph) -> usize {
-        let mut outputs: Vec<ExprId> = self.mass_matrix(graph).concat();
-        outputs.extend(self.bias_force(graph));
-        graph.operation_count(&outputs)
+    /// Chooses how forces are computed such that operations are fewest, and returns those of
+    /// mass matrix and bias force together.
+    fn choose_lumped(&mut self, graph: &mut Graph) -> usize {
+        let mass: Vec<ExprId> = self.mass_matrix(graph).concat();
+        let mut fewest = |beside: &[ExprId]| {
+            let costs = Lumped::CHOICES.map(|lumped| {
+                let outputs = [beside, &self.bias_force_by(graph, lumped)].concat();
+                (graph.operation_count(&outputs), lumped)
+            });
+            let costs = costs.into_iter();
+            costs
+                .min_by_key(|&(cost, _)| cost)
+                .expect("there are choices")
+        };
+        let (alone, (cost, beside_mass)) = (fewest(&[]).1, fewest(&mass));
+        self.lumped = Choice { alone, beside_mass };
+        cost
+    }
+
+    /// Whether articulated-body inertias save a tenth of the operations of the forward dynamics
+    /// or more: less does not pay, as each operation waits for the one before it. Large trees
+    /// are not tried: there it grows with the number of links, the factors with its square.
+    fn is_cheaper_articulated(&self, graph: &mut Graph) -> bool {
+        if !self.has_own_coordinates(graph) || self.coordinates > MANY {
+            return self.has_own_coordinates(graph);
+        }
+        let symbols: Vec<_> = (0..self.coordinates).map(|_| graph.symbol("")).collect();
+        let force: Vec<ExprId> = symbols.iter().map(|&symbol| graph.var(symbol)).collect();
+        let articulated = self.articulated_forward_dynamics(graph, &force);
+        let factored = self.constrained_forward_dynamics(graph, &force, &[], &[]);
+        let [articulated, factored] =
+            [articulated, factored.acceleration].map(|outputs| graph.operation_count(&outputs));
+        10 * articulated <= 9 * factored
+    }
+
+    /// Whether [`forward_dynamics`](Self::forward_dynamics) goes by articulated-body inertias,
+    /// because these take far fewer operations than the mass matrix and its factors.
+    pub fn is_articulated(&self) -> bool {
+        self.is_articulated
     }
 
     /// What the preparation did.

@@ -52,6 +52,7 @@
 //! # Ok::<(), dynamics_codegen::tree::TreeError>(())
 //! ```
 
+mod articulated;
 mod check;
 mod composite;
 mod energy;
@@ -60,11 +61,13 @@ mod frames;
 mod inertia;
 mod kinematics;
 mod link;
+mod lumped;
 mod mechanism;
 mod message;
 mod newton_euler;
 mod placement;
 mod regroup;
+mod second;
 mod sensitivity;
 mod solve;
 mod space;

@@ -1,9 +1,10 @@
 //! Recursive Newton–Euler in link frames.
 
-use super::inertia::PseudoInertia;
+use super::lumped::Lumped;
 use super::mechanism::{Axis, Mechanism};
+use super::second::SecondDerivative;
 use super::space::Space;
-use super::turn::{self, Matrix};
+use super::turn::{self, Stage};
 use super::vector::{self, Vector};
 use crate::graph::{ExprId, Graph};
 
@@ -19,40 +20,6 @@ pub(super) struct State {
     /// `U = [ω̇]ₓ + [ω]ₓ[ω]ₓ`: a point at `r` accelerates by `U r` against the origin.
     pub second: SecondDerivative,
     pub omega_dot: Vector,
-}
-
-/// `U = [ω̇]ₓ + [ω]ₓ[ω]ₓ` with the differences of its diagonal, which are
-/// cheaper than the diagonal.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct SecondDerivative {
-    pub matrix: Matrix,
-    squares: Vector,
-}
-
-impl SecondDerivative {
-    fn new(g: &mut Graph, omega: Vector, omega_dot: Vector) -> Self {
-        let squares = omega.map(|x| g.mul(x, x));
-        let mut matrix = [vector::zero(g); 3];
-        for i in 0..3 {
-            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-            let sum = g.add(squares[j], squares[k]);
-            matrix[i][i] = g.neg(sum);
-            let product = g.mul(omega[i], omega[j]);
-            matrix[i][j] = g.sub(product, omega_dot[k]);
-            matrix[j][i] = g.add(product, omega_dot[k]);
-        }
-        Self { matrix, squares }
-    }
-
-    /// `U r`
-    pub fn times(&self, g: &mut Graph, r: Vector) -> Vector {
-        turn::times(g, &self.matrix, r)
-    }
-
-    /// `U_kk − U_jj = ω_k² − ω_j²`
-    fn difference(&self, g: &mut Graph, k: usize, j: usize) -> ExprId {
-        g.sub(self.squares[k], self.squares[j])
-    }
 }
 
 /// Force, and moment about the origin, in a link's frame.
@@ -78,6 +45,17 @@ impl Wrench {
         }
     }
 
+    /// Seen from a frame in which the old origin lies at `shift`, in the axes before `stages`.
+    pub fn seen_before(&self, g: &mut Graph, stages: &[Stage], shift: Vector) -> Self {
+        let force = turn::up(g, stages, self.force);
+        let moment = turn::up(g, stages, self.moment);
+        let lever = vector::cross(g, shift, force);
+        Self {
+            moment: vector::add(g, moment, lever),
+            force,
+        }
+    }
+
     /// What the wrench does along a freedom's axis.
     pub fn along(&self, g: &mut Graph, axis: Axis) -> ExprId {
         match axis {
@@ -94,8 +72,19 @@ impl Mechanism {
     /// `Q_C = −(C v + g)`: minus the inverse dynamics at zero acceleration (recursive
     /// Newton–Euler, Featherstone 2008, table 5.1), one entry per coordinate.
     pub fn bias_force(&self, g: &mut Graph) -> Vec<ExprId> {
+        self.bias_force_by(g, self.lumped.alone)
+    }
+
+    /// The same as [`bias_force`](Self::bias_force) by the operations that are fewest where
+    /// the mass matrix is computed as well.
+    pub fn bias_force_beside_mass(&self, g: &mut Graph) -> Vec<ExprId> {
+        self.bias_force_by(g, self.lumped.beside_mass)
+    }
+
+    pub(super) fn bias_force_by(&self, g: &mut Graph, lumped: Lumped) -> Vec<ExprId> {
         let rest = vec![g.zero(); self.coordinates];
-        let needed = self.inverse_dynamics(g, &rest);
+        let space = Space::coordinates(self);
+        let needed = self.inverse_dynamics_over(g, &space, &rest, lumped);
         needed.into_iter().map(|force| g.neg(force)).collect()
     }
 
@@ -109,10 +98,44 @@ impl Mechanism {
             self.coordinates,
             "one acceleration per coordinate"
         );
-        let states = self.states(g, acceleration, true);
-        let wrenches = self.wrenches(g, &states);
-        let forces = self.joint_forces(g, &wrenches);
-        Space::coordinates(self).force(g, &forces)
+        let space = Space::coordinates(self);
+        self.inverse_dynamics_over(g, &space, acceleration, Lumped::NOTHING)
+    }
+
+    /// Inverse dynamics over a choice of velocities.
+    pub(super) fn inverse_dynamics_over(
+        &self,
+        g: &mut Graph,
+        space: &Space,
+        acceleration: &[ExprId],
+        lumped: Lumped,
+    ) -> Vec<ExprId> {
+        let accelerations = self.freedom_accelerations(g, space, acceleration);
+        let states = self.states_at(g, &accelerations, true);
+        let forces = match lumped {
+            Lumped::NOTHING => {
+                let wrenches = self.wrenches(g, &states);
+                self.joint_forces(g, &wrenches)
+            }
+            _ => self.lumped_forces(g, &states, &accelerations, lumped),
+        };
+        space.force(g, &forces)
+    }
+
+    /// How each freedom accelerates, its drift with it.
+    fn freedom_accelerations(
+        &self,
+        g: &mut Graph,
+        space: &Space,
+        acceleration: &[ExprId],
+    ) -> Vec<Vec<ExprId>> {
+        let mut accelerations = space.rates(g, acceleration);
+        for (own, link) in accelerations.iter_mut().zip(&self.links) {
+            for (acceleration, freedom) in own.iter_mut().zip(&link.freedoms) {
+                *acceleration = g.add(*acceleration, freedom.drift);
+            }
+        }
+        accelerations
     }
 
     /// The motion of all links. With `gravity` the world accelerates upwards,
@@ -125,12 +148,8 @@ impl Mechanism {
         acceleration: &[ExprId],
         gravity: bool,
     ) -> Vec<State> {
-        let mut accelerations = Space::coordinates(self).rates(g, acceleration);
-        for (own, link) in accelerations.iter_mut().zip(&self.links) {
-            for (acceleration, freedom) in own.iter_mut().zip(&link.freedoms) {
-                *acceleration = g.add(*acceleration, freedom.drift);
-            }
-        }
+        let space = Space::coordinates(self);
+        let accelerations = self.freedom_accelerations(g, &space, acceleration);
         self.states_at(g, &accelerations, gravity)
     }
 
@@ -257,16 +276,7 @@ impl Mechanism {
     /// link's frame at this instant.
     pub(super) fn carrier(&self, g: &mut Graph, i: usize, before: &State) -> State {
         let link = &self.links[i];
-        let (velocity, acceleration) = shifted(g, before, link.shift);
-        let omega = turn::down(g, &link.stages, before.omega);
-        let omega_dot = turn::down(g, &link.stages, before.omega_dot);
-        State {
-            omega,
-            velocity: turn::down(g, &link.stages, velocity),
-            acceleration: turn::down(g, &link.stages, acceleration),
-            second: SecondDerivative::new(g, omega, omega_dot),
-            omega_dot,
-        }
+        before.seen_from(g, link.shift, &link.stages)
     }
 
     /// The motion of what carries link `i`: its parent's, or the world's.
@@ -280,7 +290,7 @@ impl Mechanism {
     /// The wrench that each link's joint transmits, in that link's frame.
     pub(super) fn wrenches(&self, g: &mut Graph, states: &[State]) -> Vec<Wrench> {
         let mut wrenches: Vec<Wrench> = (self.links.iter().zip(states))
-            .map(|(link, state)| inertial_wrench(g, &link.inertia, state))
+            .map(|(link, state)| state.second.wrench(g, &link.inertia, state.acceleration))
             .collect();
         for i in (0..self.links.len()).rev() {
             if let Some(parent) = self.links[i].parent {
@@ -306,13 +316,7 @@ impl Mechanism {
     /// A wrench on link `i`, seen from its parent's frame.
     pub(super) fn to_parent(&self, g: &mut Graph, i: usize, wrench: &Wrench) -> Wrench {
         let link = &self.links[i];
-        let force = turn::up(g, &link.stages, wrench.force);
-        let moment = turn::up(g, &link.stages, wrench.moment);
-        let lever = vector::cross(g, link.shift, force);
-        Wrench {
-            moment: vector::add(g, moment, lever),
-            force,
-        }
+        wrench.seen_before(g, &link.stages, link.shift)
     }
 }
 
@@ -324,46 +328,27 @@ fn halves(twist: &[ExprId]) -> (Vector, Vector) {
     )
 }
 
+impl State {
+    /// The motion of a frame that is fixed in this one, `shift` from its origin and turned by
+    /// `stages`.
+    pub fn seen_from(&self, g: &mut Graph, shift: Vector, stages: &[Stage]) -> Self {
+        let (velocity, acceleration) = shifted(g, self, shift);
+        let omega = turn::down(g, stages, self.omega);
+        let omega_dot = turn::down(g, stages, self.omega_dot);
+        Self {
+            omega,
+            velocity: turn::down(g, stages, velocity),
+            acceleration: turn::down(g, stages, acceleration),
+            second: SecondDerivative::new(g, omega, omega_dot),
+            omega_dot,
+        }
+    }
+}
+
 /// Velocity and acceleration of a place of a link that is `by` from its origin, in the link's frame.
 fn shifted(g: &mut Graph, link: &State, by: Vector) -> (Vector, Vector) {
     let lever = vector::cross(g, link.omega, by);
     let velocity = vector::add(g, link.velocity, lever);
     let swing = link.second.times(g, by);
     (velocity, vector::add(g, link.acceleration, swing))
-}
-
-/// `f = m a + U h`, and `n` the skew part of `U S + a hᵀ`.
-fn inertial_wrench(g: &mut Graph, inertia: &PseudoInertia, state: &State) -> Wrench {
-    let (s, h, a) = (&inertia.second, inertia.first, state.acceleration);
-    let u = &state.second.matrix;
-    let direct = vector::scale(g, inertia.mass, a);
-    let swing = state.second.times(g, h);
-    let moment = std::array::from_fn(|i| {
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        // Row k times column j minus row j times column k of U S + a hᵀ.
-        let difference = state.second.difference(g, k, j);
-        let terms = [
-            (u[k][j], s[j][j], true),
-            (u[j][k], s[k][k], false),
-            (difference, s[j][k], true),
-            (u[k][i], s[i][j], true),
-            (u[j][i], s[i][k], false),
-            (a[k], h[j], true),
-            (a[j], h[k], false),
-        ];
-        let mut total = g.zero();
-        for (x, y, plus) in terms {
-            let term = g.mul(x, y);
-            total = if plus {
-                g.add(total, term)
-            } else {
-                g.sub(total, term)
-            };
-        }
-        total
-    });
-    Wrench {
-        moment,
-        force: vector::add(g, direct, swing),
-    }
 }

@@ -269,7 +269,8 @@ impl Mechanism {
         g: &mut Graph,
         force: &[ExprId],
     ) -> ForwardDerivatives {
-        let acceleration = self.forward_dynamics(g, force);
+        let motion = self.constrained_forward_dynamics(g, force, &[], &[]);
+        let acceleration = motion.acceleration;
         let slopes = self.inverse_dynamics_derivatives(g, &acceleration);
         let quasi = Space::quasi(g, self);
         let factor = self.quasi_factor(g, &quasi);

@@ -211,6 +211,9 @@ impl Mechanism {
     /// # Panics
     /// If `force` does not have one entry per coordinate.
     pub fn forward_dynamics(&self, g: &mut Graph, force: &[ExprId]) -> Vec<ExprId> {
+        if self.is_articulated() {
+            return self.articulated_forward_dynamics(g, force);
+        }
         self.constrained_forward_dynamics(g, force, &[], &[])
             .acceleration
     }
@@ -234,7 +237,7 @@ impl Mechanism {
         let quasi = Space::quasi(g, self);
         let factor = self.quasi_factor(g, &quasi);
         let rest = vec![g.zero(); self.coordinates];
-        let needed = self.quasi_inverse_dynamics(g, &quasi, &rest);
+        let needed = self.inverse_dynamics_over(g, &quasi, &rest, self.lumped.beside_mass);
         let applied = self.to_quasi(g, force);
         let total: Vec<ExprId> = (applied.iter().zip(&needed))
             .map(|(&applied, &needed)| g.sub(applied, needed))
@@ -260,20 +263,6 @@ impl Mechanism {
         let over_freedoms = self.freedom_mass_matrix(g);
         let matrix = quasi.congruence(g, &over_freedoms);
         Factor::new(g, &matrix, self.elimination_order())
-    }
-
-    /// Inverse dynamics over quasi-velocities.
-    pub(super) fn quasi_inverse_dynamics(
-        &self,
-        g: &mut Graph,
-        quasi: &Space,
-        acceleration: &[ExprId],
-    ) -> Vec<ExprId> {
-        let accelerations = quasi.rates(g, acceleration);
-        let states = self.states_at(g, &accelerations, true);
-        let wrenches = self.wrenches(g, &states);
-        let needed = self.joint_forces(g, &wrenches);
-        quasi.force(g, &needed)
     }
 
     /// The factors of the mass matrix as [`mass_matrix`](Self::mass_matrix) gives it.

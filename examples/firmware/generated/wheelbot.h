@@ -9,17 +9,17 @@
  *
  * Operations; what a function shares inside itself is counted once:
  * function                total    + -      *      /  sin cos  other
- * mass_matrix                57     21     30      0        6      0
- * bias_force                140     57     77      0        6      0
+ * mass_matrix                55     20     29      0        6      0
+ * bias_force                124     43     75      0        6      0
  * applied_force               0      0      0      0        0      0
  * input_matrix                0      0      0      0        0      0
- * force                     143     60     77      0        6      0
+ * force                     128     47     75      0        6      0
  * constraint_jacobian         4      0      2      0        2      0
  * constraint_bias             8      1      5      0        2      0
  * constraint_residual         7      2      3      0        2      0
  * constraint_rate             7      2      3      0        2      0
- * equation_of_motion        206     84    116      0        6      0
- * constrained_dynamics      390    151    227      6        6      0
+ * equation_of_motion        174     60    108      0        6      0
+ * constrained_dynamics      363    131    220      6        6      0
  */
 
 #ifndef DYNAMICS_wheelbot_H

@@ -183,9 +183,9 @@ fn constant_parameters_become_numbers() {
     };
 
     run(&generate("models/wheelbot.model", &[]));
-    assert_eq!(operations(&read("wheelbot.rs")), 367);
+    assert_eq!(operations(&read("wheelbot.rs")), 268);
     run(&generate("models/wheelbot.model", &["--fold", "all"]));
-    assert_eq!(operations(&read("wheelbot.rs")), 206);
+    assert_eq!(operations(&read("wheelbot.rs")), 174);
 
     let parameters = heavier.to_str().unwrap();
     let some = ["--fold", "mc, l", "--parameters", parameters];
