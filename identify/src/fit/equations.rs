@@ -6,7 +6,6 @@ use super::frame::Frame;
 use super::groups::Group;
 use crate::log::{Record, rms};
 use crate::machine::{Machine, States};
-use crate::number::short;
 use crate::regression::Band;
 use crate::smooth::smooth;
 use nalgebra::{DMatrix, DVector};
@@ -45,11 +44,6 @@ pub(super) struct Equations {
     pub news: f64,
     /// How fast each coordinate moves at most in the log that was learnt from.
     pub fastest: Vec<f64>,
-    /// How many times narrower the band is in which forces are compared than that in which the log shows
-    /// accelerations.
-    pub narrowing: usize,
-    /// How long a force is averaged over, s.
-    duration: f64,
     /// Coordinates whose equations are left out.
     pub left_out: Vec<usize>,
 }
@@ -93,14 +87,14 @@ impl Block {
 }
 
 impl Equations {
-    /// Of a log to judge by, where there are those of the log that was `learnt` from: how fast that
-    /// moved, and in which band its forces were compared, holds here, too.
+    /// `fastest` is how fast each coordinate moved in the log that was learnt from; this
+    /// one, if there is none.
     pub fn new(
         machine: &Machine,
         columns: &Columns,
         parameters: &[f64],
         record: &Record,
-        learnt: Option<&Self>,
+        fastest: Option<&[f64]>,
     ) -> Result<Self, FitError> {
         let smoothed = smooth(record)?;
         let states = States::along(record, &smoothed);
@@ -129,14 +123,9 @@ impl Equations {
         let held = machine.terms(&still, parameters);
         let holding = (0..n).map(|i| held.iter().map(|terms| -terms.force[i]).collect());
         let holding: Vec<Vec<f64>> = holding.collect();
-        let fastest = learnt.map_or_else(|| fastest_of(&states.v), |learnt| learnt.fastest.clone());
+        let fastest = fastest.map_or_else(|| fastest_of(&states.v), <[f64]>::to_vec);
         let columns = columns.along(machine, &states, parameters, &a, &fastest);
-        let narrowed = |times| Band::of(record, &smoothed, MOST_SAMPLES, times);
-        let narrowing = match learnt {
-            Some(learnt) => learnt.narrowing,
-            None => narrowing(narrowed, [&residual, &exerted]),
-        };
-        let band = narrowed(narrowing);
+        let band = Band::of(record, &smoothed, MOST_SAMPLES);
         let limited = |forces: &[Vec<f64>]| -> Vec<Vec<f64>> {
             forces.iter().map(|force| band.limit(force)).collect()
         };
@@ -164,26 +153,11 @@ impl Equations {
             blocks: Vec::new(),
             news: 1.0,
             fastest,
-            narrowing,
-            duration: band.window() as f64 * record.step(),
             left_out: Vec::new(),
         };
         equations.scale = equations.scale_of(&equations.residual);
         equations.gather();
         Ok(equations)
-    }
-
-    /// What must be known of the band in which forces are compared, where that is narrower than the one in
-    /// which the log shows accelerations.
-    pub fn said_of_band(&self) -> Option<String> {
-        let limit = 1.0 / self.duration;
-        (self.narrowing > 1).then(|| {
-            format!(
-                "forces are compared below {} Hz: above, positions shake by more than the inputs could shake \
-                 this model by, as an encoder before an elastic gear does",
-                short(limit)
-            )
-        })
     }
 
     /// How many coordinates there are.
@@ -387,33 +361,6 @@ impl Equations {
         self.news = (1.0 - mean) / (1.0 + mean);
         self.gather();
     }
-}
-
-/// How many times narrower the band should be in which forces are compared than that in which a log shows
-/// accelerations, in doublings: so that it tells most, by `(left / exerted)² × window`, the mean
-/// logarithm over coordinates that inputs drive. An encoder before an elastic gear shakes as no torque could shake
-/// the link behind it, and as far as that goes a log says nothing of a rigid machine.
-fn narrowing(band: impl Fn(usize) -> Band, [left, exerted]: [&[Vec<f64>]; 2]) -> usize {
-    let mut best = (f64::INFINITY, 1);
-    let mut window = 0;
-    for times in (0..).map(|doublings| 1 << doublings) {
-        let band = band(times);
-        // A log's length limits windows.
-        if band.window() == window && times > 2 {
-            break;
-        }
-        window = band.window();
-        let of_coordinate = |(left, exerted): (&Vec<f64>, &Vec<f64>)| {
-            let [left, exerted] = [left, exerted].map(|force| rms(&band.limit(force)));
-            (exerted > 0.0).then(|| positive(left / exerted).powi(2).ln())
-        };
-        let driven: Vec<f64> = left.iter().zip(exerted).filter_map(of_coordinate).collect();
-        let told = driven.iter().sum::<f64>() / driven.len().max(1) as f64 + (window as f64).ln();
-        if told < best.0 {
-            best = (told, times);
-        }
-    }
-    best.1
 }
 
 fn fastest_of(v: &[Vec<f64>]) -> Vec<f64> {
