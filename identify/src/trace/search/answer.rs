@@ -87,7 +87,8 @@ fn determined(search: &Search<'_>) -> Arc<Fitted> {
     let dictionary = search.dictionary;
     let mut best = Arc::clone(search.best());
     loop {
-        let (values, known) = (&best.explanation.values, best.estimate.known());
+        let (values, estimate) = (&best.explanation.values, &best.estimate);
+        let known = (&estimate.parameters[..], &estimate.covariance);
         let mut terms = best.hypothesis.candidates().iter();
         let Some(&term) = terms.find(|&&term| says_no_strength(dictionary, term, values, known))
         else {
@@ -111,7 +112,7 @@ fn evidence(search: &Search<'_>, best: &Fitted, term: usize) -> f64 {
     match without.filter(|without| without.score.is_finite()) {
         Some(without) => without.score - best.score,
         None => {
-            let known = best.estimate.known();
+            let known = (&best.estimate.parameters[..], &best.estimate.covariance);
             worth(search.dictionary, term, &best.explanation.values, known)
         }
     }
