@@ -30,7 +30,7 @@ pub struct System {
     pub mass_matrix: Vec<Vec<ExprId>>,
     /// `Q_C`, `n`: fictitious and conservative forces, on the right-hand side.
     pub bias_force: Vec<ExprId>,
-    /// `Q_C` by the operations that are fewest where `M` is computed as well.
+    /// `Q_C`, `n`, by the operations that are fewest where `M` is computed as well.
     pub bias_force_beside_mass: Vec<ExprId>,
     /// `Q_D`, `n`: what is left of the stated forces at zero input.
     pub applied_force: Vec<ExprId>,
@@ -38,7 +38,7 @@ pub struct System {
     pub input_matrix: Vec<Vec<ExprId>>,
     /// `Q = Q_C + Q_D + Q_u`, `n`.
     pub force: Vec<ExprId>,
-    /// `Q` by the operations that are fewest where `M` is computed as well.
+    /// `Q`, `n`, by the operations that are fewest where `M` is computed as well.
     pub force_beside_mass: Vec<ExprId>,
     /// `∂Q/∂λ`, `n×m`: what multipliers do to the forces. Empty if nothing: then `Q`
     /// contains no multiplier.

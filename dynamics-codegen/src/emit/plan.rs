@@ -304,6 +304,8 @@ fn on_request(
             let name = function.name;
             return Err(FunctionError::Twice { name });
         }
+        // Written as the functions of single terms are, it may begin with one of them. Its motion stays:
+        // by itself that is a recursion which shares nothing with the mass matrix.
         let mut by_itself = function.clone();
         for quantity in &mut by_itself.quantities {
             let item = quantity

@@ -15,8 +15,9 @@ const WANDERING: usize = 5;
 const SETTLING: usize = 10;
 
 impl Graph {
-    /// The same outputs with fewer changes of sign. What is `given` stays as it is, and what
-    /// people have a name for keeps its sign, unless names contradict each other.
+    /// The same outputs, one each, with fewer changes of sign. What is `given` stays as it is, and what
+    /// people have a name for keeps its sign, unless names contradict each other. The same to
+    /// rounding: like terms that come to stand side by side are added up first.
     pub fn settle_signs(
         &mut self,
         outputs: &[ExprId],
