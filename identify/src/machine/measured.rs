@@ -34,6 +34,9 @@ pub struct Measured {
     pub slope: Vec<Vec<f64>>,
     /// How much later the motion is that is read, s; empty where sensors are on time.
     pub ahead: Vec<Vec<f64>>,
+    /// By how much the position and the velocity there may be off, where that is outside of what is known
+    /// of the motion; empty where sensors are on time.
+    pub doubt: [Vec<Vec<f64>>; 2],
     /// Per sensing variable, `∂q/∂s`.
     pub q_by: Vec<Vec<Vec<f64>>>,
     /// Per sensing variable, `∂v/∂s`.
@@ -103,6 +106,7 @@ impl Sensors {
         let (mut there, mut acceleration) = (states.clone(), accelerations.to_vec());
         let mut leads = Vec::new();
         let mut ahead = vec![Vec::new(); n];
+        let mut doubt = [vec![Vec::new(); n], vec![Vec::new(); n]];
         if let Some(lead) = &self.lead {
             leads = lead.evaluate_all(&columns(states, accelerations, parameters), states.len());
             let slopes = leads.split_off(n);
@@ -112,6 +116,8 @@ impl Sensors {
                     let moved = shifted(states, i, &accelerations[i], &by);
                     (there.q[i], there.v[i], acceleration[i]) = (moved.q, moved.v, moved.a);
                     ahead[i] = by;
+                    let of_channel = doubt.iter_mut().zip(moved.doubt);
+                    of_channel.for_each(|(doubt, own)| doubt[i] = own);
                 }
             }
         }
@@ -136,6 +142,7 @@ impl Sensors {
             v,
             slope,
             ahead,
+            doubt,
             q_by,
             v_by,
         }

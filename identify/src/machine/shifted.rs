@@ -1,17 +1,21 @@
 //! A motion some time earlier or later, sample by sample.
 
 use super::States;
-use crate::log::longest_step;
+use crate::log::{longest_step, rms};
 
 /// Positions, velocities and accelerations of one coordinate.
 pub(crate) struct Shifted {
     pub q: Vec<f64>,
     pub v: Vec<f64>,
     pub a: Vec<f64>,
+    /// By how much positions and velocities may be off where there is no sample on the other side;
+    /// zero between samples.
+    pub doubt: [Vec<f64>; 2],
 }
 
 /// Coordinate `i` of `states`, whose accelerations are `a`, at `t + by`, sample by sample: by
-/// cubics between samples, and by Taylor's series where there is no sample on the other side.
+/// cubics between samples, and by Taylor's series where there is no sample on the other side: what that
+/// leaves out, `j h³/6` and `j h²/2` with the usual jerk `j`, is not known.
 pub(crate) fn shifted(states: &States, i: usize, a: &[f64], by: &[f64]) -> Shifted {
     let (t, q, v) = (&states.t, &states.q[i], &states.v[i]);
     let longest = longest_step(t);
@@ -19,7 +23,13 @@ pub(crate) fn shifted(states: &States, i: usize, a: &[f64], by: &[f64]) -> Shift
         q: Vec::with_capacity(t.len()),
         v: Vec::with_capacity(t.len()),
         a: Vec::with_capacity(t.len()),
+        doubt: [vec![0.0; t.len()], vec![0.0; t.len()]],
     };
+    let steps = t.windows(2).zip(a.windows(2));
+    let within = steps.filter(|(t, _)| t[1] - t[0] <= longest);
+    let jerk = rms(&within
+        .map(|(t, a)| (a[1] - a[0]) / (t[1] - t[0]))
+        .collect::<Vec<_>>());
     for (k, by) in by.iter().enumerate() {
         let when = t[k] + by;
         let after = t.partition_point(|&stamp| stamp <= when);
@@ -38,6 +48,8 @@ pub(crate) fn shifted(states: &States, i: usize, a: &[f64], by: &[f64]) -> Shift
             let near = if late { after } else { before };
             let h = when - t[near];
             let x = q[near] + h * (v[near] + 0.5 * h * a[near]);
+            result.doubt[0][k] = jerk * h.abs().powi(3) / 6.0;
+            result.doubt[1][k] = jerk * h * h / 2.0;
             (x, v[near] + h * a[near], a[near])
         };
         result.q.push(x);
@@ -60,6 +72,29 @@ fn cubic(x: [f64; 2], rate: [f64; 2], h: f64, s: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What Taylor's series leaves out at either end is known in size.
+    #[test]
+    fn beyond_the_ends_there_is_doubt() {
+        let t: Vec<f64> = (0..200).map(|k| 0.01 * f64::from(k)).collect();
+        let of = |f: fn(f64) -> f64| -> Vec<f64> { t.iter().map(|t| f(5.0 * t)).collect() };
+        let a: Vec<f64> = of(f64::sin).iter().map(|x| -25.0 * x).collect();
+        let states = States {
+            q: vec![of(f64::sin)],
+            v: vec![of(f64::cos).iter().map(|x| 5.0 * x).collect()],
+            t: t.clone(),
+            ..States::default()
+        };
+        for by in [-0.08, 0.08] {
+            let moved = shifted(&states, 0, &a, &vec![by; 200]);
+            for k in 0..200 {
+                let miss = (moved.q[k] - (5.0 * (t[k] + by)).sin()).abs();
+                let is_outside = !(0.0..=t[199]).contains(&(t[k] + by));
+                assert_eq!(moved.doubt[0][k] > 0.0, is_outside, "{k}");
+                assert!(miss < 2.0 * moved.doubt[0][k] + 1e-6, "{k}: {miss}");
+            }
+        }
+    }
 
     #[test]
     fn a_sine_is_a_sine_later() {

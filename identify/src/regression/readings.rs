@@ -17,6 +17,9 @@ pub struct Readings {
     pub acceleration: Vec<Option<Vec<f64>>>,
     /// Standard deviation of the acceleration sensors.
     pub acceleration_sd: Vec<f64>,
+    /// What is not known of positions and velocities where they were read, beside the sensors' noise: per
+    /// coordinate, a value per sample or nothing.
+    pub doubt: [Vec<Vec<f64>>; 2],
     /// Samples that no sensor read.
     pub aside: Aside,
     /// What the model's sensors showed.
@@ -32,11 +35,15 @@ impl Readings {
     pub(super) fn each(&self, n: usize, sample: usize, update: &mut impl FnMut(Sensor, f64)) {
         for i in 0..n {
             let [q, v, a] = self.aside.of(i).map(|flags| !is_aside(flags, sample));
+            let [beside_q, beside_v] = self.doubt.each_ref().map(|doubt| {
+                let own = doubt.get(i).and_then(|own| own.get(sample));
+                own.copied().unwrap_or(0.0)
+            });
             if q {
-                update(Sensor::Position(i), self.position_sd[i]);
+                update(Sensor::Position(i), self.position_sd[i].hypot(beside_q));
             }
             if v && self.velocity[i].is_some() {
-                update(Sensor::Velocity(i), self.velocity_sd[i]);
+                update(Sensor::Velocity(i), self.velocity_sd[i].hypot(beside_v));
             }
             if a && self.acceleration[i].is_some() {
                 update(Sensor::Acceleration(i), self.acceleration_sd[i]);

@@ -192,6 +192,7 @@ impl Observed {
         };
         let channels = |i: usize| (&read.q[i][..], &read.v[i][..], &read.slope[i][..]);
         let mut readings = self.plain_readings();
+        readings.doubt.clone_from(&read.doubt);
         for i in 0..self.record.q.len() {
             let (q, v, slope) = channels(i);
             readings.position[i] = beside(&self.record.q[i], q, slope);
@@ -234,6 +235,7 @@ impl Observed {
             velocity_sd: self.white_equivalent(1),
             acceleration: self.record.ddq.clone(),
             acceleration_sd: self.white_equivalent(2),
+            doubt: Default::default(),
             aside: self.record.aside.clone(),
             instruments: self
                 .record
