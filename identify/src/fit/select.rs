@@ -196,9 +196,16 @@ impl Selection<'_> {
 
     /// Friction that drives and rotors of negative inertia do not exist, nor do such couplings:
     /// the log may want a coefficient below its bound by its uncertainty only, or something else
-    /// is at work.
+    /// is at work. So it is where the log does not know that a load has mass at all.
     fn is_possible(&self, groups: &[usize], inertias: bool) -> bool {
         let found = estimate(self.columns, self.equations, groups, inertias, Signs::Free);
+        let mut loads = groups
+            .iter()
+            .filter_map(|&g| self.columns.groups[g].load.as_ref());
+        let is_new = loads.any(|load| load.carried.is_none());
+        if (found.point).is_some_and(|(load, std)| is_new && load.mass < 2.0 * std[0]) {
+            return false;
+        }
         let lower = self.columns.lower().into_iter().enumerate();
         let inertial = self.columns.inertial;
         lower
