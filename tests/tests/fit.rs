@@ -238,6 +238,77 @@ fn what_was_put_in_comes_out() {
     assert!(found.after.total < 0.05 * found.before.total, "{found:?}");
 }
 
+/// An encoder before an elastic gear shakes as no torque could shake the wheel behind it: forces are compared
+/// in the band in which the model moves.
+#[test]
+fn a_shaking_encoder_hides_no_friction() {
+    const WHEEL: &str = "model wheel; coordinate a: rad; input a: N*m;
+        parameter i: kg*m^2 = 0.02; kinetic i/2*dot(a)^2; force a = input(a);";
+    let library = Library::builtin();
+    let compiled = compile("wheel.model", WHEEL, &library).expect("a model");
+    let after = |shake: f64| {
+        let mut csv = String::from("t,q_a,u_a\n");
+        let mut rng = random::generator(5);
+        for k in 0..6000 {
+            let t = 0.005 * f64::from(k);
+            let [q, v, a] = [(0.8, 1.3), (0.5, 3.1)]
+                .iter()
+                .fold([0.0; 3], |sum, &(s, w)| {
+                    let (sin, cos) = f64::sin_cos(w * t);
+                    [
+                        sum[0] + s * sin,
+                        sum[1] + s * w * cos,
+                        sum[2] - s * w * w * sin,
+                    ]
+                });
+            let u =
+                0.02 * a + 0.1 * v + 0.2 * (v / 0.05).tanh() + 0.01 * rng.random_range(-0.5..0.5);
+            let shaken = q + shake * (28.0 * std::f64::consts::TAU * t).sin();
+            writeln!(
+                csv,
+                "{t},{},{u}",
+                shaken + 1e-5 * rng.random_range(-0.5..0.5)
+            )
+            .unwrap();
+        }
+        let log = Log::from_bytes("wheel.csv", csv.as_bytes()).expect("a log");
+        let source = Source {
+            name: "wheel.model",
+            text: WHEEL,
+            library: &library,
+        };
+        let found = fit(&Request {
+            source,
+            compiled: &compiled,
+            parameters: &[0.02],
+            train: &log,
+            test: None,
+            inertia: Inertia::Consistent,
+            leave_out: &[],
+            trust_columns: false,
+        });
+        found.expect("it can be fitted")
+    };
+    let narrower = |found: &Fit| {
+        found
+            .warnings
+            .iter()
+            .any(|w| w.contains("forces are compared below"))
+    };
+    let still = after(0.0);
+    assert!(!narrower(&still), "{still:?}");
+    // 186 rad/s^2, or 3.7 N·m for the wheel.
+    let found = after(6e-3);
+    assert!(narrower(&found), "{found:?}");
+    let friction = found.terms.iter().find(|t| t.term == "friction");
+    let friction = &friction.unwrap_or_else(|| panic!("{found:?}")).coefficients;
+    for (name, truth, known) in [("coulomb", 0.2, 0.06), ("viscous", 0.1, 0.04)] {
+        let of = &friction[name];
+        let is_right = of.std < known && (of.value - truth).abs() < 2.0 * of.std;
+        assert!(is_right, "{name}: {of:?}");
+    }
+}
+
 /// An effect that somebody else wrote is tried, printed and written like those of the library; one
 /// that is not linear in its strength is refused.
 #[test]

@@ -1,6 +1,7 @@
 //! The loop on logs with an undeclared effect: simulated by others, and measured.
 
-use dynamics_codegen::Library;
+use dynamics_codegen::{Library, compile};
+use identify::fit::{Inertia, Request as FitRequest, Source, fit};
 use identify::log::{Log, Map};
 use identify::trace::{Basis, Finding, Outcome, Request, Score, Verdict, trace};
 use std::collections::BTreeMap;
@@ -313,6 +314,67 @@ fn friction_of_a_real_pendulum() {
     );
 }
 
+/// Effects that are a joint's friction.
+const FRICTION: [&str; 4] = ["viscous", "coulomb", "asymmetric_coulomb", "stribeck"];
+
+/// What `trace` found is what `fit` finds by linear regression of the same log: each friction, rotor and coupling
+/// at its place, in numbers that differ by no more than three of their standard errors.
+fn expect_as_fitted(outcome: &Outcome, (name, text, library): (&str, &str, &Library), log: &Log) {
+    let compiled = compile(name, text, library).expect("a model");
+    let request = FitRequest {
+        source: Source {
+            name,
+            text,
+            library,
+        },
+        compiled: &compiled,
+        parameters: &compiled.model.nominal_parameters(),
+        train: log,
+        test: None,
+        inertia: Inertia::Fixed,
+        leave_out: &[],
+        trust_columns: false,
+    };
+    let fitted = fit(&request).expect("it can be fitted");
+    let mut compared = 0;
+    for term in fitted.terms.iter().filter(|t| t.term != "constant_force") {
+        let is_same = |f: &&Finding| {
+            let effect = f.effect.as_str();
+            f.on == term.on
+                && match term.term.as_str() {
+                    "friction" => FRICTION.contains(&effect),
+                    other => effect == other,
+                }
+        };
+        let same: Vec<&Finding> = outcome.findings.iter().filter(is_same).collect();
+        for (coefficient, fitted) in &term.coefficients {
+            // Dry friction may differ by direction: half of the two is what does not.
+            let traced = |names: &[&str]| {
+                let all = same.iter().flat_map(|f| &f.parameters);
+                let own = all.filter(|(name, _)| names.contains(&name.as_str()));
+                let own: Vec<(f64, f64)> = own.map(|(_, p)| (p.value, p.std)).collect();
+                let count = own.len() as f64;
+                let of = |each: fn(&(f64, f64)) -> f64| own.iter().map(each).sum::<f64>() / count;
+                (of(|own| own.0), of(|own| own.1))
+            };
+            let (value, std) = match coefficient.as_str() {
+                "viscous" => traced(&["d"]),
+                "coulomb" => traced(&["f_c", "f_p", "f_n"]),
+                other => traced(&[other]),
+            };
+            let apart = (value - fitted.value).abs();
+            assert!(
+                apart < 3.0 * std.hypot(fitted.std),
+                "{coefficient} of {} on {:?}: {value} ± {std} traced, {fitted:?} fitted",
+                term.term,
+                term.on
+            );
+            compared += 1;
+        }
+    }
+    assert!(compared >= 2, "{fitted:?}");
+}
+
 /// The axis of a machine tool, of which the model has the mass alone. What plain least squares finds in
 /// another of its records stands beside its log: 203.5 N·s/m, 20.39 N, and an offset. The rest is
 /// ripple, which is no reason to say nothing.
@@ -339,6 +401,7 @@ fn friction_of_a_real_axis() {
     // `fit`, which is plain least squares, leaves 2.76 N.
     let left = outcome.after.force.per_coordinate["x"];
     assert!(left < 2.76, "{left} N");
+    expect_as_fitted(&outcome, ("emps", &text, &Library::builtin()), &log);
 }
 
 /// A free double pendulum without friction in its model. Both coefficients of viscous friction, fitted
@@ -420,6 +483,7 @@ fn everything_that_a_real_arm_lacks() {
     // A model that cannot move has no accelerations; with what was found it has.
     assert!(outcome.before.acceleration.total.is_infinite());
     assert!(outcome.after.rollout.errors.total < 0.5);
+    expect_as_fitted(&outcome, ("tx40", text, &library), &log);
 }
 
 /// A real drive that follows its command one and a third samples late. Somebody pushes the

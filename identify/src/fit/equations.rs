@@ -4,8 +4,10 @@ use super::FitError;
 use super::columns::Columns;
 use super::frame::Frame;
 use super::groups::Group;
+use super::narrowing::narrowing;
 use crate::log::{Record, rms};
 use crate::machine::{Machine, States};
+use crate::number::short;
 use crate::regression::Band;
 use crate::smooth::smooth;
 use nalgebra::{DMatrix, DVector};
@@ -44,6 +46,11 @@ pub(super) struct Equations {
     pub news: f64,
     /// How fast each coordinate moves at most in the log that was learnt from.
     pub fastest: Vec<f64>,
+    /// How many times narrower the band is in which forces are compared than that in which the log shows
+    /// accelerations.
+    pub narrowing: usize,
+    /// How long a force is averaged over, s.
+    duration: f64,
     /// Coordinates whose equations are left out.
     pub left_out: Vec<usize>,
 }
@@ -87,14 +94,14 @@ impl Block {
 }
 
 impl Equations {
-    /// `fastest` is how fast each coordinate moved in the log that was learnt from; this
-    /// one, if there is none.
+    /// Of a log to judge by, where there are those of the log that was `learnt` from: how fast that
+    /// moved, and in which band its forces were compared, holds here, too.
     pub fn new(
         machine: &Machine,
         columns: &Columns,
         parameters: &[f64],
         record: &Record,
-        fastest: Option<&[f64]>,
+        learnt: Option<&Self>,
     ) -> Result<Self, FitError> {
         let smoothed = smooth(record)?;
         let states = States::along(record, &smoothed);
@@ -123,9 +130,23 @@ impl Equations {
         let held = machine.terms(&still, parameters);
         let holding = (0..n).map(|i| held.iter().map(|terms| -terms.force[i]).collect());
         let holding: Vec<Vec<f64>> = holding.collect();
-        let fastest = fastest.map_or_else(|| fastest_of(&states.v), <[f64]>::to_vec);
+        let fastest = learnt.map_or_else(|| fastest_of(&states.v), |learnt| learnt.fastest.clone());
         let columns = columns.along(machine, &states, parameters, &a, &fastest);
-        let band = Band::of(record, &smoothed, MOST_SAMPLES);
+        let narrowed = |times| Band::of(record, &smoothed, MOST_SAMPLES, times);
+        let narrowing = match learnt {
+            Some(learnt) => learnt.narrowing,
+            // Under constraints no coordinate's force is known by itself.
+            None if machine.constraint_count() > 0 => 1,
+            None => {
+                let pairs = exerted.iter().zip(&residual);
+                let needed = pairs.map(|(exerted, left)| {
+                    let pairs = exerted.iter().zip(left);
+                    pairs.map(|(exerted, left)| exerted - left).collect()
+                });
+                narrowing(narrowed, &needed.collect::<Vec<_>>(), &exerted)
+            }
+        };
+        let band = narrowed(narrowing);
         let limited = |forces: &[Vec<f64>]| -> Vec<Vec<f64>> {
             forces.iter().map(|force| band.limit(force)).collect()
         };
@@ -153,11 +174,26 @@ impl Equations {
             blocks: Vec::new(),
             news: 1.0,
             fastest,
+            narrowing,
+            duration: band.window() as f64 * record.step(),
             left_out: Vec::new(),
         };
         equations.scale = equations.scale_of(&equations.residual);
         equations.gather();
         Ok(equations)
+    }
+
+    /// What must be known of the band in which forces are compared, where that is narrower than the one in
+    /// which the log shows accelerations.
+    pub fn said_of_band(&self) -> Option<String> {
+        let limit = 1.0 / self.duration;
+        (self.narrowing > 1).then(|| {
+            format!(
+                "forces are compared below {} Hz: above, positions shake by more than the inputs could shake \
+                 this model by, as an encoder before an elastic gear does",
+                short(limit)
+            )
+        })
     }
 
     /// How many coordinates there are.

@@ -103,14 +103,14 @@ pub(super) fn floor(
     machine: &Machine,
     parameters: &[f64],
     correction: &Correction,
-    record: &Record,
+    (record, narrowing): (&Record, usize),
 ) -> Result<Option<Error>, FitError> {
     if machine.constraint_count() > 0 {
         return Ok(None);
     }
     let beside =
         |states: &States, a: &[Vec<f64>]| correction.weighed(machine, states, parameters, a);
-    let forces = force_floor(record, machine, parameters, &beside, SEED);
+    let forces = force_floor(record, machine, parameters, &beside, (narrowing, SEED));
     let forces = forces.map_err(|error| FitError::Floor(Box::new(error)))?;
     let sizes: Vec<f64> = forces.iter().map(|force| rms(force)).collect();
     Ok(Some(Error::new(names, &sizes)))

@@ -26,6 +26,7 @@ mod groups;
 mod inertial;
 mod judged;
 mod losses;
+mod narrowing;
 mod neighbours;
 mod page;
 mod point;
@@ -302,13 +303,7 @@ fn learn(request: &Request<'_>) -> Result<(Fit, Correction), FitError> {
     let columns = Columns::new(&mut machine, request.parameters, &request.source)?;
     let mut learnt = Equations::new(&machine, &columns, request.parameters, &train, None)?;
     let fastest = learnt.fastest.clone();
-    let mut judged = Equations::new(
-        &machine,
-        &columns,
-        request.parameters,
-        &test,
-        Some(&fastest),
-    )?;
+    let mut judged = Equations::new(&machine, &columns, request.parameters, &test, Some(&learnt))?;
     let left_out = left_out(request, &columns, &learnt)?;
     for equations in [&mut learnt, &mut judged] {
         let out: Vec<usize> = left_out.iter().map(|(i, _)| *i).collect();
@@ -335,9 +330,11 @@ fn learn(request: &Request<'_>) -> Result<(Fit, Correction), FitError> {
         values: estimate.values,
         fastest,
     };
-    let noise_floor = floor(&names, &machine, request.parameters, &correction, &test)?;
+    let seen = (&test, learnt.narrowing);
+    let noise_floor = floor(&names, &machine, request.parameters, &correction, seen)?;
     let noise_floor = noise_floor.map(|floor| floor.without(&names, &judged.left_out));
     let mut warnings = said_of(&train, &test, request.test.is_some());
+    warnings.extend(learnt.said_of_band());
     let worse = after.total > before.total;
     warnings.extend(worse_joints(&before, &after).filter(|_| !worse));
     if worse {

@@ -12,11 +12,23 @@ pub struct Band {
 }
 
 impl Band {
-    /// Of a record whose coordinates were smoothed, of which at most `most` samples are kept.
-    pub fn of(record: &Record, smoothed: &[Smoothed], most: usize) -> Self {
+    /// Of a record whose coordinates were smoothed, so many `times` as narrow as that in which it shows
+    /// accelerations; of the samples at most `most` are kept.
+    pub fn of(record: &Record, smoothed: &[Smoothed], most: usize, times: usize) -> Self {
         let step = record.step();
         let response = smoothed.iter().map(|s| s.smoother.response(step));
-        Self::new(response.fold(0.0, f64::max), step, record.len(), most)
+        let response = response.fold(0.0, f64::max);
+        let response = match times {
+            1 => response,
+            // Motion that the log shows from sample to sample has no window to widen.
+            _ => times as f64 * response.max(step),
+        };
+        Self::new(response, step, record.len(), most)
+    }
+
+    /// How many samples the window holds.
+    pub fn window(&self) -> usize {
+        self.window.len()
     }
 
     /// For motion that answers within `response` s, at samples `step` s apart.

@@ -25,6 +25,7 @@ pub(super) struct Balance {
     states: States,
     accelerations: Vec<Vec<f64>>,
     band: Band,
+    narrowing: usize,
     hold: Hold,
 }
 
@@ -34,15 +35,32 @@ impl Balance {
     /// # Errors
     /// If the log cannot be smoothed.
     pub fn new(record: &Record, hold: Hold) -> Result<Self, SmoothError> {
+        Self::narrowed(record, hold, 1)
+    }
+
+    /// The same in a band that is so many times narrower than that in which the log shows accelerations.
+    ///
+    /// # Errors
+    /// If the log cannot be smoothed.
+    pub fn narrowed(record: &Record, hold: Hold, narrowing: usize) -> Result<Self, SmoothError> {
         let smoothed = smooth(record)?;
-        let band = Band::of(record, &smoothed, MOST_SAMPLES);
+        let band = Band::of(record, &smoothed, MOST_SAMPLES, narrowing);
         let states = States::along(record, &smoothed);
         Ok(Self {
             states,
             accelerations: smoothed.into_iter().map(|s| s.a).collect(),
             band,
+            narrowing,
             hold,
         })
+    }
+
+    /// That of another log, seen in the same way.
+    ///
+    /// # Errors
+    /// If the log cannot be smoothed.
+    pub fn of_another(&self, record: &Record) -> Result<Self, SmoothError> {
+        Self::narrowed(record, self.hold, self.narrowing)
     }
 
     /// When the samples are that are kept, s.

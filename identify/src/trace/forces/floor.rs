@@ -9,7 +9,8 @@ use crate::trace::estimate::Observed;
 use crate::trace::score::with_noise;
 
 /// What noise of the log's sensors alone leaves of the balance of forces of a machine that obeys
-/// its model, with forces `beside` it, along the log: per coordinate, a value per kept sample. Noise of the forces
+/// its model, with forces `beside` it, along the log, in a band that is `narrowing` times narrower than that in
+/// which it shows accelerations: per coordinate, a value per kept sample. Noise of the forces
 /// themselves is known where the machine did not feel it, that of channels that somebody has filtered is not.
 ///
 /// # Errors
@@ -19,11 +20,11 @@ pub(crate) fn force_floor(
     machine: &Machine,
     values: &[f64],
     beside: &Beside<'_>,
-    seed: u64,
+    (narrowing, seed): (usize, u64),
 ) -> Result<Vec<Vec<f64>>, TraceError> {
     // What inputs do between samples matters to memory only, and that to no term of a fit.
     let hold = Hold::Linear;
-    let balance = Balance::new(record, hold)?;
+    let balance = Balance::narrowed(record, hold, narrowing)?;
     let observed = Observed::new(record.clone(), hold)?;
     left_by_noise((&balance, &observed), (machine, values), Some(beside), seed)
 }
@@ -40,7 +41,7 @@ pub(super) fn left_by_noise(
     let located = |error| TraceError::at(error, &sensed.t);
     let obeying = balance.obeying(sensed, machine, values, beside);
     let obeying = obeying.map_err(located)?;
-    let noisy = Balance::new(&with_noise(obeying, observed, seed), observed.hold)?;
+    let noisy = balance.of_another(&with_noise(obeying, observed, seed))?;
     let left = noisy.missing_beside(machine, values, beside);
     left.map_err(located)
 }
