@@ -57,7 +57,7 @@ fn size(links: usize) -> usize {
 #[test]
 fn all_functions_of_a_long_chain_grow_with_its_square() {
     let [half, whole] = [30, 60].map(size);
-    assert!(whole <= 16_000_000, "{whole} bytes");
+    assert!(whole <= 8_500_000, "{whole} bytes");
     // Four times as many pairs of joints, whose names are a little longer.
     assert!(10 * whole <= 42 * half, "{half} bytes, then {whole}");
 }

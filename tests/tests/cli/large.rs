@@ -80,7 +80,7 @@ fn of_a_very_long_chain_some_functions_are_generated_and_not_all() {
     let files = fs::read_dir(&out).unwrap();
     let sizes = files.map(|file| file.unwrap().metadata().unwrap().len());
     let size: u64 = sizes.sum();
-    assert!(size < 20_000_000, "{size} bytes");
+    assert!(size < 13_000_000, "{size} bytes");
     fs::remove_dir_all(&out).unwrap();
     fs::write(&chain, support::chain(130)).unwrap();
     let said = refuse(&generate("full"), "");

@@ -1,5 +1,6 @@
 //! C's numbers, names and functions.
 
+use super::long::{Numbers, declare};
 use super::{Lines, comment};
 use crate::emit::body::{Body, Statement, Term};
 use crate::emit::symbols::{Role, Symbols};
@@ -9,11 +10,16 @@ use crate::graph::{Binary, Precedence, SymbolId, Unary};
 /// Expressions of the model's real type.
 pub(super) struct C<'a> {
     pub symbols: &'a Symbols,
+    /// Numbers that have names.
+    pub numbers: &'a Numbers,
 }
 
 impl Language for C<'_> {
     fn constant(&self, value: f64) -> Written {
-        Written::atom(real(value))
+        match self.numbers.name(value) {
+            Some(name) => Written::atom(name),
+            None => Written::atom(real(value)),
+        }
     }
 
     fn symbol(&self, id: SymbolId) -> String {
@@ -158,12 +164,12 @@ pub(super) fn preamble(w: &mut Lines, prefix: &str, code: &str) {
     }
 }
 
-/// Some of a body's statements, each a constant.
+/// Some of a body's statements, each a constant; of a `long` body in one declaration.
 pub(super) fn write_statements(
     w: &mut Lines,
     prefix: &str,
     language: &C<'_>,
-    (body, statements): (&Body, &[Statement]),
+    (body, statements, long): (&Body, &[Statement], bool),
 ) {
     let write = |term: &Term| argument(language.write(term, &body.locals));
     let circular = |sine: usize, cosine: usize, argument: &Term| {
@@ -173,8 +179,9 @@ pub(super) fn write_statements(
             (cosine, format!("COS({argument})")),
         ]
     };
+    let mut constants: Vec<(&str, String)> = Vec::new();
     for statement in statements {
-        let constants: Vec<(usize, String)> = match statement {
+        let own: Vec<(usize, String)> = match statement {
             Statement::Let { local, value } => vec![(*local, write(value))],
             Statement::SinCos {
                 sine,
@@ -185,9 +192,13 @@ pub(super) fn write_statements(
                 .flat_map(|one| circular(one.sine, one.cosine, &one.argument))
                 .collect(),
         };
-        for (local, value) in constants {
-            let name = &body.locals[local];
-            w.line(&format!("    const {prefix}_real {name} = {value};"));
-        }
+        let named = own.into_iter();
+        constants.extend(named.map(|(local, value)| (body.locals[local].as_str(), value)));
+    }
+    if long {
+        return declare(w, prefix, &constants);
+    }
+    for (name, value) in constants {
+        w.line(&format!("    const {prefix}_real {name} = {value};"));
     }
 }

@@ -8,6 +8,7 @@
 
 mod header_file;
 mod language;
+mod long;
 mod routine;
 mod solved;
 mod solver;

@@ -1,6 +1,7 @@
 //! A routine in C: one `.h` and one `.c`, as for a model.
 
 use super::language::{C, argument, preamble, write_statements};
+use super::long::Numbers;
 use super::{Lines, comment};
 use crate::emit::body::Body;
 use crate::emit::counts::OperationCount;
@@ -151,6 +152,7 @@ impl<'a> Unit<'a> {
         let body = Body::new(graph, &self.symbols, &outputs, BTreeMap::new());
         let language = C {
             symbols: &self.symbols,
+            numbers: &Numbers::default(),
         };
         self.signature(w, "");
         w.line("{");
@@ -171,7 +173,7 @@ impl<'a> Unit<'a> {
             }
             first += array.entries.len();
         }
-        write_statements(w, &self.name, &language, (&body, &body.statements));
+        write_statements(w, &self.name, &language, (&body, &body.statements, false));
         let results = self.arrays[self.routine.arguments.len()..].iter();
         let places = results
             .zip(&self.routine.results)

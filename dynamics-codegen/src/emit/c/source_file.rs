@@ -2,20 +2,44 @@
 
 use super::header_file::dimensions;
 use super::language::{C, argument, preamble, real, write_statements};
+use super::long::{Numbers, declare_side_by_side};
 use super::{Lines, Unit, comment};
-use crate::emit::body::{Body, Term};
+use crate::emit::body::Body;
 use crate::emit::given::place;
 use crate::emit::plan::Function;
 use crate::emit::split::{Part, Parts};
 use crate::emit::symbols::Argument;
 use crate::emit::written::Language;
 
+/// A function without loops, in parts that a compiler can take.
+struct Straight {
+    body: Body,
+    parts: Parts,
+}
+
 impl Unit<'_> {
     /// The whole file.
     pub(super) fn source_file(&self) -> String {
+        let written: Vec<Option<Straight>> = self
+            .plan
+            .functions
+            .iter()
+            .map(|f| self.straight(f))
+            .collect();
+        let long = written
+            .iter()
+            .flatten()
+            .filter(|straight| straight.parts.are_several());
+        let numbers = Numbers::of(long.map(|straight| &straight.body));
         let mut definitions = Lines::default();
-        for function in &self.plan.functions {
-            self.definition(&mut definitions, function);
+        for (function, straight) in self.plan.functions.iter().zip(&written) {
+            match (&function.solved, straight) {
+                (_, Some(straight)) => {
+                    self.definition(&mut definitions, function, (straight, &numbers))
+                }
+                (Some(solved), None) => self.solved_definition(&mut definitions, function, solved),
+                (None, None) => unreachable!("what is not solved in loops is straight"),
+            }
         }
         let mut w = Lines::default();
         self.title(&mut w);
@@ -26,6 +50,7 @@ impl Unit<'_> {
         preamble(&mut w, &self.prefix, &definitions.text);
         self.nominal(&mut w);
         self.solver(&mut w);
+        numbers.define(&mut w, &self.prefix);
         w.text.push_str(definitions.text.trim_end());
         w.text.push('\n');
         w.text
@@ -50,15 +75,30 @@ impl Unit<'_> {
         w.blank();
     }
 
-    fn definition(&self, w: &mut Lines, function: &Function) {
-        if let Some(solved) = &function.solved {
-            return self.solved_definition(w, function, solved);
+    /// A function without loops; `None` for one that solves in them.
+    fn straight(&self, function: &Function) -> Option<Straight> {
+        if function.solved.is_some() {
+            return None;
         }
         let body = function.body(&self.plan.model, &self.symbols, "->");
         let parts = Parts::of(&body, &self.symbols);
+        Some(Straight { body, parts })
+    }
+
+    fn definition(
+        &self,
+        w: &mut Lines,
+        function: &Function,
+        (straight, numbers): (&Straight, &Numbers),
+    ) {
+        let Straight { body, parts } = straight;
+        let language = C {
+            symbols: &self.symbols,
+            numbers,
+        };
         let (own, before) = parts.parts.split_last().expect("there is a last part");
         for (index, part) in before.iter().enumerate() {
-            self.part_definition(w, function, &body, (index + 1, part, parts.places));
+            self.part_definition(w, function, (straight, &language), (index + 1, part));
         }
         self.signature(w, function, "");
         w.line("{");
@@ -68,8 +108,8 @@ impl Unit<'_> {
         if let Some(giver) = self.plan.giver(function) {
             w.line(&format!("    {};", self.given(giver)));
         }
-        self.prologue(w, function, &body, (own, &parts));
-        self.statements(w, &body, own);
+        self.prologue(w, function, straight, own);
+        self.statements(w, (straight, &language), own);
         let mut results = body.results.iter();
         for quantity in &function.quantities {
             let target = if function.fused {
@@ -81,7 +121,7 @@ impl Unit<'_> {
                 let place = place(quantity, index);
                 w.line(&format!(
                     "    {target}{place} = {};",
-                    self.write(result, &body)
+                    argument(language.write(result, &body.locals))
                 ));
             }
         }
@@ -94,9 +134,10 @@ impl Unit<'_> {
         &self,
         w: &mut Lines,
         function: &Function,
-        body: &Body,
-        (number, part, places): (usize, &Part, usize),
+        (straight, language): (&Straight, &C<'_>),
+        (number, part): (usize, &Part),
     ) {
+        let Straight { body, parts } = straight;
         let (prefix, name) = (&self.prefix, &function.name);
         comment(
             w,
@@ -110,10 +151,10 @@ impl Unit<'_> {
         if let Some(giver) = self.plan.giver(function).filter(|_| part.reads_given) {
             w.line(&format!("    {},", self.given_argument(giver)));
         }
-        w.line(&format!("    {prefix}_real w[{places}])"));
+        w.line(&format!("    {prefix}_real w[{}])", parts.places));
         w.line("{");
-        self.reading(w, part, body);
-        self.statements(w, body, part);
+        self.reading(w, straight, part);
+        self.statements(w, (straight, language), part);
         for &(local, place) in &part.gives {
             w.line(&format!("    w[{place}] = {};", body.locals[local]));
         }
@@ -143,13 +184,8 @@ impl Unit<'_> {
 
     /// Says which arguments are not read, runs the parts before, and takes out of the
     /// arguments and of what they left what the last part reads.
-    fn prologue(
-        &self,
-        w: &mut Lines,
-        function: &Function,
-        body: &Body,
-        (own, parts): (&Part, &Parts),
-    ) {
+    fn prologue(&self, w: &mut Lines, function: &Function, straight: &Straight, own: &Part) {
+        let Straight { body, parts } = straight;
         // C99 allows statements between declarations.
         let giver = self.plan.giver(function);
         let multipliers = function.takes_multipliers() && !self.plan.model.constraints.is_empty();
@@ -188,7 +224,7 @@ impl Unit<'_> {
             let call = format!("{}_{}_part_{}", self.prefix, function.name, index + 1);
             w.line(&format!("    {call}({names});"));
         }
-        self.reading(w, own, body);
+        self.reading(w, straight, own);
     }
 
     /// Where the results of the function that another one begins with stand: an array, so
@@ -213,33 +249,31 @@ impl Unit<'_> {
     }
 
     /// Arguments and carried temporaries that a part reads.
-    fn reading(&self, w: &mut Lines, part: &Part, body: &Body) {
-        for (name, role) in self.symbols.read_by(&part.reads) {
-            if let Some(place) = role.place("->") {
-                w.line(&format!("    const {}_real {name} = {place};", self.prefix));
-            }
+    fn reading(&self, w: &mut Lines, straight: &Straight, part: &Part) {
+        let prefix = &self.prefix;
+        let arguments = self.symbols.read_by(&part.reads).into_iter();
+        let mut read: Vec<(&str, String)> = arguments
+            .filter_map(|(name, role)| Some((name, role.place("->")?)))
+            .collect();
+        let locals = &straight.body.locals;
+        let carried = part.takes.iter();
+        read.extend(carried.map(|&(local, place)| (locals[local].as_str(), format!("w[{place}]"))));
+        if straight.parts.are_several() {
+            return declare_side_by_side(w, prefix, &read);
         }
-        for &(local, place) in &part.takes {
-            let name = &body.locals[local];
-            w.line(&format!(
-                "    const {}_real {name} = w[{place}];",
-                self.prefix
-            ));
+        for (name, place) in read {
+            w.line(&format!("    const {prefix}_real {name} = {place};"));
         }
     }
 
-    fn statements(&self, w: &mut Lines, body: &Body, part: &Part) {
-        let language = C {
-            symbols: &self.symbols,
-        };
+    fn statements(&self, w: &mut Lines, (straight, language): (&Straight, &C<'_>), part: &Part) {
+        let Straight { body, parts } = straight;
         let statements = &body.statements[part.statements.clone()];
-        write_statements(w, &self.prefix, &language, (body, statements));
-    }
-
-    fn write(&self, term: &Term, body: &Body) -> String {
-        let language = C {
-            symbols: &self.symbols,
-        };
-        argument(language.write(term, &body.locals))
+        write_statements(
+            w,
+            &self.prefix,
+            language,
+            (body, statements, parts.are_several()),
+        );
     }
 }
