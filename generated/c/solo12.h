@@ -7,12 +7,12 @@
  *
  * Operations; what a function shares inside itself is counted once:
  * function                total    + -      *      /  sin cos  other
- * mass_matrix               156     74     66      0       16      0
- * bias_force                432    160    248      0       24      0
+ * mass_matrix               140     68     56      0       16      0
+ * bias_force                334    112    198      0       24      0
  * applied_force               0      0      0      0        0      0
  * input_matrix                0      0      0      0        0      0
- * force                     448    172    252      0       24      0
- * equation_of_motion        502    202    276      0       24      0
+ * force                     344    120    200      0       24      0
+ * equation_of_motion        446    180    242      0       24      0
  */
 
 #ifndef DYNAMICS_solo12_H

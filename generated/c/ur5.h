@@ -7,12 +7,12 @@
  *
  * Operations; what a function shares inside itself is counted once:
  * function                total    + -      *      /  sin cos  other
- * mass_matrix               145     64     71      0       10      0
- * bias_force                252    100    142      0       10      0
+ * mass_matrix               102     47     45      0       10      0
+ * bias_force                207     81    116      0       10      0
  * applied_force               0      0      0      0        0      0
  * input_matrix                0      0      0      0        0      0
- * force                     258    106    142      0       10      0
- * equation_of_motion        384    167    207      0       10      0
+ * force                     213     87    116      0       10      0
+ * equation_of_motion        286    125    151      0       10      0
  */
 
 #ifndef DYNAMICS_ur5_H

@@ -255,8 +255,8 @@ fn a_tumbling_body_keeps_energy_and_momentum() {
 #[test]
 fn operations() {
     let counts = [
-        ("solo12", [562, 1021, 1476, 2460]),
-        ("humanoid", [2893, 3174, 5548, 7445]),
+        ("solo12", [544, 1021, 1383, 2460]),
+        ("humanoid", [2774, 3174, 5366, 7445]),
     ];
     let functions = "mass_matrix+bias_force,forward_dynamics".parse().unwrap();
     for (name, expected) in counts {

@@ -11,6 +11,9 @@ impl Mechanism {
     /// The mass matrix `M(q)`, symmetric node by node. For a floating body see
     /// [`Floating`](super::Floating) on what is added along the quaternion.
     pub fn mass_matrix(&self, g: &mut Graph) -> Vec<Vec<ExprId>> {
+        if let Some(upright) = &self.upright.beside_mass {
+            return upright.mass_matrix(g);
+        }
         let over_freedoms = self.freedom_mass_matrix(g);
         let mut matrix = Space::coordinates(self).congruence(g, &over_freedoms);
         self.fill_quaternion_direction(g, &mut matrix);

@@ -109,7 +109,7 @@ fn orient(
                 turns: [gamma, alpha],
                 // A root's base frame turns along with it.
                 offset: match from_parent {
-                    Some(_) => turn::tidy_pair(compose(psi, delta)),
+                    Some(_) => turn::tidy_pair(turn::compose(psi, delta)),
                     None => (1.0, 0.0),
                 },
             }
@@ -119,11 +119,6 @@ fn orient(
 
 fn about_z((cos, sin): (f64, f64)) -> Rotation {
     [[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]
-}
-
-/// Cosine and sine of a sum of angles.
-fn compose(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
-    (a.0 * b.0 - a.1 * b.1, a.0 * b.1 + a.1 * b.0)
 }
 
 /// The turn about z after which the child's axis lies in the y–z plane; if it
@@ -158,7 +153,7 @@ fn zero_angle(
     };
     let wanted = turn::tidy_pair(wanted);
     // Of the two opposite choices, the one nearer to no offset.
-    if compose(psi, wanted).0 < -1e-15 {
+    if turn::compose(psi, wanted).0 < -1e-15 {
         (-wanted.0, -wanted.1)
     } else {
         wanted

@@ -5,6 +5,7 @@ use super::inertia::PseudoInertia;
 use super::mechanism::{Axis, Base, Link};
 use super::placement::{Anchor, Motion, MovingJoint};
 use super::turn::{self, Stage, Turn};
+use super::upright::JointAngle;
 use super::vector::{self, IDENTITY, Vector};
 use crate::graph::{ExprId, Graph, Unary};
 
@@ -42,6 +43,7 @@ fn link(
     let constant_stages = stages.len();
     let mut freedoms = joint.freedoms.clone();
     let mut quaternion = None;
+    let mut turns_by = None;
     let inertia = seen_from(g, frame, &joint.inertia);
     match joint.motion {
         // The frame need not turn with what looks the same from all sides.
@@ -49,7 +51,13 @@ fn link(
             let still = g.zero();
             stages.push(joint_turn(g, still, frame.offset));
         }
-        Motion::Revolute { angle, .. } => stages.push(joint_turn(g, angle, frame.offset)),
+        Motion::Revolute { angle, .. } => {
+            stages.push(joint_turn(g, angle, frame.offset));
+            turns_by = Some(JointAngle {
+                angle,
+                offset: frame.offset,
+            });
+        }
         Motion::Spherical {
             rotation,
             quaternion: given,
@@ -77,6 +85,7 @@ fn link(
         parent: joint.parent,
         stages,
         constant_stages,
+        turns_by,
         shift,
         freedoms,
         inertia,
@@ -133,7 +142,7 @@ fn seen_from(g: &mut Graph, frame: &LinkFrame, inertia: &PseudoInertia) -> Pseud
 
 /// The turn by `angle + offset`; offsets by quarter turns only exchange sine
 /// and cosine.
-fn joint_turn(g: &mut Graph, angle: ExprId, (c, s): (f64, f64)) -> Stage {
+pub(super) fn joint_turn(g: &mut Graph, angle: ExprId, (c, s): (f64, f64)) -> Stage {
     let quarter = c == 0.0 || s == 0.0;
     let angle = if quarter {
         angle

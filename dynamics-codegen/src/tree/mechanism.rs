@@ -8,6 +8,7 @@ use super::lumped::Lumped;
 use super::placement::{self, Anchor};
 use super::regroup;
 use super::turn::Stage;
+use super::upright::{self, JointAngle};
 use super::vector::{Rotation, Vector};
 use super::{Tree, TreeError};
 use crate::graph::{ExprId, Graph};
@@ -117,6 +118,8 @@ pub(super) struct Link {
     pub stages: Vec<Stage>,
     /// How many of the stages are constant.
     pub constant_stages: usize,
+    /// What its joint turns by, if the last stage is that turn.
+    pub turns_by: Option<JointAngle>,
     pub shift: Vector,
     pub freedoms: Vec<Freedom>,
     pub inertia: PseudoInertia,
@@ -150,6 +153,8 @@ pub struct Mechanism {
     pub(super) gravity: Vector,
     pub(super) coordinates: usize,
     pub(super) lumped: Choice,
+    /// The same links in frames that do not all turn, where that is cheaper.
+    pub(super) upright: Upright,
     is_articulated: bool,
     report: Report,
 }
@@ -161,6 +166,21 @@ pub(super) struct Choice {
     pub alone: Lumped,
     /// Where the mass matrix is computed as well.
     pub beside_mass: Lumped,
+}
+
+/// Copies of a mechanism whose frames do not all turn, for what takes fewer operations there.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Upright {
+    /// For the bias force alone.
+    pub alone: Option<Box<Mechanism>>,
+    /// For the mass matrix, and the bias force beside it.
+    pub beside_mass: Option<Box<Mechanism>>,
+}
+
+/// Operations of the bias force, alone and together with the mass matrix.
+struct Fewest {
+    alone: usize,
+    both: usize,
 }
 
 impl Mechanism {
@@ -196,12 +216,13 @@ impl Mechanism {
         for layout in layouts {
             let mut mechanism = Self::with_layout(graph, tree, options, layout, &read);
             // The count is of a scratch copy: rejected layouts leave few nodes.
-            let cost = mechanism.choose_lumped(&mut graph.clone());
+            let cost = mechanism.choose_lumped(&mut graph.clone()).both;
             if best.as_ref().is_none_or(|(least, _)| cost < *least) {
                 best = Some((cost, mechanism));
             }
         }
         let (_, mut mechanism) = best.expect("at least one layout was tried");
+        mechanism.choose_upright(graph);
         mechanism.is_articulated = mechanism.is_cheaper_articulated(&mut graph.clone());
         Ok(mechanism)
     }
@@ -234,14 +255,14 @@ impl Mechanism {
                 alone: Lumped::NOTHING,
                 beside_mass: Lumped::NOTHING,
             },
+            upright: Upright::default(),
             is_articulated: false,
             report,
         }
     }
 
-    /// Chooses how forces are computed such that operations are fewest, and returns those of
-    /// mass matrix and bias force together.
-    fn choose_lumped(&mut self, graph: &mut Graph) -> usize {
+    /// Chooses how forces are computed such that operations are fewest, and returns how many.
+    fn choose_lumped(&mut self, graph: &mut Graph) -> Fewest {
         let mass: Vec<ExprId> = self.mass_matrix(graph).concat();
         let mut fewest = |beside: &[ExprId]| {
             let costs = Lumped::CHOICES.map(|lumped| {
@@ -253,9 +274,31 @@ impl Mechanism {
                 .min_by_key(|&(cost, _)| cost)
                 .expect("there are choices")
         };
-        let (alone, (cost, beside_mass)) = (fewest(&[]).1, fewest(&mass));
-        self.lumped = Choice { alone, beside_mass };
-        cost
+        let ((alone, first), (both, second)) = (fewest(&[]), fewest(&mass));
+        self.lumped = Choice {
+            alone: first,
+            beside_mass: second,
+        };
+        Fewest { alone, both }
+    }
+
+    /// Chooses where frames that do not turn with their joints are used.
+    fn choose_upright(&mut self, graph: &mut Graph) {
+        let Some(links) = upright::upright(graph, &self.links) else {
+            return;
+        };
+        let mut other = Self {
+            links,
+            ..self.clone()
+        };
+        // The counts are of scratch copies, as those of layouts.
+        let own = self.choose_lumped(&mut graph.clone());
+        let its = other.choose_lumped(&mut graph.clone());
+        let other = Box::new(other);
+        self.upright = Upright {
+            alone: (its.alone < own.alone).then(|| other.clone()),
+            beside_mass: (its.both < own.both).then_some(other),
+        };
     }
 
     /// Whether articulated-body inertias save [`WORTH_A_RECURSION`] of the operations of the forward

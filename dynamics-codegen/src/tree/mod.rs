@@ -72,6 +72,7 @@ mod sensitivity;
 mod solve;
 mod space;
 mod turn;
+mod upright;
 mod vector;
 
 pub use error::TreeError;

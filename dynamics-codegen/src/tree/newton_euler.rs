@@ -72,13 +72,15 @@ impl Mechanism {
     /// `Q_C = −(C v + g)`: minus the inverse dynamics at zero acceleration (recursive
     /// Newton–Euler, Featherstone 2008, table 5.1), one entry per coordinate.
     pub fn bias_force(&self, g: &mut Graph) -> Vec<ExprId> {
-        self.bias_force_by(g, self.lumped.alone)
+        let cheapest = self.upright.alone.as_deref().unwrap_or(self);
+        cheapest.bias_force_by(g, cheapest.lumped.alone)
     }
 
     /// The same as [`bias_force`](Self::bias_force) by the operations that are fewest where
     /// the mass matrix is computed as well.
     pub fn bias_force_beside_mass(&self, g: &mut Graph) -> Vec<ExprId> {
-        self.bias_force_by(g, self.lumped.beside_mass)
+        let cheapest = self.upright.beside_mass.as_deref().unwrap_or(self);
+        cheapest.bias_force_by(g, cheapest.lumped.beside_mass)
     }
 
     pub(super) fn bias_force_by(&self, g: &mut Graph, lumped: Lumped) -> Vec<ExprId> {

@@ -122,6 +122,11 @@ pub(super) fn euler_zxz(c: &Rotation) -> [(f64, f64); 3] {
     [gamma, alpha, psi].map(tidy_pair)
 }
 
+/// Cosine and sine of a sum of angles.
+pub(super) fn compose(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
+    (a.0 * b.0 - a.1 * b.1, a.0 * b.1 + a.1 * b.0)
+}
+
 /// Removes round-off from a cosine–sine pair.
 pub(super) fn tidy_pair((cos, sin): (f64, f64)) -> (f64, f64) {
     const ROUND_OFF: f64 = 1e-15;
