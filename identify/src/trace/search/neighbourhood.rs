@@ -66,9 +66,7 @@ impl<'a> Neighbourhood<'a> {
         let terms = fitted.hypothesis.candidates();
         let screen = Screen::new(dictionary, &fitted.explanation, terms)?;
         let grams = screen.grams();
-        let mut considered = screen.considered(&grams);
-        let is_one_law = |c: usize| terms.iter().any(|&t| dictionary.nested.are_one(t, c));
-        considered.retain(|considered| !is_one_law(considered.candidate));
+        let considered = screen.considered(&grams);
         Ok(Self {
             dictionary,
             fitted,
