@@ -622,8 +622,6 @@ void delta_constraint_jacobian(
     const delta_real cos_right_sway = COS(q_right_sway);
     const delta_real w1 = REAL(-0.5000000000000004) * p->base;
     const delta_real l1_sin_front_q = p->l1 * sin_front_q;
-    const delta_real l1_sin_left_q = p->l1 * sin_left_q;
-    const delta_real l1_sin_right_q = p->l1 * sin_right_q;
     const delta_real sin_front_q_sin_front_bend = sin_front_q * sin_front_bend;
     const delta_real cos_front_q_cos_front_bend = cos_front_q * cos_front_bend;
     const delta_real w2 = sin_front_q_sin_front_bend - cos_front_q_cos_front_bend;
@@ -633,6 +631,7 @@ void delta_constraint_jacobian(
     const delta_real base_plus_l1_cos_front_q = p->l1 * cos_front_q + p->base;
     const delta_real w4 = REAL(0.4999999999999998) * cos_left_q;
     const delta_real w5 = REAL(0.8660254037844387) * cos_left_q;
+    const delta_real l1_sin_left_q = p->l1 * sin_left_q;
     const delta_real w6 = REAL(0.4999999999999998) * sin_left_q;
     const delta_real w7 = cos_left_bend * w4;
     const delta_real w8 = w7 - sin_left_bend * w6;
@@ -645,6 +644,7 @@ void delta_constraint_jacobian(
     const delta_real w14 = cos_left_sway * w11;
     const delta_real w15 = REAL(0.5000000000000004) * cos_right_q;
     const delta_real w16 = REAL(0.8660254037844384) * cos_right_q;
+    const delta_real l1_sin_right_q = p->l1 * sin_right_q;
     const delta_real w17 = REAL(0.5000000000000004) * sin_right_q;
     const delta_real w18 = cos_right_bend * w15;
     const delta_real w19 = w18 - sin_right_bend * w17;
@@ -1146,8 +1146,6 @@ void delta_constraint_rate(
     const delta_real cos_right_bend = COS(q_right_bend);
     const delta_real sin_right_sway = SIN(q_right_sway);
     const delta_real cos_right_sway = COS(q_right_sway);
-    const delta_real l1_sin_left_q = p->l1 * sin_left_q;
-    const delta_real l1_sin_right_q = p->l1 * sin_right_q;
     const delta_real d_front_q_plus_d_front_bend = dq_front_q + dq_front_bend;
     const delta_real sin_front_q_sin_front_bend = sin_front_q * sin_front_bend;
     const delta_real cos_front_q_cos_front_bend = cos_front_q * cos_front_bend;
@@ -1159,6 +1157,7 @@ void delta_constraint_rate(
     const delta_real w4 = REAL(0.4999999999999998) * cos_left_q;
     const delta_real w5 = REAL(0.8660254037844387) * sin_left_q;
     const delta_real w6 = REAL(0.8660254037844387) * cos_left_q;
+    const delta_real l1_sin_left_q = p->l1 * sin_left_q;
     const delta_real w7 = cos_left_bend * w4;
     const delta_real w8 = cos_left_bend * w3;
     const delta_real w9 = sin_left_bend * w5;
@@ -1172,6 +1171,7 @@ void delta_constraint_rate(
     const delta_real w15 = REAL(0.5000000000000004) * cos_right_q;
     const delta_real w16 = REAL(0.8660254037844384) * sin_right_q;
     const delta_real w17 = REAL(0.8660254037844384) * cos_right_q;
+    const delta_real l1_sin_right_q = p->l1 * sin_right_q;
     const delta_real w18 = cos_right_bend * w14;
     const delta_real w19 = cos_right_bend * w17;
     const delta_real w20 = cos_right_bend * w16;
@@ -1314,10 +1314,6 @@ void delta_equation_of_motion(
     const delta_real w5 = w2 * w4 + front_i1;
     const delta_real w6 = p->m2 * w3;
     const delta_real m_front_sway_front_sway = w3 * w6 + front_i2;
-    const delta_real l1_sin_front_q = p->l1 * sin_front_q;
-    const delta_real l1_cos_front_q = p->l1 * cos_front_q;
-    const delta_real l1_sin_left_q = p->l1 * sin_left_q;
-    const delta_real l1_sin_right_q = p->l1 * sin_right_q;
     const delta_real w7 = w6 * cos_right_sway;
     const delta_real w8 = w6 * sin_right_sway;
     const delta_real w9 = m_front_sway_front_sway * cos_right_sway;
@@ -1387,6 +1383,8 @@ void delta_equation_of_motion(
     const delta_real w50 = cos_front_bend * l1_d_front_q_sq;
     const delta_real cos_left_bend_l1_d_left_q_sq = cos_left_bend * l1_d_left_q_sq;
     const delta_real w51 = cos_right_bend * l1_d_right_q_sq;
+    const delta_real l1_cos_front_q = p->l1 * cos_front_q;
+    const delta_real l1_sin_front_q = p->l1 * sin_front_q;
     const delta_real sin_front_q_sin_front_bend = sin_front_q * sin_front_bend;
     const delta_real cos_front_q_cos_front_bend = cos_front_q * cos_front_bend;
     const delta_real w52 = sin_front_q_sin_front_bend - cos_front_q_cos_front_bend;
@@ -1404,6 +1402,7 @@ void delta_equation_of_motion(
     const delta_real w61 = REAL(0.8660254037844387) * cos_left_q;
     const delta_real w62 = p->l1 * w59;
     const delta_real w63 = p->l1 * w61;
+    const delta_real l1_sin_left_q = p->l1 * sin_left_q;
     const delta_real w64 = cos_left_bend * w59;
     const delta_real w65 = w64 - sin_left_bend * w58;
     const delta_real w66 = cos_left_bend * w58;
@@ -1424,6 +1423,7 @@ void delta_equation_of_motion(
     const delta_real w79 = REAL(0.8660254037844384) * cos_right_q;
     const delta_real w80 = p->l1 * w77;
     const delta_real w81 = p->l1 * w79;
+    const delta_real l1_sin_right_q = p->l1 * sin_right_q;
     const delta_real w82 = cos_right_bend * w77;
     const delta_real w83 = w82 - sin_right_bend * w76;
     const delta_real w84 = cos_right_bend * w76;

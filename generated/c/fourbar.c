@@ -399,8 +399,6 @@ void fourbar_equation_of_motion(
     const fourbar_real m3_lc3 = p->m3 * p->lc3;
     const fourbar_real lc3_m3_lc3 = p->lc3 * m3_lc3;
     const fourbar_real w4 = w3 + lc3_m3_lc3;
-    const fourbar_real l1_cos_j1 = p->L1_ * cos_j1;
-    const fourbar_real l1_sin_j1 = p->L1_ * sin_j1;
     const fourbar_real m3_lc3_cos_j3 = m3_lc3 * cos_j3;
     const fourbar_real m3_lc3_sin_j3 = m3_lc3 * sin_j3;
     const fourbar_real lc3_m3_lc3_cos_j3 = lc3_m3_lc3 * cos_j3;
@@ -449,6 +447,8 @@ void fourbar_equation_of_motion(
     const fourbar_real w26 = sin_j3 * sin_j2_l1_d_j1_sq;
     const fourbar_real w27 = sin_j3 * w25;
     const fourbar_real w28 = cos_j3 * sin_j2_l1_d_j1_sq + w27;
+    const fourbar_real l1_cos_j1 = p->L1_ * cos_j1;
+    const fourbar_real l1_sin_j1 = p->L1_ * sin_j1;
     const fourbar_real cos_j1_cos_j2 = cos_j1 * cos_j2;
     const fourbar_real w29 = cos_j1_cos_j2 - sin_j1 * sin_j2;
     const fourbar_real w30 = sin_j1 * cos_j2 + cos_j1 * sin_j2;

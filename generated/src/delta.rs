@@ -781,8 +781,6 @@ pub fn constraint_jacobian<T: Scalar>(p: &Parameters<T>, x: &Point<T, 12, 3, 0>)
     let (sin_right_sway, cos_right_sway) = q_right_sway.sin_cos();
     let w1 = T::from_f64(-0.5000000000000004) * p.base;
     let l1_sin_front_q = p.l1 * sin_front_q;
-    let l1_sin_left_q = p.l1 * sin_left_q;
-    let l1_sin_right_q = p.l1 * sin_right_q;
     let sin_front_q_sin_front_bend = sin_front_q * sin_front_bend;
     let cos_front_q_cos_front_bend = cos_front_q * cos_front_bend;
     let w2 = sin_front_q_sin_front_bend - cos_front_q_cos_front_bend;
@@ -792,6 +790,7 @@ pub fn constraint_jacobian<T: Scalar>(p: &Parameters<T>, x: &Point<T, 12, 3, 0>)
     let base_plus_l1_cos_front_q = p.l1.mul_add(cos_front_q, p.base);
     let w4 = T::from_f64(0.4999999999999998) * cos_left_q;
     let w5 = T::from_f64(0.8660254037844387) * cos_left_q;
+    let l1_sin_left_q = p.l1 * sin_left_q;
     let w6 = T::from_f64(0.4999999999999998) * sin_left_q;
     let w7 = cos_left_bend * w4;
     let w8 = sin_left_bend.neg_mul_add(w6, w7);
@@ -804,6 +803,7 @@ pub fn constraint_jacobian<T: Scalar>(p: &Parameters<T>, x: &Point<T, 12, 3, 0>)
     let w14 = cos_left_sway * w11;
     let w15 = T::from_f64(0.5000000000000004) * cos_right_q;
     let w16 = T::from_f64(0.8660254037844384) * cos_right_q;
+    let l1_sin_right_q = p.l1 * sin_right_q;
     let w17 = T::from_f64(0.5000000000000004) * sin_right_q;
     let w18 = cos_right_bend * w15;
     let w19 = sin_right_bend.neg_mul_add(w17, w18);
@@ -1305,8 +1305,6 @@ pub fn constraint_rate<T: Scalar>(p: &Parameters<T>, x: &Point<T, 12, 3, 0>) -> 
     let (sin_right_q, cos_right_q) = circular[2];
     let (sin_right_bend, cos_right_bend) = circular[3];
     let (sin_right_sway, cos_right_sway) = q_right_sway.sin_cos();
-    let l1_sin_left_q = p.l1 * sin_left_q;
-    let l1_sin_right_q = p.l1 * sin_right_q;
     let d_front_q_plus_d_front_bend = dq_front_q + dq_front_bend;
     let sin_front_q_sin_front_bend = sin_front_q * sin_front_bend;
     let cos_front_q_cos_front_bend = cos_front_q * cos_front_bend;
@@ -1318,6 +1316,7 @@ pub fn constraint_rate<T: Scalar>(p: &Parameters<T>, x: &Point<T, 12, 3, 0>) -> 
     let w4 = T::from_f64(0.4999999999999998) * cos_left_q;
     let w5 = T::from_f64(0.8660254037844387) * sin_left_q;
     let w6 = T::from_f64(0.8660254037844387) * cos_left_q;
+    let l1_sin_left_q = p.l1 * sin_left_q;
     let w7 = cos_left_bend * w4;
     let w8 = cos_left_bend * w3;
     let w9 = sin_left_bend * w5;
@@ -1331,6 +1330,7 @@ pub fn constraint_rate<T: Scalar>(p: &Parameters<T>, x: &Point<T, 12, 3, 0>) -> 
     let w15 = T::from_f64(0.5000000000000004) * cos_right_q;
     let w16 = T::from_f64(0.8660254037844384) * sin_right_q;
     let w17 = T::from_f64(0.8660254037844384) * cos_right_q;
+    let l1_sin_right_q = p.l1 * sin_right_q;
     let w18 = cos_right_bend * w14;
     let w19 = cos_right_bend * w17;
     let w20 = cos_right_bend * w16;
@@ -1522,10 +1522,6 @@ pub fn equation_of_motion<T: Scalar>(
     let w5 = w2.mul_add(w4, front_i1);
     let w6 = p.m2 * w3;
     let m_front_sway_front_sway = w3.mul_add(w6, front_i2);
-    let l1_sin_front_q = p.l1 * sin_front_q;
-    let l1_cos_front_q = p.l1 * cos_front_q;
-    let l1_sin_left_q = p.l1 * sin_left_q;
-    let l1_sin_right_q = p.l1 * sin_right_q;
     let w7 = w6 * cos_right_sway;
     let w8 = w6 * sin_right_sway;
     let w9 = m_front_sway_front_sway * cos_right_sway;
@@ -1595,6 +1591,8 @@ pub fn equation_of_motion<T: Scalar>(
     let w50 = cos_front_bend * l1_d_front_q_sq;
     let cos_left_bend_l1_d_left_q_sq = cos_left_bend * l1_d_left_q_sq;
     let w51 = cos_right_bend * l1_d_right_q_sq;
+    let l1_cos_front_q = p.l1 * cos_front_q;
+    let l1_sin_front_q = p.l1 * sin_front_q;
     let sin_front_q_sin_front_bend = sin_front_q * sin_front_bend;
     let cos_front_q_cos_front_bend = cos_front_q * cos_front_bend;
     let w52 = sin_front_q_sin_front_bend - cos_front_q_cos_front_bend;
@@ -1612,6 +1610,7 @@ pub fn equation_of_motion<T: Scalar>(
     let w61 = T::from_f64(0.8660254037844387) * cos_left_q;
     let w62 = p.l1 * w59;
     let w63 = p.l1 * w61;
+    let l1_sin_left_q = p.l1 * sin_left_q;
     let w64 = cos_left_bend * w59;
     let w65 = sin_left_bend.neg_mul_add(w58, w64);
     let w66 = cos_left_bend * w58;
@@ -1632,6 +1631,7 @@ pub fn equation_of_motion<T: Scalar>(
     let w79 = T::from_f64(0.8660254037844384) * cos_right_q;
     let w80 = p.l1 * w77;
     let w81 = p.l1 * w79;
+    let l1_sin_right_q = p.l1 * sin_right_q;
     let w82 = cos_right_bend * w77;
     let w83 = sin_right_bend.neg_mul_add(w76, w82);
     let w84 = cos_right_bend * w76;

@@ -542,8 +542,6 @@ pub fn equation_of_motion<T: Scalar>(
     let m3_lc3 = p.m3 * p.lc3;
     let lc3_m3_lc3 = p.lc3 * m3_lc3;
     let w4 = w3 + lc3_m3_lc3;
-    let l1_cos_j1 = p.L1 * cos_j1;
-    let l1_sin_j1 = p.L1 * sin_j1;
     let m3_lc3_cos_j3 = m3_lc3 * cos_j3;
     let m3_lc3_sin_j3 = m3_lc3 * sin_j3;
     let lc3_m3_lc3_cos_j3 = lc3_m3_lc3 * cos_j3;
@@ -592,6 +590,8 @@ pub fn equation_of_motion<T: Scalar>(
     let w26 = sin_j3 * sin_j2_l1_d_j1_sq;
     let w27 = sin_j3 * w25;
     let w28 = cos_j3.mul_add(sin_j2_l1_d_j1_sq, w27);
+    let l1_cos_j1 = p.L1 * cos_j1;
+    let l1_sin_j1 = p.L1 * sin_j1;
     let cos_j1_cos_j2 = cos_j1 * cos_j2;
     let w29 = sin_j1.neg_mul_add(sin_j2, cos_j1_cos_j2);
     let w30 = sin_j1.mul_add(cos_j2, cos_j1 * sin_j2);

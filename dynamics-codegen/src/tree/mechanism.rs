@@ -284,21 +284,26 @@ impl Mechanism {
 
     /// Chooses where frames that do not turn with their joints are used.
     fn choose_upright(&mut self, graph: &mut Graph) {
-        let Some(links) = upright::upright(graph, &self.links) else {
+        // The counts are of scratch copies, as those of layouts: what is not used leaves nothing behind.
+        let scratch = &mut graph.clone();
+        let Some(links) = upright::upright(scratch, &self.links) else {
             return;
         };
         let mut other = Self {
             links,
             ..self.clone()
         };
-        // The counts are of scratch copies, as those of layouts.
         let own = self.choose_lumped(&mut graph.clone());
-        let its = other.choose_lumped(&mut graph.clone());
-        let other = Box::new(other);
-        self.upright = Upright {
-            alone: (its.alone < own.alone).then(|| other.clone()),
-            beside_mass: (its.both < own.both).then_some(other),
-        };
+        let its = other.choose_lumped(scratch);
+        let (alone, both) = (its.alone < own.alone, its.both < own.both);
+        if alone || both {
+            let links = upright::upright(graph, &self.links).expect("as in the copy");
+            let other = Box::new(Self { links, ..other });
+            self.upright = Upright {
+                alone: alone.then(|| other.clone()),
+                beside_mass: both.then_some(other),
+            };
+        }
     }
 
     /// Whether articulated-body inertias save [`WORTH_A_RECURSION`] of the operations of the forward

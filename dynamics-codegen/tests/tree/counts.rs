@@ -108,6 +108,16 @@ fn panda() {
     c.check([425, 623, 934, 1289, 3355, 6636]);
 }
 
+/// Three of its joints are parallel, and are passed by the sum of their angles: one by one, mass matrix
+/// and bias force took 145 and 252.
+#[test]
+fn ur5() {
+    let Some(mut c) = Counted::new("data/urdf/ur5_robot.urdf", Layout::Cheapest) else {
+        return;
+    };
+    c.check([102, 207, 280, 501, 1177, 2221]);
+}
+
 /// Each of the three measures pays, on its own.
 #[test]
 fn every_measure_saves_operations() {
