@@ -9,8 +9,9 @@ use super::dictionary::Dictionary;
 use super::error::TraceError;
 use super::estimate::Observed;
 use super::selection::Selection;
+use super::settings::SHORTLISTED;
 use crate::log::Record;
-use crate::machine::{Machine, States, Terms};
+use crate::machine::{Machine, Measured, States, Terms};
 use nalgebra::{DMatrix, DVector};
 
 /// A violation below this share of the coordinates' travel (a turn counts as 1 rad) may be a
@@ -21,6 +22,8 @@ const NOISES: f64 = 20.0;
 /// Share of the squares of a gross violation that one candidate must explain, to first order, for
 /// the log to be this machine's.
 const EXPLAINED: f64 = 0.75;
+/// Steps in which a candidate is brought to close a linkage.
+const STEPS: usize = 6;
 
 /// Shares by which a length is changed, up and down, where no small change closes a linkage, and
 /// the samples that are looked at.
@@ -42,7 +45,7 @@ pub(super) fn check_measured(
     let found = gross_violation(&focus.machine, &values, &observed.record, observed);
     match found {
         Some(found)
-            if !one_candidate_closes(dictionary, observed)
+            if closers(dictionary, observed).is_empty()
                 && !another_length_closes(dictionary, observed) =>
         {
             Err(found)
@@ -121,57 +124,152 @@ fn gross_violation(
     None
 }
 
-/// Whether the parameters of a single candidate, a sensor's or a length, explain most of what
-/// the constraints are missed by.
-fn one_candidate_closes(dictionary: &Dictionary, observed: &Observed) -> bool {
-    let machine = &dictionary.machine;
-    let states = as_measured(&observed.record, observed);
-    let states = machine.at_rest(&states, &dictionary.defaults);
-    let terms = machine.terms(&states, &dictionary.defaults);
-    let rows = machine.holonomic_rows();
-    let sensors = &dictionary.sensors;
-    let still = vec![vec![0.0; states.len()]; machine.coordinate_count()];
-    let read = sensors.read(&states, &still, &dictionary.defaults);
-    let slopes = sensors.closure.slopes(&states, &dictionary.defaults);
-    // What a unit of a parameter adds to all constraints at all samples: directly, and by moving
-    // the positions that were read.
-    let column = |parameter: usize| -> Option<DVector<f64>> {
+/// Which candidates, with which values of all parameters, make positions fulfil holonomic constraints
+/// that are grossly missed as they were measured: the best first, and none where the constraints hold.
+pub(super) fn closing(dictionary: &Dictionary, observed: &Observed) -> Vec<(usize, Vec<f64>)> {
+    let focus = dictionary.focus(&[]);
+    let values = focus.values(&dictionary.defaults);
+    if gross_violation(&focus.machine, &values, &observed.record, observed).is_none() {
+        return Vec::new();
+    }
+    let first = closers(dictionary, observed).into_iter().take(SHORTLISTED);
+    let mut closing: Vec<Closer> = first.map(|one| one.closed(dictionary, observed)).collect();
+    closing.sort_by(|a, b| a.left.total_cmp(&b.left));
+    let closing = closing.into_iter();
+    closing.map(|one| (one.candidate, one.values)).collect()
+}
+
+/// A candidate, a sensor's or a length, with the values of all parameters with which it explains most of
+/// what constraints are missed by.
+#[derive(Debug, Clone)]
+struct Closer {
+    candidate: usize,
+    values: Vec<f64>,
+    /// Sum of squares of what constraints are missed by then, to first order.
+    left: f64,
+}
+
+impl Closer {
+    /// Brought to close as well as it can, by Gauss's and Newton's method: a sensor that is late by more than
+    /// the motion is slow is far from what first order says.
+    fn closed(self, dictionary: &Dictionary, observed: &Observed) -> Self {
+        let focus = dictionary.focus(&[self.candidate]);
+        let mut best = self;
+        for _ in 0..STEPS {
+            let read = corrected(&observed.record, &focus, &focus.values(&best.values));
+            let next = read.ok().and_then(|record| {
+                let missed = Missed::new(dictionary, observed, (&record, &best.values));
+                missed.closer(best.candidate)
+            });
+            match next {
+                Some(next) if next.left < best.left => best = next,
+                _ => break,
+            }
+        }
+        best
+    }
+}
+
+/// Candidates that by themselves explain most of what the constraints are missed by, to first order; the
+/// best first.
+fn closers(dictionary: &Dictionary, observed: &Observed) -> Vec<Closer> {
+    let start = (&observed.record, &dictionary.defaults[..]);
+    let missed = Missed::new(dictionary, observed, start);
+    let all = 0..dictionary.candidates.len();
+    let closers = all.filter_map(|candidate| missed.closer(candidate));
+    let most = (1.0 - EXPLAINED) * missed.missed.norm_squared();
+    let mut closers: Vec<Closer> = closers.filter(|closer| closer.left < most).collect();
+    closers.sort_by(|a, b| a.left.total_cmp(&b.left));
+    closers
+}
+
+/// What constraints are missed by along positions, and what parameters change of it.
+struct Missed<'a> {
+    dictionary: &'a Dictionary,
+    values: &'a [f64],
+    terms: Vec<Terms>,
+    rows: Vec<usize>,
+    /// What sensors read of these positions, with slopes.
+    read: Measured,
+    /// Per parameter that constraints hold, row and sample what it changes.
+    slopes: Vec<Vec<Vec<f64>>>,
+    /// Row after row, sample by sample.
+    missed: DVector<f64>,
+}
+
+impl<'a> Missed<'a> {
+    fn new(
+        dictionary: &'a Dictionary,
+        observed: &Observed,
+        (record, values): (&Record, &'a [f64]),
+    ) -> Self {
+        let machine = &dictionary.machine;
+        let states = as_measured(record, observed);
+        let states = machine.at_rest(&states, values);
+        let terms = machine.terms(&states, values);
+        let rows = machine.holonomic_rows();
+        let sensors = &dictionary.sensors;
+        let still = vec![vec![0.0; states.len()]; machine.coordinate_count()];
+        let missed = rows.iter().flat_map(|&row| {
+            let each = terms.iter();
+            each.map(move |at| at.constraint_residual[row])
+        });
+        Self {
+            missed: DVector::from_iterator(rows.len() * states.len(), missed),
+            read: sensors.read(&states, &still, values),
+            slopes: sensors.closure.slopes(&states, values),
+            dictionary,
+            values,
+            terms,
+            rows,
+        }
+    }
+
+    /// What a unit of a parameter adds to all constraints at all samples: directly, and by moving
+    /// the positions that were read; `None` if it does neither.
+    fn column(&self, parameter: usize) -> Option<DVector<f64>> {
+        let sensors = &self.dictionary.sensors;
         let length = sensors.closure.closing.iter().position(|&p| p == parameter);
         let sensor = sensors.sensing.iter().position(|&p| p == parameter);
         if length.is_none() && sensor.is_none() {
             return None;
         }
         let at = |sample: usize, place: usize| {
-            let direct = length.map_or(0.0, |length| slopes[length][place][sample]);
+            let direct = length.map_or(0.0, |length| self.slopes[length][place][sample]);
             let moved = sensor.map_or(0.0, |sensor| {
-                let gradient = terms[sample].constraint_matrix.row(rows[place]);
-                let each = gradient.iter().zip(&read.q_by[sensor]);
+                let gradient = self.terms[sample].constraint_matrix.row(self.rows[place]);
+                let each = gradient.iter().zip(&self.read.q_by[sensor]);
                 each.map(|(a, by)| a * by[sample]).sum()
             });
             direct - moved
         };
-        let all = (0..rows.len()).flat_map(|place| (0..states.len()).map(move |s| at(s, place)));
-        Some(DVector::from_iterator(rows.len() * states.len(), all))
-    };
-    let missed = rows.iter().flat_map(|&row| {
-        let each = terms.iter();
-        each.map(move |at| at.constraint_residual[row])
-    });
-    let missed = DVector::from_iterator(rows.len() * states.len(), missed);
-    let closes = |parameters: &[usize]| {
-        let columns: Vec<DVector<f64>> = parameters.iter().filter_map(|&p| column(p)).collect();
+        let places = 0..self.rows.len();
+        let all = places.flat_map(|place| (0..self.terms.len()).map(move |s| at(s, place)));
+        Some(DVector::from_iterator(self.missed.len(), all))
+    }
+
+    /// A candidate as it closes best, to first order; `None` if it closes nothing.
+    fn closer(&self, candidate: usize) -> Option<Closer> {
+        let bounds = &self.dictionary.machine.compiled.model.parameters;
+        let parameters = self.dictionary.candidates[candidate].parameters.iter();
+        let known = parameters.filter_map(|&p| Some((p, self.column(p)?)));
+        let (parameters, columns): (Vec<usize>, Vec<DVector<f64>>) = known.unzip();
         if columns.is_empty() {
-            return false;
+            return None;
         }
         let columns = DMatrix::from_columns(&columns);
-        let fitted = columns.clone().svd(true, true).solve(&missed, f64::EPSILON);
-        fitted.is_ok_and(|fitted| {
-            let left = &missed - &columns * fitted;
-            left.norm_squared() < (1.0 - EXPLAINED) * missed.norm_squared()
+        let fitted = columns.clone().svd(true, true);
+        let fitted = fitted.solve(&self.missed, f64::EPSILON).ok()?;
+        let mut values = self.values.to_vec();
+        for (&p, step) in parameters.iter().zip(fitted.iter()) {
+            values[p] = (values[p] - step).clamp(bounds[p].lower, bounds[p].upper);
+        }
+        Some(Closer {
+            candidate,
+            values,
+            left: (&self.missed - &columns * &fitted).norm_squared(),
         })
-    };
-    let mut candidates = dictionary.candidates.iter();
-    candidates.any(|candidate| closes(&candidate.parameters))
+    }
 }
 
 /// Whether another value of a single parameter explains most of what the constraints are missed
@@ -276,6 +374,29 @@ constraint cam: height == lift*(angle^2 + angle);
                 "{estimate:?}"
             );
         }
+    }
+
+    /// An encoder that is so late that the cam does not close is found by what closes it.
+    #[test]
+    fn a_late_encoder_breaks_the_constraint() {
+        let (mut text, mut noise) = (String::from("t,q_angle,q_height,u_angle\n"), rectangular(9));
+        let angle = |t: f64| 0.5 * (2.0 * t).sin() + 0.3 * (5.0 * t).sin();
+        for (k, line) in log(0.1, 0.0).lines().skip(1).enumerate() {
+            let cells: Vec<&str> = line.split(',').collect();
+            let late = angle(0.005 * k as f64 - 0.08) + 4e-4 * noise();
+            writeln!(text, "{},{late},{},{}", cells[0], cells[2], cells[3]).unwrap();
+        }
+        let outcome = traced(CAM, &text);
+        let found = only(&outcome);
+        assert_eq!(
+            (found.effect.as_str(), &found.on[0][..]),
+            ("time_shift", "angle")
+        );
+        let estimate = &found.parameters["tau"];
+        assert!(
+            (estimate.value - 0.08).abs() < 3.0 * estimate.std + 1e-4,
+            "{estimate:?}"
+        );
     }
 
     #[test]

@@ -7,6 +7,7 @@
 //! candidates' parameters are the columns of the regression.
 
 use super::focus::Focuses;
+use super::nested::Nested;
 use super::places::{Place, places};
 use super::roles::{Role, Roles};
 use super::subject::Subject;
@@ -93,6 +94,8 @@ pub struct Dictionary {
     pub by_shape: Vec<Shape>,
     /// Default values of all parameters.
     pub defaults: Vec<f64>,
+    /// Which candidates are one law.
+    pub nested: Nested,
     /// Models with some of the candidates.
     pub(super) focuses: Focuses,
     /// The parameters that count waves, with the coordinate along which they do.
@@ -243,9 +246,11 @@ impl Dictionary {
             candidates,
             by_shape: Vec::new(),
             defaults,
+            nested: Nested::default(),
             wave_numbers,
         };
         dictionary.find_shapes(ranges);
+        dictionary.nested = Nested::new(&dictionary, ranges);
         Ok(dictionary)
     }
 

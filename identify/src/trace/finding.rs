@@ -3,7 +3,6 @@
 use super::dictionary::Dictionary;
 use super::one_clock::on_one_clock;
 use super::outcome::Basis;
-use super::refine::Estimate;
 use super::remaining::Remaining;
 use super::selection::{Selection, Term};
 use super::separate::SeparatingMotion;
@@ -162,9 +161,10 @@ pub(super) fn verdict(dictionary: &Dictionary, selection: &Selection, is_other: 
     };
     let misremembers =
         remembers_otherwise(&selection.remaining) && selection.terms.iter().any(remembers);
-    let nameless = |term| {
-        is_without_its_mark(dictionary, selection, term)
-            || is_undetermined(dictionary, selection, term)
+    let known = selection.estimate.known();
+    let nameless = |term: &Term| {
+        is_without_its_mark(dictionary, term.candidate, &selection.values, known)
+            || says_no_strength(dictionary, term.candidate, &selection.values, known)
     };
     if selection.terms.is_empty() {
         if unexplained {
@@ -186,8 +186,13 @@ pub(super) fn verdict(dictionary: &Dictionary, selection: &Selection, is_other: 
 /// Whether a shape that gives an effect its name has vanished: LuGre's friction that does
 /// not rise towards standstill is some hysteresis (Dahl's, Bouc's and Wen's, …), and the log
 /// does not say which.
-fn is_without_its_mark(dictionary: &Dictionary, selection: &Selection, term: &Term) -> bool {
-    let candidate = &dictionary.candidates[term.candidate];
+pub(super) fn is_without_its_mark(
+    dictionary: &Dictionary,
+    candidate: usize,
+    values: &[f64],
+    (parameters, covariance): (&[usize], &DMatrix<f64>),
+) -> bool {
+    let candidate = &dictionary.candidates[candidate];
     let Subject::Effect { .. } = candidate.subject else {
         return false;
     };
@@ -196,51 +201,29 @@ fn is_without_its_mark(dictionary: &Dictionary, selection: &Selection, term: &Te
         .filter(|p| !candidate.strengths.contains(p))
         .any(|&index| {
             let parameter = &dictionary.machine.compiled.model.parameters[index];
-            let estimated = &selection.estimate.parameters;
-            let std = estimated.iter().position(|&p| p == index).map_or(0.0, |i| {
-                selection.estimate.covariance[(i, i)].max(0.0).sqrt()
-            });
+            let place = parameters.iter().position(|&p| p == index);
+            let variance = place.map_or(0.0, |i| covariance[(i, i)].max(0.0));
             let vanishes = parameter.lower == 0.0 && dictionary.defaults[index] > 0.0;
             // Without the mark the log is half its square over the variance nats less likely.
-            vanishes && selection.values[index].powi(2) <= 2.0 * MARGIN * std * std
+            vanishes && values[index].powi(2) <= 2.0 * MARGIN * variance
         })
 }
 
-/// Whether the log does not say how strong a term is: one that would do as well without bounds, as an
-/// inertia beside which no force that was measured moves anything.
-fn is_undetermined(dictionary: &Dictionary, selection: &Selection, term: &Term) -> bool {
-    let Estimate {
-        parameters,
-        covariance,
-        ..
-    } = &selection.estimate;
-    says_no_strength(
-        dictionary,
-        term.candidate,
-        &selection.values,
-        (parameters, covariance),
-    )
-}
-
-/// Whether no strength of a candidate is so far from nothing that the log were [`MARGIN`] nats less
-/// likely without it, by its standard error; `known` are parameters with their covariance.
+/// Whether the strengths of a candidate are together so near to nothing that the log were no more than
+/// [`MARGIN`] nats less likely without it; `known` are parameters with their covariance. A wave whose
+/// phase is not known well has two strengths that may each be nothing, and is there.
 pub(super) fn says_no_strength(
     dictionary: &Dictionary,
     candidate: usize,
     values: &[f64],
-    (parameters, covariance): (&[usize], &DMatrix<f64>),
+    known: (&[usize], &DMatrix<f64>),
 ) -> bool {
-    let strengths = dictionary.candidates[candidate].strengths.iter();
-    let mut known = strengths.filter_map(|&index| {
-        let place = parameters.iter().position(|&p| p == index)?;
-        let change = values[index] - dictionary.defaults[index];
-        Some((change.powi(2), covariance[(place, place)]))
-    });
-    known.all(|(square, variance)| square <= 2.0 * MARGIN * variance)
+    worth(dictionary, candidate, values, known) <= MARGIN
 }
 
 /// Nats that a candidate is worth to second order: `½ xᵀ C⁻¹ x` of its strengths and their covariance;
-/// `known` are parameters with that. What has no covariance is not known, and may well be nothing.
+/// `known` are parameters with that. What has no covariance is not known, and may well be nothing; where
+/// the log does not tell strengths apart, at least what the best known one is worth by itself.
 pub(super) fn worth(
     dictionary: &Dictionary,
     candidate: usize,
@@ -250,7 +233,7 @@ pub(super) fn worth(
     let strengths = &dictionary.candidates[candidate].strengths;
     let known = parameters.iter().enumerate();
     let own: Vec<(usize, usize)> = known
-        .filter(|(_, p)| strengths.contains(p))
+        .filter(|&(place, p)| strengths.contains(p) && covariance[(place, place)] > 0.0)
         .map(|(place, &p)| (place, p))
         .collect();
     let change = own.iter().map(|&(_, p)| values[p] - dictionary.defaults[p]);
@@ -258,9 +241,13 @@ pub(super) fn worth(
     let covariance = DMatrix::from_fn(own.len(), own.len(), |a, b| {
         covariance[(own[a].0, own[b].0)]
     });
-    covariance
-        .cholesky()
-        .map_or(0.0, |c| 0.5 * x.dot(&c.solve(&x)))
+    let alone = |(x, variance): (&f64, &f64)| 0.5 * x * x / variance;
+    match covariance.clone().cholesky() {
+        Some(c) => 0.5 * x.dot(&c.solve(&x)),
+        None => (x.iter().zip(&covariance.diagonal()))
+            .map(alone)
+            .fold(0.0, f64::max),
+    }
 }
 
 /// The accepted terms as findings, strongest first.
@@ -325,7 +312,7 @@ fn deviation(variance: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::wheel::{WHEEL, rectangular, traced};
+    use super::super::wheel::{WHEEL, begun, named, rectangular, traced, turned};
     use super::*;
     use std::fmt::Write;
 
@@ -348,6 +335,30 @@ mod tests {
         let force = &friction.parameters["f_c"];
         assert!((force.value - 0.05).abs() < 3.0 * force.std, "{force:?}");
         assert!(friction.parameters["v_s"].std.is_infinite(), "{found:#?}");
+    }
+
+    /// A ripple of which the log says how large it is, and not where it begins.
+    #[test]
+    fn strengths_that_are_known_together_are_strengths() {
+        let log = turned([(0.9, 3.0), (0.5, 7.0)], (3, 1e-4), |[_, _, a]| 0.02 * a);
+        let (dictionary, start) = begun(WHEEL, &log, ["angle", "motor"]);
+        let ripple = named(&dictionary, "cogging(angle)");
+        let strengths = dictionary.candidates[ripple].strengths.clone();
+        let mut values = start.values;
+        strengths.iter().for_each(|&p| values[p] = 0.1);
+        let known_to = |correlation: f64| {
+            let each = |i, j| if i == j { 0.01 } else { 0.01 * correlation };
+            DMatrix::from_fn(2, 2, each)
+        };
+        let says_nothing = |covariance: &DMatrix<f64>| {
+            says_no_strength(&dictionary, ripple, &values, (&strengths, covariance))
+        };
+        // One standard error each; their sum is known ten times as well, or hardly.
+        assert!(!says_nothing(&known_to(-0.98)));
+        assert!(says_nothing(&known_to(0.98)));
+        // Not told apart at all, each is worth half a nat by itself.
+        let together = worth(&dictionary, ripple, &values, (&strengths, &known_to(1.0)));
+        assert!((together - 0.5).abs() < 1e-9, "{together}");
     }
 
     /// Bouc's and Wen's hysteresis as LuGre's friction leaves little, but evidently.

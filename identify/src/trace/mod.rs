@@ -23,6 +23,7 @@ mod linearised;
 mod logs;
 mod microscope;
 mod misread;
+mod nested;
 mod one_clock;
 mod outcome;
 mod patch;

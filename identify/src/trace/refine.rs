@@ -43,6 +43,11 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// The parameters with their covariance.
+    pub fn known(&self) -> (&[usize], &DMatrix<f64>) {
+        (&self.parameters, &self.covariance)
+    }
+
     /// Whether more than the noise of sensors remains, those of inputs among them.
     pub fn leaves_forces(&self) -> bool {
         self.beyond_inputs > NO_EXCESS * SMALLEST_SHARE * SMALLEST_SHARE

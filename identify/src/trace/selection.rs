@@ -43,6 +43,8 @@ pub struct Selection {
     pub given_forces: Vec<RemainingForce>,
     /// The first round's candidates, best first.
     pub considered: Vec<Considered>,
+    /// Whether something was left out that explained more, and had lost what gives it its name.
+    pub left_out_nameless: bool,
     /// The log with the curve through it.
     pub observed: Observed,
 }

@@ -1,6 +1,7 @@
 //! Selection where a sensor's slow errors look like faint forces.
 
 use super::corrected::corrected;
+use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use super::finding::{Verdict, much_remains, verdict};
 use super::outcome::Basis;
@@ -61,7 +62,8 @@ pub(super) fn select_with_slow_errors(
     }
     let is_faint = || {
         let verdict = verdict(dictionary, &best, much_remains(Basis::Motion, &best));
-        best.remaining.share_after < FAINT_SHARE && verdict == Verdict::Unknown
+        let has_no_name = verdict == Verdict::Unknown || best.left_out_nameless;
+        best.remaining.share_after < FAINT_SHARE && has_no_name
     };
     // Forces beside which nothing at all shows may be a sensor's, too.
     let may_be_noise = match best.terms.is_empty() {
@@ -85,9 +87,19 @@ pub(super) fn select_with_slow_errors(
         let Some(error) = prediction_error(&selection) else {
             continue;
         };
-        if error < WORTH_IT * lowest {
+        // What foretells no worse with fewer numbers is nearer in any case.
+        let is_plainer = || numbers(dictionary, &selection) < numbers(dictionary, &best);
+        if error < WORTH_IT * lowest || error < lowest && is_plainer() {
             (lowest, best) = (error, selection);
         }
     }
     Ok(best)
+}
+
+/// How many numbers the findings hold.
+fn numbers(dictionary: &Dictionary, selection: &Selection) -> usize {
+    let terms = selection.terms.iter();
+    terms
+        .map(|term| dictionary.candidates[term.candidate].size())
+        .sum()
 }

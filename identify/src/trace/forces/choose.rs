@@ -6,7 +6,6 @@ use crate::trace::dictionary::{Candidate, Dictionary};
 use crate::trace::screen::{Considered, ShapedCandidate};
 use crate::trace::settings::{MARGIN, TIE};
 use rayon::prelude::*;
-use std::collections::BTreeSet;
 
 /// An option with its strengths' columns that are in use.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,8 +24,6 @@ pub(super) struct Choice<'a> {
     pub gram: Gram,
     /// Per column: whether enough of the log shows it.
     pub visible: Vec<bool>,
-    /// Candidates that are one law, the smaller number first, see [`nested`](super::nested).
-    pub nested: BTreeSet<(usize, usize)>,
     /// Per candidate: how far its reach is, see [`reaches`].
     pub reaches: Vec<usize>,
 }
@@ -152,11 +149,7 @@ impl Choice<'_> {
 
     /// Candidates that are one law with another and have fewer numbers.
     pub fn plainer_than(&self, candidate: usize) -> Vec<usize> {
-        let others = self.nested.iter().filter_map(|&(a, b)| match candidate {
-            c if c == a => Some(b),
-            c if c == b => Some(a),
-            _ => None,
-        });
+        let others = self.dictionary.nested.beside(candidate);
         let size = |candidate: usize| self.dictionary.candidates[candidate].size();
         others
             .filter(|&other| size(other) < size(candidate))
@@ -367,7 +360,7 @@ impl Choice<'_> {
             let own = self.options[option].candidate;
             let is_one_law = |term: &Chosen| {
                 let other = self.options[term.option].candidate;
-                self.nested.contains(&(own.min(other), own.max(other)))
+                self.dictionary.nested.are_one(own, other)
             };
             if with.iter().any(is_one_law) {
                 return None;

@@ -12,7 +12,6 @@ mod choose;
 mod equations;
 mod floor;
 mod judge;
-mod nested;
 mod own_shapes;
 mod plainer;
 mod settle;
@@ -73,7 +72,6 @@ pub(super) fn learn(
     let choice = Choice {
         dictionary,
         options: &options,
-        nested: nested::nested(dictionary, &options, (&gram, &visible)),
         gram,
         visible,
         equations: &equations,
@@ -130,6 +128,7 @@ pub(super) fn learn(
         },
         given_forces: unexplained(&missing),
         considered,
+        left_out_nameless: false,
         observed: observed.clone(),
     }))
 }

@@ -133,7 +133,7 @@ mod tests {
     use crate::trace::dictionary::Dictionary;
     use crate::trace::forces::choose::reaches;
     use crate::trace::forces::equations::Equations;
-    use crate::trace::forces::{columns, force_options, nested::nested, weighed};
+    use crate::trace::forces::{columns, force_options, weighed};
     use crate::trace::wheel::{WHEEL, begun, named, rectangular};
     use std::fmt::Write;
 
@@ -171,7 +171,6 @@ mod tests {
         let choice = Choice {
             dictionary: &dictionary,
             options: &options,
-            nested: nested(&dictionary, &options, (&gram, &visible)),
             gram,
             visible,
             equations: &equations,

@@ -19,13 +19,12 @@ use std::sync::Arc;
 /// For how many rivals of a term a motion is sought that tells them apart.
 const TOLD_APART: usize = 4;
 
-/// The answer of a finished search.
+/// The answer of a finished search, of which this is the best that is [`determined`].
 ///
 /// # Errors
 /// If the equation of motion cannot be solved along the curve.
-pub fn answer(search: &Search<'_>) -> Result<Selection, SolveError> {
+pub fn answer(search: &Search<'_>, best: &Fitted) -> Result<Selection, SolveError> {
     let dictionary = search.dictionary;
-    let best = &determined(search);
     let nothing = Hypothesis::nothing(best.hypothesis.hold);
     let mut given = search.given.iter();
     let given = given.find(|given| given.hypothesis == nothing);
@@ -74,6 +73,7 @@ pub fn answer(search: &Search<'_>) -> Result<Selection, SolveError> {
         },
         given_forces: forces(&given)?,
         considered: search.fresh.to_vec(),
+        left_out_nameless: search.left_out_nameless(),
         held_otherwise,
         values: best.explanation.values.clone(),
         estimate,
@@ -83,12 +83,11 @@ pub fn answer(search: &Search<'_>) -> Result<Selection, SolveError> {
 
 /// The best hypothesis, without terms of which the log says no strength as far as it is about as likely
 /// without them: what is not known takes nothing from what is.
-fn determined(search: &Search<'_>) -> Arc<Fitted> {
+pub fn determined(search: &Search<'_>) -> Arc<Fitted> {
     let dictionary = search.dictionary;
     let mut best = Arc::clone(search.best());
     loop {
-        let (values, estimate) = (&best.explanation.values, &best.estimate);
-        let known = (&estimate.parameters[..], &estimate.covariance);
+        let (values, known) = (&best.explanation.values, best.estimate.known());
         let mut terms = best.hypothesis.candidates().iter();
         let Some(&term) = terms.find(|&&term| says_no_strength(dictionary, term, values, known))
         else {
@@ -112,7 +111,7 @@ fn evidence(search: &Search<'_>, best: &Fitted, term: usize) -> f64 {
     match without.filter(|without| without.score.is_finite()) {
         Some(without) => without.score - best.score,
         None => {
-            let known = (&best.estimate.parameters[..], &best.estimate.covariance);
+            let known = best.estimate.known();
             worth(search.dictionary, term, &best.explanation.values, known)
         }
     }

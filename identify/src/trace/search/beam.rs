@@ -10,16 +10,17 @@ use super::neighbourhood::Neighbourhood;
 use super::placement::placed;
 use super::proposal::Proposal;
 use super::score::structure;
-use crate::machine::SolveError;
+use crate::machine::{SolveError, States};
 use crate::regression::Hold;
 use crate::trace::dictionary::Dictionary;
 use crate::trace::estimate::Observed;
+use crate::trace::finding::is_without_its_mark;
 use crate::trace::linearised::first_noise;
 use crate::trace::progress::{Progress, Stage};
 use crate::trace::refine::{Effort, Explanation};
 use crate::trace::screen::Considered;
 use crate::trace::selection::Selection;
-use crate::trace::settings::{BEAM, KEPT, MARGIN, NEAR_MISS, SAME_FIT, TIE};
+use crate::trace::settings::{BEAM, KEPT, MARGIN, NEAR_MISS, SAME_FIT, SHORTLISTED, TIE};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -52,6 +53,8 @@ pub struct Search<'a> {
     expanded: BTreeSet<Hypothesis>,
     /// From which ones leaps were tried.
     leapt: BTreeSet<Hypothesis>,
+    /// Candidates that lost what gives them their name beside others that kept it.
+    nameless: BTreeSet<usize>,
     /// Whether nothing is left to look into.
     is_done: bool,
     /// Whether only the best hypothesis is gone on from, and by single steps.
@@ -81,6 +84,7 @@ impl<'a> Search<'a> {
             fresh: Arc::default(),
             expanded: BTreeSet::new(),
             leapt: BTreeSet::new(),
+            nameless: BTreeSet::new(),
             is_done: false,
             by_steps: false,
         };
@@ -118,20 +122,54 @@ impl<'a> Search<'a> {
         let Some(suggested) = suggested else {
             return Ok(());
         };
-        let given = self.given.clone();
+        let suggested = (suggested.accepted(), suggested.values.clone());
+        self.try_first(&[suggested], self.given.clone())
+    }
+
+    /// Fits what makes positions fulfil constraints that are grossly missed as they were measured: along
+    /// such a log first order says little of anything else. The fits begin with the `curve` as it was measured:
+    /// the model as given has bent its own until it closes.
+    ///
+    /// # Errors
+    /// If the equation of motion cannot be solved along the curve.
+    pub fn try_closing(
+        &mut self,
+        closing: Vec<(usize, Vec<f64>)>,
+        curve: &States,
+    ) -> Result<(), SolveError> {
+        if closing.is_empty() {
+            return Ok(());
+        }
+        let closing = closing.into_iter().take(SHORTLISTED);
+        let closing: Vec<_> = closing.map(|(term, values)| (vec![term], values)).collect();
+        let mut given = self.given.clone();
+        for given in &mut given {
+            let measured = &mut Arc::make_mut(given).explanation.observed.curve;
+            measured.clone_from(curve);
+        }
+        self.try_first(&closing, given)
+    }
+
+    /// Fits terms, begun with values, before anything else, beside the model as `given` under each assumption about
+    /// inputs.
+    fn try_first(
+        &mut self,
+        first: &[(Vec<usize>, Vec<f64>)],
+        given: Vec<Arc<Fitted>>,
+    ) -> Result<(), SolveError> {
         // What each candidate is worth by itself is known from here on, as of any search.
         self.enter(Stage::Screen);
-        let at = Neighbourhood::new(self.dictionary, &given[0], &[], self.free_hold)?;
+        let at = Neighbourhood::new(self.dictionary, &self.given[0], &[], self.free_hold)?;
         self.fresh = at.considered.into();
         self.enter(Stage::Fit);
         for given in given {
-            let proposal = Proposal {
-                hypothesis: given.hypothesis.exchange(&[], &suggested.accepted()),
-                values: suggested.values.clone(),
+            let proposals = first.iter().map(|(terms, values)| Proposal {
+                hypothesis: given.hypothesis.exchange(&[], terms),
+                values: values.clone(),
                 promise: given.score,
                 within_reach: f64::INFINITY,
-            };
-            self.try_all(&given, vec![proposal]);
+            });
+            self.try_all(&given, proposals.collect());
         }
         Ok(())
     }
@@ -176,12 +214,15 @@ impl<'a> Search<'a> {
     pub fn on_the_whole(self, whole: &Observed) -> Result<Self, SolveError> {
         let found = Arc::clone(self.best());
         let dictionary = self.dictionary;
-        let observed = Observed {
+        let mut observed = Observed {
             hold: found.hypothesis.hold,
             ..whole.clone()
         };
         let given = Self::begin(self.task(false), &observed)?;
         self.enter(Stage::Settle);
+        // A sensor that was found to misread has read another motion all along.
+        let focus = dictionary.focus(found.hypothesis.candidates());
+        observed.reread(&focus, &dictionary.defaults, &found.explanation.values);
         let start = Explanation {
             observed,
             ..found.explanation.clone()
@@ -248,19 +289,54 @@ impl<'a> Search<'a> {
             if self.is_over() || best.hypothesis.candidates().is_empty() {
                 return Ok(());
             }
-            let without = best.hypothesis.candidates().iter().map(|&term| {
-                let values = self.dictionary.without(&[term], &best.explanation.values);
-                Proposal {
-                    hypothesis: best.hypothesis.exchange(&[term], &[]),
-                    values,
-                    promise: 0.0,
-                    within_reach: f64::NEG_INFINITY,
-                }
-            });
+            let terms = best.hypothesis.candidates().iter();
+            let without = terms.map(|&term| self.without(&best, term));
             self.try_all(&best, without.collect());
             if self.best().hypothesis == best.hypothesis {
                 return Ok(());
             }
+        }
+    }
+
+    /// Leaves a term out that has lost what gives it its name, and goes on without: what has no name is a
+    /// force without one, and takes nothing from what is named.
+    ///
+    /// # Errors
+    /// If the equation of motion cannot be solved along the curve of a hypothesis.
+    pub fn leave_out(&mut self, nameless: usize) -> Result<(), SolveError> {
+        let best = Arc::clone(self.best());
+        self.nameless.insert(nameless);
+        self.explored.forget(nameless);
+        for given in &self.given {
+            self.explored.replace(self.dictionary, Arc::clone(given));
+        }
+        self.try_all(&best, vec![self.without(&best, nameless)]);
+        self.is_done = false;
+        self.run()
+    }
+
+    /// Whether something was left out that had lost what gives it its name.
+    pub fn left_out_nameless(&self) -> bool {
+        !self.nameless.is_empty()
+    }
+
+    /// A term of a hypothesis that has lost what gives it its name, beside others.
+    pub fn nameless_in(&self, fitted: &Fitted) -> Option<usize> {
+        let terms = fitted.hypothesis.candidates();
+        let (values, known) = (&fitted.explanation.values, fitted.estimate.known());
+        let is_nameless =
+            |&&term: &&usize| is_without_its_mark(self.dictionary, term, values, known);
+        let nameless = terms.iter().find(is_nameless).copied();
+        nameless.filter(|_| terms.len() > 1 && !self.is_over())
+    }
+
+    /// A hypothesis without one of its terms, to be fitted in any case.
+    fn without(&self, of: &Fitted, term: usize) -> Proposal {
+        Proposal {
+            hypothesis: of.hypothesis.exchange(&[term], &[]),
+            values: self.dictionary.without(&[term], &of.explanation.values),
+            promise: 0.0,
+            within_reach: f64::NEG_INFINITY,
         }
     }
 
@@ -327,7 +403,9 @@ impl<'a> Search<'a> {
         self.expanded.insert(from.hypothesis.clone());
         self.enter(Stage::Screen);
         let (dictionary, fresh) = (self.dictionary, Arc::clone(&self.fresh));
-        let at = Neighbourhood::new(dictionary, from, &fresh, self.free_hold)?;
+        let mut at = Neighbourhood::new(dictionary, from, &fresh, self.free_hold)?;
+        at.considered
+            .retain(|c| !self.nameless.contains(&c.candidate));
         if self.fresh.is_empty() {
             self.fresh = at.considered.clone().into();
         }
@@ -379,7 +457,10 @@ impl<'a> Search<'a> {
         for proposal in &proposals {
             let known = self.explored.of(&proposal.hypothesis);
             let is_known = known.is_some_and(|known| known.cost < proposal.within_reach + SAME_FIT);
-            if !is_known && !seen.contains(&&proposal.hypothesis) {
+            let terms = proposal.hypothesis.candidates();
+            let is_no_name = self.dictionary.nested.doubles(terms)
+                || terms.iter().any(|term| self.nameless.contains(term));
+            if !is_known && !is_no_name && !seen.contains(&&proposal.hypothesis) {
                 seen.push(&proposal.hypothesis);
                 new.push(proposal);
             }

@@ -103,6 +103,14 @@ impl Explored {
         }
     }
 
+    /// Forgets all hypotheses that hold a candidate.
+    pub fn forget(&mut self, candidate: usize) {
+        self.known
+            .retain(|hypothesis, _| !hypothesis.contains(candidate));
+        self.kept
+            .retain(|kept| !kept.hypothesis.contains(candidate));
+    }
+
     /// Takes out what is better than a score, best first.
     pub fn take_below(&mut self, score: f64) -> Vec<(Hypothesis, Outline)> {
         let mut taken = Vec::new();

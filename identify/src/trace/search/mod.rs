@@ -19,6 +19,7 @@ mod placement;
 mod proposal;
 mod score;
 
+use super::constraints::closing;
 use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use super::progress::{Progress, Stage};
@@ -71,6 +72,7 @@ pub fn select(
     let shown = shown.map_or(0, |sensed| sensed.readings.len());
     let part = observed.excerpt(SEARCHED.min(SEARCHED_READINGS / shown.max(1)));
     let searched = part.as_ref().unwrap_or(&observed);
+    let (closing, measured) = (closing(dictionary, searched), searched.curve.clone());
     let mut search = Search::begin(task, searched)?;
     if errors == SensorErrors::MayLast
         && let Some(seen) = with_memory(dictionary, search.best(), searched)?
@@ -79,6 +81,7 @@ pub fn select(
         observed.err_as(&seen);
     }
     search.try_suggested(task.suggested)?;
+    search.try_closing(closing, &measured)?;
     search.run()?;
     if search.best().leaves_forces()
         && let Some(correlation) = discrepancy::correlation(dictionary, search.best())?
@@ -92,5 +95,11 @@ pub fn select(
         search.run()?;
         search.question()?;
     }
-    answer::answer(&search)
+    loop {
+        let best = answer::determined(&search);
+        match search.nameless_in(&best) {
+            Some(term) => search.leave_out(term)?,
+            None => return answer::answer(&search, &best),
+        }
+    }
 }

@@ -66,7 +66,9 @@ impl<'a> Neighbourhood<'a> {
         let terms = fitted.hypothesis.candidates();
         let screen = Screen::new(dictionary, &fitted.explanation, terms)?;
         let grams = screen.grams();
-        let considered = screen.considered(&grams);
+        let mut considered = screen.considered(&grams);
+        let is_one_law = |c: usize| terms.iter().any(|&t| dictionary.nested.are_one(t, c));
+        considered.retain(|considered| !is_one_law(considered.candidate));
         Ok(Self {
             dictionary,
             fitted,

@@ -27,9 +27,11 @@ impl Move for Pair {
             .flat_map(|c| std::iter::once(c).chain(&c.other_shapes))
             .collect();
         let mut pairs = at.screen.pairs(&singles);
+        let candidates = |pair: &Both| pair.members.each_ref().map(|c| c.candidate);
+        pairs.retain(|pair| !at.dictionary.nested.doubles(&candidates(pair)));
         // Each pair in its best shapes.
         let mut seen = BTreeSet::new();
-        pairs.retain(|pair| seen.insert(pair.members.each_ref().map(|c| c.candidate)));
+        pairs.retain(|pair| seen.insert(candidates(pair)));
         pairs.truncate(PROFILED);
         let rows = at.fitted.estimate.rows as f64;
         let size = |c: &Considered| at.dictionary.candidates[c.candidate].size() as f64;
