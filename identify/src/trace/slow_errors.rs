@@ -73,7 +73,7 @@ pub(super) fn select_with_slow_errors(
     if !may_be_noise || progress.ended().is_some() {
         return Ok(best);
     }
-    let mut lowest = prediction_error(&best).unwrap_or(f64::INFINITY);
+    let mut seen = vec![(prediction_error(&best).unwrap_or(f64::INFINITY), best)];
     for factor in LARGER_NOISE {
         if progress.ended().is_some() {
             break;
@@ -84,16 +84,16 @@ pub(super) fn select_with_slow_errors(
         let Ok(selection) = searched(noisier, SensorErrors::White) else {
             continue;
         };
-        let Some(error) = prediction_error(&selection) else {
-            continue;
-        };
-        // What foretells no worse with fewer numbers is nearer in any case.
-        let is_plainer = || numbers(dictionary, &selection) < numbers(dictionary, &best);
-        if error < WORTH_IT * lowest || error < lowest && is_plainer() {
-            (lowest, best) = (error, selection);
+        if let Some(error) = prediction_error(&selection) {
+            seen.push((error, selection));
         }
     }
-    Ok(best)
+    // Of those that foretell about as well, the plainest is nearest to what holds elsewhere.
+    let errors = seen.iter().map(|(error, _)| *error);
+    let lowest = errors.fold(f64::INFINITY, f64::min);
+    seen.retain(|(error, _)| WORTH_IT * error <= lowest);
+    let plainest = seen.into_iter().min_by_key(|(_, one)| numbers(dictionary, one));
+    Ok(plainest.expect("the nearest stays").1)
 }
 
 /// How many numbers the findings hold.
