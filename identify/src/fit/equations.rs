@@ -4,11 +4,10 @@ use super::FitError;
 use super::columns::Columns;
 use super::frame::Frame;
 use super::groups::Group;
-use super::narrowing::narrowing;
+use super::narrowing::uncertainty;
 use crate::log::{Record, rms};
 use crate::machine::{Machine, States};
-use crate::number::short;
-use crate::regression::Band;
+use crate::regression::{Band, narrowing, said_of_band};
 use crate::smooth::smooth;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -49,7 +48,11 @@ pub(super) struct Equations {
     /// How many times narrower the band is in which forces are compared than that in which the log shows
     /// accelerations.
     pub narrowing: usize,
-    /// How long a force is averaged over, s.
+    /// Over how many samples of the log a force is averaged,
+    pub window: usize,
+    /// of which every so many keeps one,
+    stride: usize,
+    /// and how long that is, s.
     duration: f64,
     /// Coordinates whose equations are left out.
     pub left_out: Vec<usize>,
@@ -131,69 +134,36 @@ impl Equations {
         let holding = (0..n).map(|i| held.iter().map(|terms| -terms.force[i]).collect());
         let holding: Vec<Vec<f64>> = holding.collect();
         let fastest = learnt.map_or_else(|| fastest_of(&states.v), |learnt| learnt.fastest.clone());
-        let columns = columns.along(machine, &states, parameters, &a, &fastest);
-        let narrowed = |times| Band::of(record, &smoothed, MOST_SAMPLES, times);
+        let columns_at = |a: &[Vec<f64>]| columns.along(machine, &states, parameters, a, &fastest);
+        let along = Along {
+            residual,
+            exerted,
+            holding,
+            free,
+            fastest: &fastest,
+            step: record.step(),
+            states: &states,
+        };
+        let in_band = |times, columns: &[Vec<Vec<f64>>]| {
+            let band = Band::of(record, &smoothed, MOST_SAMPLES, times);
+            along.in_band((&band, times), columns)
+        };
         let narrowing = match learnt {
             Some(learnt) => learnt.narrowing,
             // Under constraints no coordinate's force is known by itself.
             None if machine.constraint_count() > 0 => 1,
             None => {
-                let pairs = exerted.iter().zip(&residual);
-                let needed = pairs.map(|(exerted, left)| {
-                    let pairs = exerted.iter().zip(left);
-                    pairs.map(|(exerted, left)| exerted - left).collect()
-                });
-                narrowing(narrowed, &needed.collect::<Vec<_>>(), &exerted)
+                let unaccelerated = columns_at(&vec![vec![0.0; states.len()]; n]);
+                narrowing(|times| uncertainty(columns, in_band(times, &unaccelerated)))
             }
         };
-        let band = narrowed(narrowing);
-        let limited = |forces: &[Vec<f64>]| -> Vec<Vec<f64>> {
-            forces.iter().map(|force| band.limit(force)).collect()
-        };
-        let [residual, exerted, holding] = [residual, exerted, holding].map(|f| limited(&f));
-        let kept = |values: &[f64]| -> Vec<f64> {
-            values.iter().step_by(band.stride()).copied().collect()
-        };
-        let columns: Vec<Vec<Vec<f64>>> = (columns.par_iter())
-            .map(|column| column.iter().map(|c| band.limit(c)).collect())
-            .collect();
-        let frame = Frame::new(n, free.iter());
-        let free = (free.iter().step_by(band.stride()))
-            .map(|a| frame.at(a))
-            .collect();
-        let mut equations = Self {
-            scale: Vec::new(),
-            residual,
-            exerted,
-            holding,
-            t: kept(&states.t),
-            velocity: states.v.iter().map(|v| kept(v)).collect(),
-            position: states.q.iter().map(|q| kept(q)).collect(),
-            columns,
-            free,
-            blocks: Vec::new(),
-            news: 1.0,
-            fastest,
-            narrowing,
-            duration: band.window() as f64 * record.step(),
-            left_out: Vec::new(),
-        };
-        equations.scale = equations.scale_of(&equations.residual);
-        equations.gather();
-        Ok(equations)
+        Ok(in_band(narrowing, &columns_at(&a)))
     }
 
     /// What must be known of the band in which forces are compared, where that is narrower than the one in
     /// which the log shows accelerations.
     pub fn said_of_band(&self) -> Option<String> {
-        let limit = 1.0 / self.duration;
-        (self.narrowing > 1).then(|| {
-            format!(
-                "forces are compared below {} Hz: above, positions shake by more than the inputs could shake \
-                 this model by, as an encoder before an elastic gear does",
-                short(limit)
-            )
-        })
+        (self.narrowing > 1).then(|| said_of_band(self.duration))
     }
 
     /// How many coordinates there are.
@@ -236,6 +206,17 @@ impl Equations {
         self.left_out = coordinates.to_vec();
         self.scale = self.scale_of(&self.residual);
         self.gather();
+    }
+
+    /// How many samples of the log there are, about.
+    pub fn log_samples(&self) -> usize {
+        self.samples() * self.stride
+    }
+
+    /// How many columns are not nothing all along.
+    pub fn moving_columns(&self) -> usize {
+        let is_moving = |column: &&Vec<Vec<f64>>| column.iter().flatten().any(|x| *x != 0.0);
+        self.columns.iter().filter(is_moving).count()
     }
 
     fn samples(&self) -> usize {
@@ -396,6 +377,55 @@ impl Equations {
         // An autoregressive error of first order.
         self.news = (1.0 - mean) / (1.0 + mean);
         self.gather();
+    }
+}
+
+/// What is compared along a log, in no band yet.
+struct Along<'a> {
+    residual: Vec<Vec<f64>>,
+    exerted: Vec<Vec<f64>>,
+    holding: Vec<Vec<f64>>,
+    free: Vec<DMatrix<f64>>,
+    fastest: &'a [f64],
+    step: f64,
+    states: &'a States,
+}
+
+impl Along<'_> {
+    /// The equations in a band that is so many times narrower than that in which the log shows accelerations,
+    /// with these columns.
+    fn in_band(&self, (band, narrowing): (&Band, usize), columns: &[Vec<Vec<f64>>]) -> Equations {
+        let limited = |forces: &[Vec<f64>]| -> Vec<Vec<f64>> {
+            forces.iter().map(|force| band.limit(force)).collect()
+        };
+        let kept = |values: &[f64]| -> Vec<f64> {
+            values.iter().step_by(band.stride()).copied().collect()
+        };
+        let n = self.residual.len();
+        let frame = Frame::new(n, self.free.iter());
+        let free = self.free.iter().step_by(band.stride());
+        let mut equations = Equations {
+            scale: Vec::new(),
+            residual: limited(&self.residual),
+            exerted: limited(&self.exerted),
+            holding: limited(&self.holding),
+            t: kept(&self.states.t),
+            velocity: self.states.v.iter().map(|v| kept(v)).collect(),
+            position: self.states.q.iter().map(|q| kept(q)).collect(),
+            columns: (columns.par_iter()).map(|column| limited(column)).collect(),
+            free: free.map(|a| frame.at(a)).collect(),
+            blocks: Vec::new(),
+            news: 1.0,
+            fastest: self.fastest.to_vec(),
+            narrowing,
+            window: band.window(),
+            stride: band.stride(),
+            duration: band.window() as f64 * self.step,
+            left_out: Vec::new(),
+        };
+        equations.scale = equations.scale_of(&equations.residual);
+        equations.gather();
+        equations
     }
 }
 

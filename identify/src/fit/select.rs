@@ -44,16 +44,10 @@ const RISE: f64 = 0.01;
 /// freed, where they may be, if that predicts.
 pub(super) fn select(
     columns: &Columns,
-    mut equations: Equations,
+    equations: Equations,
     may_free: bool,
 ) -> (Chosen, Equations) {
-    // A load is within the span of the inertias.
-    let linear = (0..columns.groups.len()).filter(|&g| columns.groups[g].load.is_none());
-    let all: Vec<usize> = linear.collect();
-    for _ in 0..ROUNDS {
-        let everything = estimate(columns, &equations, &all, true, Signs::Free);
-        equations.reweigh(&everything.values);
-    }
+    let equations = weighed_by_all(columns, equations, true);
     let mut chosen = Chosen::default();
     let selection = Selection {
         columns,
@@ -73,6 +67,22 @@ pub(super) fn select(
         selection.drop_harmful(&mut chosen);
     }
     (chosen, equations)
+}
+
+/// Equations whose errors are measured by what all candidates together leave, with inertias freed or not.
+pub(super) fn weighed_by_all(
+    columns: &Columns,
+    mut equations: Equations,
+    inertias: bool,
+) -> Equations {
+    // A load is within the span of the inertias.
+    let linear = (0..columns.groups.len()).filter(|&g| columns.groups[g].load.is_none());
+    let all: Vec<usize> = linear.collect();
+    for _ in 0..ROUNDS {
+        let everything = estimate(columns, &equations, &all, inertias, Signs::Free);
+        equations.reweigh(&everything.values);
+    }
+    equations
 }
 
 /// What a choice is made with.

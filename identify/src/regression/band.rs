@@ -26,6 +26,14 @@ impl Band {
         Self::new(response, step, record.len(), most)
     }
 
+    /// Every sample by itself.
+    pub fn everything() -> Self {
+        Self {
+            window: vec![1.0],
+            stride: 1,
+        }
+    }
+
     /// How many samples the window holds.
     pub fn window(&self) -> usize {
         self.window.len()

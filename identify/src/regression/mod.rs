@@ -24,6 +24,7 @@ mod sensed;
 mod shooting;
 mod shown;
 mod small;
+mod telling;
 mod trails;
 mod whitener;
 
@@ -35,4 +36,5 @@ pub use innovations::ChannelErrors;
 pub use process_noise::ProcessNoise;
 pub use readings::Readings;
 pub(crate) use sensed::{derivative, divided};
+pub(crate) use telling::{Told, Uncertainty, narrowing, said_of_band};
 pub use whitener::Whitener;

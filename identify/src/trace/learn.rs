@@ -23,6 +23,10 @@ const FEW_TERMS: usize = 2;
 /// long as they explain it.
 const MANY: usize = 5;
 
+/// In a band narrower than that in which the log shows accelerations forces say less of what is missing than the
+/// motion does: what they say counts for more where it brings predictions to this share of their errors.
+const CLEARLY: f64 = 0.5;
+
 /// What was selected, and out of what.
 pub(super) struct Learnt {
     /// Everything that might have been missing.
@@ -111,7 +115,8 @@ impl Learner<'_> {
     /// leave its forces in perfect balance.
     fn is_nearer(&self, dictionary: &Dictionary, forces: &Selection, motion: &Selection) -> bool {
         let logged = &self.observed.record.u;
-        let left = |selection: &Selection| forces::left(dictionary, selection, logged).ok();
+        let seen = (&logged[..], forces.narrowing);
+        let left = |selection: &Selection| forces::left(dictionary, selection, seen).ok();
         let leaves_less = || {
             let pair = left(forces).zip(left(motion));
             pair.is_some_and(|(forces, motion)| forces < motion)
@@ -124,7 +129,10 @@ impl Learner<'_> {
         };
         let foretells = || {
             let pair = errors(forces).zip(errors(motion));
-            pair.is_some_and(|(forces, motion)| forces[0] < motion[0] && forces[1] < motion[1])
+            let share = if forces.narrowing > 1 { CLEARLY } else { 1.0 };
+            pair.is_some_and(|(forces, motion)| {
+                forces[0] < motion[0] && forces[1] < share * motion[1]
+            })
         };
         is_driven(dictionary, &forces.observed) && leaves_less() && foretells()
     }

@@ -192,6 +192,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     let observed = &selection.observed;
     let said = observed.said_of_inputs().chain(observed.said_of_sensors());
     warnings.extend(said.map(|warning| warning.to_string()));
+    warnings.extend(selection.said_of_band());
     warnings.extend(judged.contradiction());
     let outcome = judged.outcome(request, split, (verdict, drives), warnings);
     let outcome = Outcome {

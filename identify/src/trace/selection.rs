@@ -6,6 +6,7 @@ use super::finding::Rival;
 use super::refine::Estimate;
 use super::remaining::{Remaining, RemainingForce};
 use super::screen::Considered;
+use crate::regression::said_of_band;
 use nalgebra::DMatrix;
 
 /// A term that was accepted.
@@ -45,11 +46,22 @@ pub struct Selection {
     pub considered: Vec<Considered>,
     /// Whether something was left out that explained more, and had lost what gives it its name.
     pub left_out_nameless: bool,
+    /// How many times narrower the band is, in which it was found in the balance of forces, than that in
+    /// which the log shows accelerations.
+    pub narrowing: usize,
+    /// How long a force is averaged over there, s.
+    pub averaged_over: f64,
     /// The log with the curve through it.
     pub observed: Observed,
 }
 
 impl Selection {
+    /// What must be known of the band in which forces were balanced, where that is narrower than the one in which
+    /// the log shows accelerations.
+    pub fn said_of_band(&self) -> Option<String> {
+        (self.narrowing > 1).then(|| said_of_band(self.averaged_over))
+    }
+
     /// Whether forces remain that nothing explains.
     pub fn forces_remain(&self) -> bool {
         self.estimate.leaves_forces()

@@ -92,7 +92,9 @@ pub(super) fn select_with_slow_errors(
     let errors = seen.iter().map(|(error, _)| *error);
     let lowest = errors.fold(f64::INFINITY, f64::min);
     seen.retain(|(error, _)| WORTH_IT * error <= lowest);
-    let plainest = seen.into_iter().min_by_key(|(_, one)| numbers(dictionary, one));
+    let plainest = seen
+        .into_iter()
+        .min_by_key(|(_, one)| numbers(dictionary, one));
     Ok(plainest.expect("the nearest stays").1)
 }
 

@@ -3,11 +3,11 @@
 use crate::log::{Record, rms};
 use crate::machine::{Machine, SensitivityTape, SolveError, States};
 use crate::regression::{Band, Hold};
-use crate::smooth::{SmoothError, smooth};
+use crate::smooth::{SmoothError, Smoothed, smooth};
 use nalgebra::DVector;
 
 /// More equations than this many per coordinate say no more.
-const MOST_SAMPLES: usize = 2000;
+pub(super) const MOST_SAMPLES: usize = 2000;
 
 /// Inputs that exert less than this share of the forces that act on a coordinate do not drive it:
 /// what is missing there is no share of them.
@@ -25,34 +25,55 @@ pub(super) struct Balance {
     states: States,
     accelerations: Vec<Vec<f64>>,
     band: Band,
-    narrowing: usize,
+    /// How many times narrower the band is than that in which the log shows accelerations.
+    pub narrowing: usize,
     hold: Hold,
 }
 
 impl Balance {
-    /// Of a log whose inputs do this between samples.
-    ///
-    /// # Errors
-    /// If the log cannot be smoothed.
-    pub fn new(record: &Record, hold: Hold) -> Result<Self, SmoothError> {
-        Self::narrowed(record, hold, 1)
-    }
-
-    /// The same in a band that is so many times narrower than that in which the log shows accelerations.
+    /// Of a log whose inputs do this between samples, in a band that is so many times narrower than that in which
+    /// the log shows accelerations.
     ///
     /// # Errors
     /// If the log cannot be smoothed.
     pub fn narrowed(record: &Record, hold: Hold, narrowing: usize) -> Result<Self, SmoothError> {
         let smoothed = smooth(record)?;
         let band = Band::of(record, &smoothed, MOST_SAMPLES, narrowing);
-        let states = States::along(record, &smoothed);
-        Ok(Self {
-            states,
-            accelerations: smoothed.into_iter().map(|s| s.a).collect(),
+        Ok(Self::everywhere(record, &smoothed, hold).limited_to(band, narrowing))
+    }
+
+    /// Of a log that was smoothed, at each sample by itself.
+    pub fn everywhere(record: &Record, smoothed: &[Smoothed], hold: Hold) -> Self {
+        Self {
+            states: States::along(record, smoothed),
+            accelerations: smoothed.iter().map(|s| s.a.clone()).collect(),
+            band: Band::everything(),
+            narrowing: 0,
+            hold,
+        }
+    }
+
+    /// The same in a band.
+    pub fn limited_to(self, band: Band, narrowing: usize) -> Self {
+        Self {
             band,
             narrowing,
-            hold,
-        })
+            ..self
+        }
+    }
+
+    /// The same as if nothing were accelerated along the curve.
+    pub fn unaccelerated(&self) -> Self {
+        let mut still = self.clone();
+        still.accelerations.iter_mut().for_each(|a| a.fill(0.0));
+        still
+    }
+
+    /// How long a force is averaged over, s.
+    pub fn averaged_over(&self) -> f64 {
+        let t = &self.states.t;
+        let step = (t[t.len() - 1] - t[0]) / (t.len() - 1).max(1) as f64;
+        self.band.window() as f64 * step
     }
 
     /// That of another log, seen in the same way.

@@ -38,6 +38,11 @@ impl Equations {
         }
     }
 
+    /// Per coordinate, root mean square of what the columns are thought to leave.
+    pub fn scale(&self) -> &[f64] {
+        &self.scale
+    }
+
     /// Products of rows, block by block.
     pub fn gram(&self) -> Gram {
         self.gram_of_rows(&self.rows)

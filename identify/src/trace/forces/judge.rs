@@ -16,7 +16,7 @@ use crate::trace::selection::Selection;
 use crate::trace::series::{Explained, Series};
 
 /// Before, after, and the floor. The force is what the balance `M a − Q` leaves, in the band
-/// that the log shows; accelerations and predictions are as everywhere, and infinitely wrong
+/// in which it was looked for; accelerations and predictions are as everywhere, and infinitely wrong
 /// where a model cannot move. What findings gain is what they take from the squares of what is left.
 ///
 /// # Errors
@@ -31,7 +31,7 @@ pub(in crate::trace) fn judge(
     let located = |error| TraceError::at(error, &test.t);
     let models = Models::new(dictionary, selection);
     let (machine, values) = (&models.patched.focus.machine, &models.patched.values);
-    let balance = Balance::new(test, hold)?;
+    let balance = Balance::narrowed(test, hold, selection.narrowing)?;
     let exerted = balance.exerted(machine, values).map_err(located)?;
     let exerted = known(exerted, &selection.observed, (machine, values)).map_err(located)?;
     let scale: Vec<f64> = exerted.iter().map(|force| deviation(force)).collect();

@@ -12,6 +12,7 @@ mod choose;
 mod equations;
 mod floor;
 mod judge;
+mod narrowing;
 mod own_shapes;
 mod plainer;
 mod settle;
@@ -35,6 +36,7 @@ use balance::{Balance, Forces};
 use choose::{Choice, State, reaches};
 use equations::Equations;
 use floor::left_by_noise;
+use narrowing::in_telling_band;
 use own_shapes::terms;
 use plainer::Explained;
 use rayon::prelude::*;
@@ -63,11 +65,11 @@ pub(super) fn learn(
         return Ok(None);
     }
     let located = |error| TraceError::at(error, &observed.record.t);
-    let balance = Balance::new(&observed.record, observed.hold)?;
+    let balance = in_telling_band(dictionary, observed)?;
     let missing = (balance.missing(machine, &dictionary.defaults)).map_err(located)?;
     let columns = columns(dictionary, &balance).map_err(located)?;
     let options = force_options(dictionary);
-    let equations = weighed(Equations::new(&missing, &columns), &options);
+    let equations = weighed(Equations::new(&missing, &columns), &first_columns(&options));
     let (gram, visible) = (equations.gram(), equations.visible());
     let choice = Choice {
         dictionary,
@@ -129,6 +131,8 @@ pub(super) fn learn(
         given_forces: unexplained(&missing),
         considered,
         left_out_nameless: false,
+        narrowing: balance.narrowing,
+        averaged_over: balance.averaged_over(),
         observed: observed.clone(),
     }))
 }
@@ -193,22 +197,22 @@ fn negligible(
     Ok(None)
 }
 
-/// What a selection leaves of the forces that were measured, in the band in which the log shows
-/// accelerations: the mean logarithm of its size over coordinates.
+/// What a selection leaves of the forces that were measured, in a band so many times narrower than that in which
+/// the log shows accelerations: the mean logarithm of its size over coordinates.
 ///
 /// # Errors
 /// If the log cannot be smoothed, or a state's equation has no solution along it.
 pub(super) fn left(
     dictionary: &Dictionary,
     selection: &Selection,
-    inputs: &[Vec<f64>],
+    (inputs, narrowing): (&[Vec<f64>], usize),
 ) -> Result<f64, TraceError> {
     let mut observed = selection.observed.clone();
     observed.record.u = inputs.to_vec();
     let focus = dictionary.focus(&selection.accepted());
     let values = focus.values(&selection.values);
     let faultless = corrected(&observed.record, &focus, &values)?;
-    let balance = Balance::new(&faultless, observed.hold)?;
+    let balance = Balance::narrowed(&faultless, observed.hold, narrowing)?;
     let left = balance.missing(&focus.machine, &values);
     let left = left.map_err(|error| TraceError::at(error, &observed.record.t))?;
     let sizes = left.iter().map(|force| rms(force).ln());
@@ -283,17 +287,21 @@ fn force_options(dictionary: &Dictionary) -> Vec<ShapedCandidate> {
     options
 }
 
-/// The equations in units of what all options in their first shape leave together: what one
-/// alone leaves is not noise yet.
-fn weighed(mut equations: Equations, options: &[ShapedCandidate]) -> Equations {
+/// The columns of all options in their first shape.
+fn first_columns(options: &[ShapedCandidate]) -> Vec<usize> {
     let first = options.iter().filter(|option| option.shape == 0);
     let mut all: Vec<usize> = first.flat_map(|option| option.columns.clone()).collect();
     all.sort_unstable();
     all.dedup();
+    all
+}
+
+/// The equations in units of what these columns leave together: what one alone leaves is not noise yet.
+fn weighed(mut equations: Equations, columns: &[usize]) -> Equations {
     for _ in 0..ROUNDS {
-        let own: Vec<usize> = (0..all.len()).collect();
-        let fit = equations.gram_of(&all).damped_fit(&own, EVERYTHING);
-        equations.reweigh(&all, fit.coefficients.as_slice());
+        let own: Vec<usize> = (0..columns.len()).collect();
+        let fit = equations.gram_of(columns).damped_fit(&own, EVERYTHING);
+        equations.reweigh(columns, fit.coefficients.as_slice());
     }
     equations
 }
@@ -357,7 +365,7 @@ mod tests {
         let (joints, inputs) = (["a".to_string(), "b".to_string()], ["a".to_string()]);
         let record = log.select(&joints, &inputs).unwrap();
         let machine = Machine::new(compile("arm", ARM, &Library::empty()).unwrap());
-        let balance = Balance::new(&record, Hold::Linear).unwrap();
+        let balance = Balance::narrowed(&record, Hold::Linear, 1).unwrap();
         let exerted = balance.exerted(&machine, &[]).unwrap();
         let missing = balance.missing(&machine, &[]).unwrap();
         assert!(rms(&exerted[0]) > 1.0 && rms(&missing[1]) > 0.1);

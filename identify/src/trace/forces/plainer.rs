@@ -133,7 +133,7 @@ mod tests {
     use crate::trace::dictionary::Dictionary;
     use crate::trace::forces::choose::reaches;
     use crate::trace::forces::equations::Equations;
-    use crate::trace::forces::{columns, force_options, weighed};
+    use crate::trace::forces::{columns, first_columns, force_options, weighed};
     use crate::trace::wheel::{WHEEL, begun, named, rectangular};
     use std::fmt::Write;
 
@@ -161,12 +161,12 @@ mod tests {
     fn what_is_dry_friction_is_called_so_alone() {
         let (dictionary, start) = begun(WHEEL, &rubbing(), ["angle", "motor"]);
         let observed = &start.observed;
-        let balance = Balance::new(&observed.record, observed.hold).unwrap();
+        let balance = Balance::narrowed(&observed.record, observed.hold, 1).unwrap();
         let missing = balance.missing(&dictionary.machine, &dictionary.defaults);
         let missing = missing.unwrap();
         let columns = columns(&dictionary, &balance).unwrap();
         let options = force_options(&dictionary);
-        let equations = weighed(Equations::new(&missing, &columns), &options);
+        let equations = weighed(Equations::new(&missing, &columns), &first_columns(&options));
         let (gram, visible) = (equations.gram(), equations.visible());
         let choice = Choice {
             dictionary: &dictionary,

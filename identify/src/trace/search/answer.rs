@@ -74,6 +74,8 @@ pub fn answer(search: &Search<'_>, best: &Fitted) -> Result<Selection, SolveErro
         given_forces: forces(&given)?,
         considered: search.fresh.to_vec(),
         left_out_nameless: search.left_out_nameless(),
+        narrowing: 1,
+        averaged_over: 0.0,
         held_otherwise,
         values: best.explanation.values.clone(),
         estimate,
