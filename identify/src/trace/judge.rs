@@ -250,7 +250,8 @@ pub(super) fn motionless(record: &Record, horizon: f64) -> Result<Look, SmoothEr
 
 /// Whether the patched model predicts worse: one measure is clearly worse, and another no better.
 /// A single one misleads: where little moves, accelerations are mostly the filter's corners, and
-/// predictions of an unstable machine run anywhere.
+/// predictions of an unstable machine run anywhere. Forces that are found in forces must be smaller there, unless
+/// both that a model can move by are nearer with them.
 pub(super) fn is_worse(basis: Basis, [before, after, _]: &[Score; 3]) -> bool {
     let ratio = |total: fn(&Score) -> f64| total(after) / total(before);
     let acceleration = ratio(|score| score.acceleration.total);
@@ -258,7 +259,10 @@ pub(super) fn is_worse(basis: Basis, [before, after, _]: &[Score; 3]) -> bool {
     let force = ratio(|score| score.force.total);
     let worse = |a: f64, b: f64| a > WORSE && b >= 1.0;
     let moves_worse = worse(acceleration, rollout) || worse(rollout, acceleration);
-    moves_worse || basis == Basis::Forces && force > 1.0
+    // What cannot move as given is infinitely wrong, and anything else nearer.
+    let nearer = |ratio: f64| ratio > 0.0 && ratio < 1.0;
+    let moves_better = nearer(acceleration) && nearer(rollout);
+    moves_worse || basis == Basis::Forces && force > 1.0 && !moves_better
 }
 
 #[cfg(test)]
@@ -299,8 +303,13 @@ mod tests {
             assert_eq!(worse(Basis::Motion, after), expected, "{after:?}");
             assert_eq!(worse(Basis::Forces, after), expected, "{after:?}");
         }
-        // Forces that are found in forces must be smaller there.
-        assert!(worse(Basis::Forces, [0.5, 0.5, 1.01]));
-        assert!(!worse(Basis::Motion, [0.5, 0.5, 1.01]));
+        for (after, expected) in [
+            ([0.5, 0.5, 1.01], false),
+            ([0.5, 1.01, 1.01], true),
+            ([0.0, 0.0, 1.01], true),
+        ] {
+            assert_eq!(worse(Basis::Forces, after), expected, "{after:?}");
+            assert!(!worse(Basis::Motion, after), "{after:?}");
+        }
     }
 }

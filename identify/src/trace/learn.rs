@@ -73,6 +73,11 @@ impl Learner<'_> {
         let by_forces = forces::learn(&dictionary, &logged, self.seed)?;
         let (basis, selection) = match by_forces {
             Some(forces) if immobile || is_plain(&dictionary, &forces) => (Basis::Forces, forces),
+            Some(forces)
+                if forces.terms.len() >= MANY && self.foretells_clearly(&dictionary, &forces) =>
+            {
+                (Basis::Forces, forces)
+            }
             Some(forces) if forces.terms.len() >= MANY => {
                 match self.explained(&dictionary, &forces) {
                     Some(motion) => (Basis::Motion, motion),
@@ -121,20 +126,42 @@ impl Learner<'_> {
             let pair = left(forces).zip(left(motion));
             pair.is_some_and(|(forces, motion)| forces < motion)
         };
-        let errors = |selection: &Selection| {
-            let terms = selection.accepted();
-            let of = (&terms[..], &selection.values[..], &forces.observed);
-            let score = trained(dictionary, of, self.horizon).ok()?;
-            Some([score.acceleration.total, score.rollout.errors.total])
-        };
+        let share = if forces.narrowing > 1 { CLEARLY } else { 1.0 };
         let foretells = || {
-            let pair = errors(forces).zip(errors(motion));
-            let share = if forces.narrowing > 1 { CLEARLY } else { 1.0 };
-            pair.is_some_and(|(forces, motion)| {
+            let of = |selection: &Selection| {
+                let terms = selection.accepted();
+                self.errors(dictionary, (&terms, &selection.values), &forces.observed)
+            };
+            of(forces).zip(of(motion)).is_some_and(|(forces, motion)| {
                 forces[0] < motion[0] && forces[1] < share * motion[1]
             })
         };
         is_driven(dictionary, &forces.observed) && leaves_less() && foretells()
+    }
+
+    /// Errors of accelerations and of predictions along the log to learn from.
+    fn errors(
+        &self,
+        dictionary: &Dictionary,
+        (terms, values): (&[usize], &[f64]),
+        observed: &Observed,
+    ) -> Option<[f64; 2]> {
+        let score = trained(dictionary, (terms, values, observed), self.horizon).ok()?;
+        Some([score.acceleration.total, score.rollout.errors.total])
+    }
+
+    /// Whether many findings of a narrower band foretell the motion clearly better than the model as given: what
+    /// shakes there keeps the motion from saying so itself, however long it is asked.
+    fn foretells_clearly(&self, dictionary: &Dictionary, forces: &Selection) -> bool {
+        let of = |terms: &[usize], values: &[f64]| {
+            self.errors(dictionary, (terms, values), &forces.observed)
+        };
+        let found = of(&forces.accepted(), &forces.values);
+        let pair = found.zip(of(&[], &dictionary.defaults));
+        forces.narrowing > 1
+            && pair.is_some_and(|(found, given)| {
+                (0..2).all(|measure| found[measure] < CLEARLY * given[measure])
+            })
     }
 
     /// What explains the motion up to sensor noise where the balance of forces says that a lot is missing. One
