@@ -16,7 +16,8 @@ use crate::log::rms;
 use crate::number::short;
 
 /// A narrower band must tell coefficients this many times better, as variances (no unit): where what is left is
-/// white, all bands tell about as much, and chance would choose.
+/// white, all bands tell about as much, and chance would choose. On the measured logs any number from 1 to 5 chooses
+/// alike.
 const WORTH: f64 = 4.0;
 
 /// What forces tell in a band.

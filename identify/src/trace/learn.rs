@@ -24,7 +24,8 @@ const FEW_TERMS: usize = 2;
 const MANY: usize = 5;
 
 /// In a band narrower than that in which the log shows accelerations forces say less of what is missing than the
-/// motion does: what they say counts for more where it brings predictions to this share of their errors.
+/// motion does: what they say counts for more where it brings predictions to this share of their errors (no unit).
+/// With 1, damping that depends on the position was called plain friction.
 const CLEARLY: f64 = 0.5;
 
 /// What was selected, and out of what.
@@ -153,15 +154,17 @@ impl Learner<'_> {
     /// Whether many findings of a narrower band foretell the motion clearly better than the model as given: what
     /// shakes there keeps the motion from saying so itself, however long it is asked.
     fn foretells_clearly(&self, dictionary: &Dictionary, forces: &Selection) -> bool {
+        if forces.narrowing == 1 {
+            return false;
+        }
         let of = |terms: &[usize], values: &[f64]| {
             self.errors(dictionary, (terms, values), &forces.observed)
         };
         let found = of(&forces.accepted(), &forces.values);
         let pair = found.zip(of(&[], &dictionary.defaults));
-        forces.narrowing > 1
-            && pair.is_some_and(|(found, given)| {
-                (0..2).all(|measure| found[measure] < CLEARLY * given[measure])
-            })
+        pair.is_some_and(|(found, given)| {
+            (0..2).all(|measure| found[measure] < CLEARLY * given[measure])
+        })
     }
 
     /// What explains the motion up to sensor noise where the balance of forces says that a lot is missing. One
