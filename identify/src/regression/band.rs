@@ -72,6 +72,14 @@ impl Band {
         self.means(values, self.stride)
     }
 
+    /// The same of values that are not needed any longer: those themselves, where every sample stands alone.
+    pub fn limited(&self, values: Vec<f64>) -> Vec<f64> {
+        if self.window.len() == 1 && self.stride == 1 {
+            return values;
+        }
+        self.limit(&values)
+    }
+
     /// The same around every sample.
     pub fn limit_everywhere(&self, values: &[f64]) -> Vec<f64> {
         self.means(values, 1)

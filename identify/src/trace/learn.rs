@@ -74,11 +74,6 @@ impl Learner<'_> {
         let by_forces = forces::learn(&dictionary, &logged, self.seed)?;
         let (basis, selection) = match by_forces {
             Some(forces) if immobile || is_plain(&dictionary, &forces) => (Basis::Forces, forces),
-            Some(forces)
-                if forces.terms.len() >= MANY && self.foretells_clearly(&dictionary, &forces) =>
-            {
-                (Basis::Forces, forces)
-            }
             Some(forces) if forces.terms.len() >= MANY => {
                 match self.explained(&dictionary, &forces) {
                     Some(motion) => (Basis::Motion, motion),
@@ -170,7 +165,7 @@ impl Learner<'_> {
     /// What explains the motion up to sensor noise where the balance of forces says that a lot is missing. One
     /// sensor that misreads makes forces everywhere: a few terms that explain it are right. What the
     /// balance leaves a lot of beside all that it says, it has not found: from there the motion goes on, unless
-    /// that is so much that it would take longer than anyone waits.
+    /// that is so much that it would take longer than anyone waits, or foretells the motion clearly better already.
     fn explained(&self, dictionary: &Dictionary, forces: &Selection) -> Option<Selection> {
         let few = self.by_motion(dictionary, None, FEW_TERMS);
         if let Ok(few) = few
@@ -178,7 +173,10 @@ impl Learner<'_> {
         {
             return Some(few);
         }
-        if leaves_nearly_nothing(forces) || forces.terms.len() >= MAX_TERMS {
+        if leaves_nearly_nothing(forces)
+            || forces.terms.len() >= MAX_TERMS
+            || self.foretells_clearly(dictionary, forces)
+        {
             return None;
         }
         let all = self.by_motion(dictionary, Some(forces), MAX_TERMS).ok()?;

@@ -194,14 +194,16 @@ impl Balance {
         let tape_for_states = tape.reads_states().then_some(tape);
         let states = machine.remember_for(&self.states, self.hold, values, tape_for_states)?;
         let rows = tape.residuals(&states, values, &self.accelerations);
-        let n = machine.coordinate_count();
-        let negative = |column: &Vec<f64>| column.iter().map(|x| -x).collect::<Vec<f64>>();
-        let columns = rows.chunks(n.max(1));
-        let limited = columns.map(|rows| {
-            let each = rows.iter().map(|row| self.band.limit(&negative(row)));
-            each.collect()
+        // A long log's rows are one after another limited, and let go.
+        let mut limited = rows.into_iter().map(|mut row| {
+            row.iter_mut().for_each(|x| *x = -*x);
+            self.band.limited(row)
         });
-        Ok(limited.collect())
+        let n = machine.coordinate_count();
+        let columns = limited.len() / n.max(1);
+        Ok((0..columns)
+            .map(|_| limited.by_ref().take(n).collect())
+            .collect())
     }
 
     /// The log of a machine that moves along this curve as the model demands, with forces `beside`
