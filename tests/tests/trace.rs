@@ -275,6 +275,27 @@ fn a_wrong_parameter_is_not_blamed_on_an_effect() {
     );
 }
 
+/// Five forces of a narrow band explain much of it, one number all of it.
+#[test]
+fn a_lighter_pole_is_no_crowd_of_forces() {
+    let outcome = machine("cartpole", "cart_of_a_lighter_pole");
+    assert_eq!(
+        outcome.verdict,
+        Verdict::Parameter,
+        "{:#?}",
+        outcome.findings
+    );
+    assert_eq!(outcome.findings.len(), 1, "{:#?}", outcome.findings);
+    assert_eq!(outcome.findings[0].on, ["I"]);
+    let estimate = &outcome.findings[0].parameters["I"];
+    assert!(
+        (estimate.value - 0.003072).abs() < 3.0 * estimate.std,
+        "{estimate:?}"
+    );
+    let after = outcome.after.acceleration.total;
+    assert!(after < 1.15 * 0.0251, "{after}");
+}
+
 #[test]
 fn the_same_seed_gives_the_same_outcome() {
     if left_out::too_slow() {
