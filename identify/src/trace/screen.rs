@@ -38,6 +38,17 @@ pub(super) struct Pair {
     pub members: [Considered; 2],
 }
 
+/// Several candidates at once.
+#[derive(Debug, Clone)]
+pub(super) struct Together {
+    /// Nats by which they would improve the fit, less the price of their parameters and of the search.
+    pub score: f64,
+    /// Which they are.
+    pub candidates: Vec<usize>,
+    /// Shapes, and strengths that they have beside each other.
+    pub values: Assignment,
+}
+
 /// A candidate's columns in the regression, for one shape.
 #[derive(Debug, Clone)]
 pub(super) struct ShapedCandidate {
@@ -255,31 +266,81 @@ impl<'a> Screen<'a> {
         others: &[usize],
         option: &ShapedCandidate,
     ) -> Option<(Vec<usize>, Assignment)> {
-        let (kept, strengths) = self.strengths(gram, others, option)?;
         let candidate = &self.dictionary.candidates[option.candidate];
+        let own = &candidate.strengths[..option.columns.len()];
+        let (kept, strengths) = self.strengths(gram, others, own)?;
         let mut values = candidate.shapes[option.shape].clone();
         values.extend(strengths);
         Some((kept, values))
     }
 
-    /// The option's columns with possible strengths beside `base`, and these.
+    /// What the candidates of each group are worth all at once, but those of which no strength is
+    /// possible beside the others.
+    pub fn together(&self, groups: &[Vec<&ShapedCandidate>]) -> Vec<Together> {
+        let whitener = Whitener::new(&self.dynamics, &self.readings, &self.explanation.noise);
+        let columns = groups.iter().map(|group| {
+            let each = group.iter().flat_map(|option| &option.columns);
+            each.copied().collect::<Vec<usize>>()
+        });
+        let columns: Vec<Vec<usize>> = columns.collect();
+        let columns: Vec<&[usize]> = columns.iter().map(Vec::as_slice).collect();
+        let grams = whitener.grams(&self.base, &columns);
+        let each = groups.iter().zip(&grams);
+        each.filter_map(|(group, gram)| self.all_of(group, gram))
+            .collect()
+    }
+
+    /// The candidates of a group at once; `None` if none is possible.
+    fn all_of(&self, group: &[&ShapedCandidate], gram: &Gram) -> Option<Together> {
+        let candidates = &self.dictionary.candidates;
+        let own = group.iter().flat_map(|option| {
+            let strengths = &candidates[option.candidate].strengths[..option.columns.len()];
+            strengths.iter().map(move |&parameter| (*option, parameter))
+        });
+        let (options, parameters): (Vec<&ShapedCandidate>, Vec<usize>) = own.unzip();
+        let base: Vec<usize> = (0..self.base.len()).collect();
+        let (kept, strengths) = self.strengths(gram, &base, &parameters)?;
+        let mut members: Vec<&ShapedCandidate> = kept.iter().map(|&i| options[i]).collect();
+        members.dedup_by_key(|option| option.candidate);
+        let shapes = members
+            .iter()
+            .flat_map(|option| candidates[option.candidate].shapes[option.shape].clone());
+        let values: Assignment = shapes.chain(strengths).collect();
+        let with: Vec<usize> = base
+            .iter()
+            .copied()
+            .chain(kept.iter().map(|i| base.len() + i))
+            .collect();
+        let before = gram.fit(&base).misfit;
+        let rows = gram.readings() as f64;
+        let gain = 0.5 * (before - gram.fit(&with).misfit) / (before / rows).max(1.0);
+        let chosen = members.len() as f64 * (candidates.len() as f64).ln();
+        let score = gain - 0.5 * values.len() as f64 * rows.ln() - chosen;
+        score.is_finite().then(|| Together {
+            score,
+            candidates: members.iter().map(|option| option.candidate).collect(),
+            values,
+        })
+    }
+
+    /// Columns, behind those of the accepted terms, whose strengths are possible beside `base`, and these;
+    /// `None` if there is none.
     fn strengths(
         &self,
         gram: &Gram,
         base: &[usize],
-        option: &ShapedCandidate,
+        parameters: &[usize],
     ) -> Option<(Vec<usize>, Assignment)> {
-        let candidate = &self.dictionary.candidates[option.candidate];
         let model = &self.dictionary.machine.compiled.model;
         let own = self.base.len();
-        let mut kept: Vec<usize> = (0..option.columns.len()).collect();
+        let mut kept: Vec<usize> = (0..parameters.len()).collect();
         kept.retain(|&i| gram.size(own + i) > INVISIBLE);
         while !kept.is_empty() {
             let mut with = base.to_vec();
             with.extend(kept.iter().map(|&i| own + i));
             let fit = gram.fit(&with);
             let new = |position: usize, i: usize| {
-                let parameter = candidate.strengths[i];
+                let parameter = parameters[i];
                 let change = fit.coefficients[base.len() + position];
                 (parameter, self.explanation.values[parameter] + change)
             };

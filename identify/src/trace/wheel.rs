@@ -34,6 +34,15 @@ pub(super) fn begun(
     log: &str,
     [coordinate, input]: [&str; 2],
 ) -> (Dictionary, Explanation) {
+    begun_with(model, log, [&[coordinate], &[input]])
+}
+
+/// The same of these coordinates and these inputs.
+pub(super) fn begun_with(
+    model: &str,
+    log: &str,
+    channels: [&[&str]; 2],
+) -> (Dictionary, Explanation) {
     let source = Source {
         name: "wheel",
         text: model,
@@ -41,7 +50,9 @@ pub(super) fn begun(
         parameters: &BTreeMap::new(),
     };
     let log = Log::from_bytes("wheel.csv", log.as_bytes()).unwrap();
-    let record = log.select(&[coordinate.to_string()], &[input.to_string()]);
+    let names = |names: &[&str]| names.iter().map(ToString::to_string).collect::<Vec<_>>();
+    let [coordinates, inputs] = channels.map(names);
+    let record = log.select(&coordinates, &inputs);
     let observed = Observed::new(record.unwrap(), Hold::Linear).unwrap();
     let dictionary = Dictionary::new(&source, &observed.ranges()).unwrap();
     let start = Explanation {

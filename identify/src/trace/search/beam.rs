@@ -2,10 +2,10 @@
 
 use super::Task;
 use super::explored::Explored;
-use super::fit::{Fitted, bar, by_score, fit, fit_with, sharpened};
+use super::fit::{Fitted, as_given, bar, by_score, fit, fit_with, sharpened};
 use super::hypothesis::Hypothesis;
 use super::moves::merge::is_on_a_body;
-use super::moves::{EXCHANGE, LEAP, MORE, Move, STEP};
+use super::moves::{ALIKE, EXCHANGE, LEAP, MORE, Move, STEP};
 use super::neighbourhood::Neighbourhood;
 use super::placement::placed;
 use super::proposal::Proposal;
@@ -15,7 +15,6 @@ use crate::regression::Hold;
 use crate::trace::dictionary::Dictionary;
 use crate::trace::estimate::Observed;
 use crate::trace::finding::is_without_its_mark;
-use crate::trace::linearised::first_noise;
 use crate::trace::progress::{Progress, Stage};
 use crate::trace::refine::{Effort, Explanation};
 use crate::trace::screen::Considered;
@@ -411,7 +410,13 @@ impl<'a> Search<'a> {
         }
         let moves = if self.by_steps { MORE } else { STEP };
         self.try_moves(moves, &at, Stage::Fit);
-        if self.best().score < from.score || self.by_steps {
+        if self.by_steps {
+            return Ok(());
+        }
+        if self.best().leaves_forces() {
+            self.try_moves(ALIKE, &at, Stage::Fit);
+        }
+        if self.best().score < from.score {
             return Ok(());
         }
         if from.leaves_forces() {
@@ -564,31 +569,4 @@ impl<'a> Search<'a> {
             _ => fitted,
         }
     }
-}
-
-/// The model as given, fitted to a log.
-///
-/// # Errors
-/// If the equation of motion cannot be solved along the curve.
-pub fn as_given(
-    dictionary: &Dictionary,
-    observed: &Observed,
-    hold: Hold,
-) -> Result<Fitted, SolveError> {
-    let noise = first_noise(&dictionary.focus(&[]), observed, &dictionary.defaults)?;
-    let starts = [noise.at_smallest_jitter(), noise.at_smallest()];
-    let fitted = starts.into_par_iter().map(|noise| {
-        let start = Explanation {
-            noise,
-            values: dictionary.defaults.clone(),
-            observed: observed.clone(),
-        };
-        fit(dictionary, &Hypothesis::nothing(hold), start)
-    });
-    let [lasting, white]: [_; 2] = fitted.collect::<Vec<_>>().try_into().expect("two");
-    let lasting = lasting?;
-    Ok(match white {
-        Ok(white) if white.score < lasting.score => white,
-        _ => lasting,
-    })
 }

@@ -4,7 +4,10 @@
 use super::hypothesis::Hypothesis;
 use super::score::{evidence, prior};
 use crate::machine::SolveError;
+use crate::regression::Hold;
 use crate::trace::dictionary::Dictionary;
+use crate::trace::estimate::Observed;
+use crate::trace::linearised::first_noise;
 use crate::trace::refine::{Effort, Estimate, Explanation, refine};
 use crate::trace::settings::{SAME_FIT, SHARP_STEPS, SHARPENINGS, SHARPER, TIE};
 use rayon::prelude::*;
@@ -44,6 +47,33 @@ impl Fitted {
             dictionary.candidates[term].strengths.iter().any(inside)
         })
     }
+}
+
+/// The model as given, fitted to a log.
+///
+/// # Errors
+/// If the equation of motion cannot be solved along the curve.
+pub fn as_given(
+    dictionary: &Dictionary,
+    observed: &Observed,
+    hold: Hold,
+) -> Result<Fitted, SolveError> {
+    let noise = first_noise(&dictionary.focus(&[]), observed, &dictionary.defaults)?;
+    let starts = [noise.at_smallest_jitter(), noise.at_smallest()];
+    let fitted = starts.into_par_iter().map(|noise| {
+        let start = Explanation {
+            noise,
+            values: dictionary.defaults.clone(),
+            observed: observed.clone(),
+        };
+        fit(dictionary, &Hypothesis::nothing(hold), start)
+    });
+    let [lasting, white]: [_; 2] = fitted.collect::<Vec<_>>().try_into().expect("two");
+    let lasting = lasting?;
+    Ok(match white {
+        Ok(white) if white.score < lasting.score => white,
+        _ => lasting,
+    })
 }
 
 /// Fits a hypothesis from some start.

@@ -13,6 +13,7 @@ mod discrepancy;
 mod explored;
 mod fit;
 mod hypothesis;
+mod lateness;
 mod moves;
 mod neighbourhood;
 mod placement;
@@ -28,9 +29,8 @@ use super::sensor_memory::with_memory;
 use crate::machine::SolveError;
 use crate::trace::settings::{SEARCHED, SEARCHED_READINGS};
 use beam::Search;
-pub(super) use beam::as_given;
 pub(super) use channel::is_time;
-pub(super) use fit::Fitted;
+pub(super) use fit::{Fitted, as_given};
 pub(super) use moves::merge::is_on_a_body;
 
 /// What sensors' errors are taken to be.

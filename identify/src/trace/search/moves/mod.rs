@@ -2,7 +2,9 @@
 //! proposals are fitted and compared by one score.
 
 mod add;
+mod clock;
 mod fallback;
+mod family;
 mod hold;
 mod late;
 pub mod merge;
@@ -24,6 +26,8 @@ pub trait Move: Sync {
 
 /// What leads on: one more term, or what the newest one was taken for.
 pub const STEP: &[&dyn Move] = &[&add::Add, &swap::SwapHere, &timing::Timing, &hold::Hold];
+/// What several places have alike, where forces remain after that: before what resembles it leads astray.
+pub const ALIKE: &[&dyn Move] = &[&family::Family, &clock::Clock];
 /// One more term alone.
 pub const MORE: &[&dyn Move] = &[&add::Add];
 /// What leads on where forces remain after that.

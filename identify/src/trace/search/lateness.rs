@@ -1,0 +1,164 @@
+//! Times that something may be late by, tried as they are: far from what a line says of them.
+
+use super::explored::Explored;
+use super::neighbourhood::Neighbourhood;
+use super::proposal::Proposal;
+use crate::log::rms;
+use crate::regression::derivative;
+use crate::trace::estimate::Observed;
+use crate::trace::linearised::linearised;
+use crate::trace::settings::{GLANCE, LATE, MARGIN, SHAPE_STEPS, SHORTLISTED, WORTH_A_FIT};
+use crate::trace::settle::{Adapt, settle};
+use rayon::prelude::*;
+
+/// Candidates that say how late each of some channels is, and one time for all of them.
+#[derive(Debug, Clone)]
+pub struct Lateness {
+    /// Which; each has one parameter.
+    pub candidates: Vec<usize>,
+    /// s; negative, if early.
+    pub time: f64,
+}
+
+/// A part of the log where a first glance is enough, and how the hypothesis in the middle does there.
+pub struct Glance<'a> {
+    at: &'a Neighbourhood<'a>,
+    observed: Observed,
+    /// Its share of the log.
+    share: f64,
+}
+
+impl<'a> Glance<'a> {
+    /// At the log of a fitted hypothesis.
+    pub fn new(at: &'a Neighbourhood<'a>) -> Self {
+        let whole = &at.fitted.explanation.observed;
+        let observed = whole.excerpt(GLANCE).unwrap_or_else(|| whole.clone());
+        let share = observed.record.len() as f64 / whole.record.len() as f64;
+        Self {
+            at,
+            observed,
+            share,
+        }
+    }
+
+    /// The time that a coordinate takes for a radian of its mean wave, s.
+    pub fn radian(&self, coordinate: usize) -> f64 {
+        let curve = &self.observed.curve;
+        let velocity = &curve.v[coordinate];
+        rms(velocity) / rms(&derivative(&curve.t, velocity))
+    }
+
+    /// Shares of a `radian` that these candidates may be late by, or early.
+    pub fn times(&self, candidates: &[usize], radian: f64) -> Vec<Lateness> {
+        let dictionary = self.at.dictionary;
+        let both = LATE
+            .iter()
+            .flat_map(|share| [share * radian, -share * radian]);
+        let is_possible = |time: &f64| {
+            candidates.iter().all(|&candidate| {
+                let parameter = dictionary.candidates[candidate].parameters[0];
+                let bounds = &dictionary.machine.compiled.model.parameters[parameter];
+                (bounds.lower..=bounds.upper).contains(time)
+            })
+        };
+        let each = both.filter(is_possible).map(|time| Lateness {
+            candidates: candidates.to_vec(),
+            time,
+        });
+        each.collect()
+    }
+
+    /// Hypotheses with what is late that gains a share in the part of what the best one that was explored gains in
+    /// all, each at the time beside it that costs least.
+    pub fn likely(&self, times: Vec<Lateness>, explored: &Explored) -> Vec<Proposal> {
+        if times.is_empty() {
+            return Vec::new();
+        }
+        let Some(now) = self.cost(None) else {
+            return Vec::new();
+        };
+        let fitted = self.at.fitted;
+        let best = explored.kept().first();
+        let gained = best.map_or(0.0, |best| fitted.score - best.score);
+        let least = MARGIN.max(WORTH_A_FIT * self.share * gained);
+        let cost = |late: &Lateness| self.cost(Some(late)).unwrap_or(f64::INFINITY);
+        let costs: Vec<f64> = times.par_iter().map(cost).collect();
+        let mut likely: Vec<(f64, Lateness)> = costs.into_iter().zip(times).collect();
+        likely.retain(|(cost, _)| *cost < now - least);
+        likely.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut seen = Vec::new();
+        likely.retain(|(_, late)| {
+            let is_new = !seen.contains(&late.candidates);
+            seen.push(late.candidates.clone());
+            is_new
+        });
+        likely.truncate(SHORTLISTED);
+        let at = self.at;
+        let likely = likely.into_iter().map(|(known, late)| {
+            let with = |time| Lateness {
+                candidates: late.candidates.clone(),
+                time,
+            };
+            let (cost, time) = better((known, late.time), &|time| cost(&with(time)));
+            let parameter = |&c: &usize| (at.dictionary.candidates[c].parameters[0], time);
+            let own = late.candidates.iter().map(parameter).collect();
+            Proposal {
+                hypothesis: at.fitted.hypothesis.exchange(&[], &late.candidates),
+                values: at.with(&own),
+                promise: cost,
+                within_reach: at.fitted.estimate.cost,
+            }
+        });
+        likely.collect()
+    }
+
+    /// Negative log likelihood of the part with something late, and with the noise that suits that.
+    fn cost(&self, late: Option<&Lateness>) -> Option<f64> {
+        let at = self.at;
+        let (mut observed, explanation) = (self.observed.clone(), &at.fitted.explanation);
+        let mut values = explanation.values.clone();
+        let mut hypothesis = at.fitted.hypothesis.clone();
+        if let Some(Lateness { candidates, time }) = late {
+            for &candidate in candidates {
+                values[at.dictionary.candidates[candidate].parameters[0]] = *time;
+            }
+            hypothesis = hypothesis.exchange(&[], candidates);
+        }
+        let focus = at.dictionary.focus(hypothesis.candidates());
+        observed.reread(&focus, &explanation.values, &values);
+        let dynamics = linearised(&focus, &observed, &values).ok()?;
+        let readings = observed.readings(&focus, &values, &dynamics.accelerations());
+        let mut noise = explanation.noise.clone();
+        noise.suit(&dynamics.mobility_scale);
+        let settled = settle(&dynamics, &readings, &[], &mut noise, Adapt::ToData);
+        Some(settled.cost()).filter(|cost| cost.is_finite())
+    }
+}
+
+/// Cost and time beside a known one that costs less.
+fn better(known: (f64, f64), cost: &(impl Fn(f64) -> f64 + Sync)) -> (f64, f64) {
+    let mut best = known;
+    let mut step = 0.25 * known.1.abs();
+    for _ in 0..SHAPE_STEPS {
+        let ways = [best.1 - step, best.1 + step].into_par_iter();
+        let tried: Vec<(f64, f64)> = ways.map(|time| (cost(time), time)).collect();
+        let next = tried.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        match next.filter(|next| next.0 < best.0) {
+            Some(next) => best = next,
+            None => step *= 0.5,
+        }
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::better;
+
+    #[test]
+    fn the_cheapest_time_beside_one_is_found() {
+        let cost = |time: f64| (time - 0.03).abs();
+        let (left, time) = better((cost(0.02), 0.02), &cost);
+        assert!(left < 1e-3 && (time - 0.03).abs() < 1e-3, "{time}");
+    }
+}

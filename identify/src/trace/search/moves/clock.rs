@@ -1,0 +1,146 @@
+//! All drives late by one time.
+//!
+//! Applies to several inputs where forces remain: one loop commands them, and they are built alike. Four rotors
+//! that lag by 30 ms are far from what a line says of times that small, and one of them alone explains little:
+//! before that, what resembles all of them would be taken, a hull whose height is late.
+
+use super::Move;
+use crate::trace::search::channel::timed_input;
+use crate::trace::search::explored::Explored;
+use crate::trace::search::lateness::Glance;
+use crate::trace::search::neighbourhood::Neighbourhood;
+use crate::trace::search::proposal::Proposal;
+use crate::trace::settings::MAX_TERMS;
+use std::collections::BTreeMap;
+
+/// All drives late by one time.
+pub struct Clock;
+
+impl Move for Clock {
+    fn propose(&self, at: &Neighbourhood<'_>, explored: &Explored) -> Vec<Proposal> {
+        if !at.fitted.leaves_forces() {
+            return Vec::new();
+        }
+        let dictionary = at.dictionary;
+        let mut alike: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+        for (candidate, one) in dictionary.candidates.iter().enumerate() {
+            let is_new = !at.fitted.hypothesis.contains(candidate);
+            if is_new && timed_input(dictionary, candidate).is_some() {
+                alike.entry(one.subject.name()).or_default().push(candidate);
+            }
+        }
+        let most = MAX_TERMS.saturating_sub(at.terms().len());
+        let glance = Glance::new(at);
+        // What moves quickest is disturbed first.
+        let coordinates = 0..dictionary.machine.coordinate_count();
+        let radian = coordinates
+            .map(|i| glance.radian(i))
+            .fold(f64::INFINITY, f64::min);
+        let several = alike.values().filter(|all| (2..=most).contains(&all.len()));
+        let times = several.flat_map(|all| glance.times(all, radian));
+        glance.likely(times.collect(), explored)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::regression::Hold;
+    use crate::trace::search::fit::as_given;
+    use crate::trace::wheel::{begun_with, rectangular, traced};
+    use std::fmt::Write;
+
+    const BAR: &str = "\
+model bar;
+coordinate x: m;
+coordinate phi: rad;
+input left: N;
+input right: N;
+parameter m: kg = 1 in 0..;
+parameter i: kg*m^2 = 0.02 in 0..;
+parameter arm: m = 0.2;
+kinetic m/2*dot(x)^2 + i/2*dot(phi)^2;
+force x = left + right;
+force phi = arm*(right - left);
+";
+
+    /// A bar on ice that two rotors push at its ends, each of which lags its command by 30 ms; a controller at 200 Hz
+    /// moves it by what noisy sensors say.
+    fn log() -> String {
+        let mut text = String::from("t,q_x,q_phi,u_left,u_right\n");
+        let mut noise = rectangular(5);
+        let (mut q, mut v, mut thrust, mut command) = ([0.0; 2], [0.0; 2], [0.0; 2], [0.0; 2]);
+        let mut known = [0.0; 2];
+        for tick in 0..8000 {
+            let t = 1e-3 * f64::from(tick);
+            if tick % 5 == 0 {
+                let read = q.map(|q| q + 6e-4 * noise());
+                let rate = [0, 1].map(|i: usize| (read[i] - known[i]) / 5e-3);
+                known = read;
+                let wanted = [
+                    0.3 * (2.1 * t).sin() + 0.15 * (5.3 * t).sin(),
+                    0.3 * (3.1 * t).sin() + 0.2 * (6.7 * t).sin(),
+                ];
+                let force = 16.0 * (wanted[0] - read[0]) - 6.0 * rate[0];
+                let couple = 0.02 * (64.0 * (wanted[1] - read[1]) - 11.0 * rate[1]) / 0.2;
+                command = [(force - couple) / 2.0, (force + couple) / 2.0];
+                writeln!(
+                    text,
+                    "{t:.3},{},{},{},{}",
+                    read[0], read[1], command[0], command[1]
+                )
+                .unwrap();
+            }
+            // Of the thrust its mean over the millisecond, by its law.
+            let kept = (-1e-3_f64 / 0.03).exp();
+            let mean = (1.0 - kept) * 0.03 / 1e-3;
+            let [left, right] = [0, 1].map(|i| command[i] + (thrust[i] - command[i]) * mean);
+            thrust = [0, 1].map(|i| command[i] + (thrust[i] - command[i]) * kept);
+            let a = [left + right, 0.2 * (right - left) / 0.02];
+            for i in 0..2 {
+                q[i] += 1e-3 * (v[i] + 0.5e-3 * a[i]);
+                v[i] += 1e-3 * a[i];
+            }
+        }
+        text
+    }
+
+    #[test]
+    fn two_rotors_that_lag_alike_are_proposed_at_once_and_found() {
+        let channels: [&[&str]; 2] = [&["x", "phi"], &["left", "right"]];
+        let (dictionary, start) = begun_with(BAR, &log(), channels);
+        let given = as_given(&dictionary, &start.observed, Hold::Previous).unwrap();
+        let at = Neighbourhood::new(&dictionary, &given, &[], false).unwrap();
+        let proposed = Clock.propose(&at, &Explored::default());
+        let lags = proposed.iter().map(|proposal| {
+            let terms = proposal.hypothesis.candidates().iter();
+            let terms = terms.map(|&term| &dictionary.candidates[term]);
+            terms
+                .map(|one| {
+                    let time = proposal.values[one.parameters[0]];
+                    (one.subject.to_string(), time)
+                })
+                .collect()
+        });
+        let lags: Vec<Vec<(String, f64)>> = lags.collect();
+        let both = lags.iter().find(|lag| lag[0].0 == "input_lag(left)");
+        let [(_, left), (other, right)] = &both.expect("both rotors lag")[..] else {
+            panic!("{lags:?}");
+        };
+        assert_eq!(other, "input_lag(right)");
+        assert!(left == right && (left - 0.03).abs() < 0.01, "{lags:?}");
+
+        let findings = traced(BAR, &log()).findings;
+        let [lag] = &findings[..] else {
+            panic!("{findings:#?}");
+        };
+        assert_eq!(
+            (lag.effect.as_str(), &lag.on[..]),
+            ("input_lag", &["left".to_string(), "right".to_string()][..])
+        );
+        assert!(
+            (lag.parameters["tau"].value - 0.03).abs() < 3e-4,
+            "{lag:#?}"
+        );
+    }
+}
