@@ -22,6 +22,15 @@ pub enum LogError {
         /// What the operating system said.
         source: std::io::Error,
     },
+    /// A file that says how the columns of a log are read.
+    #[error(
+        "{}: this says how the columns of a log are read, and is no log itself\n  mend: leave it out: it is read with the log of its name, or give it with --map",
+        path.display()
+    )]
+    Map {
+        /// The path as given.
+        path: PathBuf,
+    },
     /// The content is not a usable log.
     #[error("{}", render(path, problems, *omitted))]
     Invalid {

@@ -120,8 +120,8 @@ impl Log {
     ///
     /// # Errors
     ///
-    /// [`LogError::Open`] when the file cannot be read, [`LogError::Invalid`]
-    /// with up to ten problems when its content cannot be used.
+    /// [`LogError::Open`] when the file cannot be read, [`LogError::Map`] when it is one that says how logs are
+    /// read, [`LogError::Invalid`] with up to ten problems when its content cannot be used.
     pub fn read(path: impl AsRef<Path>) -> Result<Log, LogError> {
         Log::read_with(path, None)
     }
@@ -134,6 +134,11 @@ impl Log {
     /// puts beside the log does not belong there.
     pub fn read_with(path: impl AsRef<Path>, map: Option<&Map>) -> Result<Log, LogError> {
         let path = path.as_ref();
+        if path.extension().is_some_and(|end| end == "toml") {
+            return Err(LogError::Map {
+                path: path.to_owned(),
+            });
+        }
         let bytes = bytes(path)?;
         let demand = Demand { map, before: 0 };
         let mut table = source::table(path, &bytes, demand)?;

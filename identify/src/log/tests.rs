@@ -55,6 +55,16 @@ fn gzip(text: &str) -> Vec<u8> {
     encoder.finish().unwrap()
 }
 
+/// `trace model run_1*` takes what explains a log's columns, too.
+#[test]
+fn what_explains_a_log_is_no_log() {
+    let error = Log::read("run_1.toml").unwrap_err().to_string();
+    insta::assert_snapshot!(error, @r"
+    run_1.toml: this says how the columns of a log are read, and is no log itself
+      mend: leave it out: it is read with the log of its name, or give it with --map
+    ");
+}
+
 #[test]
 fn columns_without_a_file_are_a_log() {
     let file = Log::from_bytes("x", good(80).as_bytes()).unwrap();

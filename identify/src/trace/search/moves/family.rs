@@ -1,8 +1,8 @@
 //! One effect at every place of its kind.
 //!
 //! Applies where forces remain, if all together are worth more than any single term is. What is built alike errs
-//! alike: four rotors lag, and every joint of an arm rubs. Taken one after the other, the first would be what
-//! resembles them all: a hull whose height is late.
+//! alike: an empty battery weakens four rotors, and every joint of an arm rubs. Taken one after the other, the first
+//! would be what resembles them all: a heavier hull.
 
 use super::Move;
 use super::merge::is_on_a_body;
@@ -25,16 +25,12 @@ impl Move for Family {
         let most = MAX_TERMS.saturating_sub(at.terms().len());
         let single = at.considered.first().map_or(0.0, |best| best.score);
         let mut together = at.screen.together(&families(at));
-        together.retain(
-            |Together {
-                 score, candidates, ..
-             }| {
-                let is_family = (2..=most).contains(&candidates.len());
-                is_family
-                    && *score > MARGIN.max(single)
-                    && !at.dictionary.nested.doubles(candidates)
-            },
-        );
+        let is_better = |all: &Together| {
+            let is_family = (2..=most).contains(&all.candidates.len());
+            is_family && all.score > MARGIN.max(single)
+        };
+        together.retain(is_better);
+        together.retain(|all| !at.dictionary.nested.doubles(&all.candidates));
         together.sort_by(|a, b| b.score.total_cmp(&a.score));
         together.truncate(SHORTLISTED);
         let each = together.into_iter().map(|all| Proposal {
