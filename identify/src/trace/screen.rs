@@ -138,17 +138,13 @@ impl<'a> Screen<'a> {
         let search_price = (candidates.len() as f64).ln();
         let mut best: Vec<Vec<Considered>> = vec![Vec::new(); candidates.len()];
         for (option, gram) in self.options.iter().zip(grams) {
-            let base_misfit = gram.fit(&base).misfit;
-            let scale = (base_misfit / gram.readings() as f64).max(1.0);
             let Some((kept, values)) = self.possible(gram, option) else {
                 continue;
             };
-            let mut with = base.clone();
-            with.extend(kept.iter().map(|i| base.len() + i));
-            let gain = 0.5 * (base_misfit - gram.fit(&with).misfit) / scale;
-            if !gain.is_finite() {
+            let with = self.with(&kept);
+            let Some((gain, scale)) = self.gain(gram, &with) else {
                 continue;
-            }
+            };
             let free = kept.len() + candidates[option.candidate].shapes[0].len();
             let score = gain - 0.5 * free as f64 * (gram.readings() as f64).ln() - search_price;
             let more = &with[base.len()..];
@@ -306,21 +302,29 @@ impl<'a> Screen<'a> {
             .iter()
             .flat_map(|option| candidates[option.candidate].shapes[option.shape].clone());
         let values: Assignment = shapes.chain(strengths).collect();
-        let with: Vec<usize> = base
-            .iter()
-            .copied()
-            .chain(kept.iter().map(|i| base.len() + i))
-            .collect();
-        let before = gram.fit(&base).misfit;
-        let rows = gram.readings() as f64;
-        let gain = 0.5 * (before - gram.fit(&with).misfit) / (before / rows).max(1.0);
+        let (gain, _) = self.gain(gram, &self.with(&kept))?;
+        let price = 0.5 * values.len() as f64 * (gram.readings() as f64).ln();
         let chosen = members.len() as f64 * (candidates.len() as f64).ln();
-        let score = gain - 0.5 * values.len() as f64 * rows.ln() - chosen;
-        score.is_finite().then(|| Together {
-            score,
+        Some(Together {
+            score: gain - price - chosen,
             candidates: members.iter().map(|option| option.candidate).collect(),
             values,
         })
+    }
+
+    /// Columns of the accepted terms, and those `kept` of what stands behind them.
+    fn with(&self, kept: &[usize]) -> Vec<usize> {
+        let base = self.base.len();
+        (0..base).chain(kept.iter().map(|i| base + i)).collect()
+    }
+
+    /// Nats by which columns improve the fit of the accepted terms, and what a nat is worth: how many times
+    /// more variance than sensor noise these leave, at least one. `None` if the gain is no number.
+    fn gain(&self, gram: &Gram, with: &[usize]) -> Option<(f64, f64)> {
+        let before = gram.fit(&self.with(&[])).misfit;
+        let scale = (before / gram.readings() as f64).max(1.0);
+        let gain = 0.5 * (before - gram.fit(with).misfit) / scale;
+        gain.is_finite().then_some((gain, scale))
     }
 
     /// Columns, behind those of the accepted terms, whose strengths are possible beside `base`, and these;
