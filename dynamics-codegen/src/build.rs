@@ -128,6 +128,7 @@ pub struct ModelFile {
 
 /// A compiled model with the files that it was made from.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Read {
     /// The model.
     pub compiled: Compiled,

@@ -15,6 +15,7 @@ use std::str::Utf8Error;
 
 /// A model with its equations.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Compiled {
     /// The checked model; its graph holds all expressions.
     pub model: Model,

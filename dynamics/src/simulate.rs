@@ -93,6 +93,7 @@ fn right_hand_side<T: Scalar, const N: usize, const M: usize>(
 /// The input is a function of time and state, `[T; U]`; it should be smooth inside one
 /// step. Split the run at the instants where it jumps.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct Simulation<
     's,
     S: ?Sized,

@@ -21,6 +21,7 @@ pub struct Workspace {
 
 /// Value and gradient of the negative log evidence.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Evidence {
     /// `-ln p(y)`, nats.
     pub nll: f64,

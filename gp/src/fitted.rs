@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Report of one run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Run {
     /// Where it started.
     pub start: Vec<f64>,
@@ -22,6 +23,7 @@ pub struct Run {
 
 /// Result of a training.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Fitted {
     /// The model with its trained parameters.
     pub model: Model,

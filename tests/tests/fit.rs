@@ -34,16 +34,7 @@ fn a_measured_arm_gives_away_friction_rotors_and_coupling() {
         text: &text,
         library: &library,
     };
-    let request = Request {
-        source,
-        compiled: &compiled,
-        parameters: &[],
-        train: &log,
-        test: None,
-        inertia: Inertia::Linear,
-        leave_out: &[],
-        trust_columns: false,
-    };
+    let request = Request::new(source, &compiled, &[], &log);
     let found = fit(&request).expect("it can be fitted");
     let has = |term: &str, on: &[&str]| found.terms.iter().any(|t| t.term == term && t.on == on);
     for joint in 1..=5 {
@@ -164,14 +155,10 @@ fn try_arm(
         library: &library,
     };
     fit(&Request {
-        source,
-        compiled: &compiled,
-        parameters: &[],
-        train: log,
-        test: None,
         inertia,
         leave_out,
         trust_columns,
+        ..Request::new(source, &compiled, &[], log)
     })
 }
 
@@ -259,18 +246,17 @@ fn friction_of_a_double_pendulum_near_resonance() {
         let log = model.with_file_name(format!("{name}.csv.gz"));
         let log = Log::read_with(log, Some(&map)).expect("a log");
         let found = fit(&Request {
-            source: Source {
-                name: "dp.model",
-                text: &text,
-                library: &library,
-            },
-            compiled: &compiled,
-            parameters: &parameters,
-            train: &log,
-            test: None,
             inertia: Inertia::Consistent,
-            leave_out: &[],
-            trust_columns: false,
+            ..Request::new(
+                Source {
+                    name: "dp.model",
+                    text: &text,
+                    library: &library,
+                },
+                &compiled,
+                &parameters,
+                &log,
+            )
         });
         let found = found.expect("it can be fitted");
         for joint in ["shoulder", "elbow"] {
@@ -324,14 +310,8 @@ fn a_shaking_encoder_hides_no_friction() {
             library: &library,
         };
         let found = fit(&Request {
-            source,
-            compiled: &compiled,
-            parameters: &[0.02],
-            train: &log,
-            test: None,
             inertia: Inertia::Consistent,
-            leave_out: &[],
-            trust_columns: false,
+            ..Request::new(source, &compiled, &[0.02], &log)
         });
         found.expect("it can be fitted")
     };
@@ -372,18 +352,17 @@ fn an_effect_of_ones_own_takes_part() {
     let fitted = |library: &Library| {
         let compiled = compile("arm.model", ARM, library).expect("a model");
         let request = Request {
-            source: Source {
-                name: "arm.model",
-                text: ARM,
-                library,
-            },
-            compiled: &compiled,
-            parameters: &[],
-            train: &log,
-            test: None,
             inertia: Inertia::Fixed,
-            leave_out: &[],
-            trust_columns: false,
+            ..Request::new(
+                Source {
+                    name: "arm.model",
+                    text: ARM,
+                    library,
+                },
+                &compiled,
+                &[],
+                &log,
+            )
         };
         fit(&request).map(|found| {
             let text = written(&found, &request).expect("it can be written");

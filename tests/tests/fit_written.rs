@@ -95,19 +95,19 @@ fn model(text: &str, library: &Library) -> Compiled {
 /// What a log says of a model, and the model with that written in.
 fn fitted(text: &str, log: &Log, inertia: Inertia, library: &Library) -> (Fit, String) {
     let compiled = model(text, library);
+    let nominal = compiled.model.nominal_parameters();
     let request = Request {
-        source: Source {
-            name: "arm.model",
-            text,
-            library,
-        },
-        compiled: &compiled,
-        parameters: &compiled.model.nominal_parameters(),
-        train: log,
-        test: None,
         inertia,
-        leave_out: &[],
-        trust_columns: false,
+        ..Request::new(
+            Source {
+                name: "arm.model",
+                text,
+                library,
+            },
+            &compiled,
+            &nominal,
+            log,
+        )
     };
     let found = fit(&request).expect("it can be fitted");
     let text = written(&found, &request).expect("it can be written");
@@ -320,20 +320,17 @@ fn what_should_not_be_written_is_not() {
     let lighter = ARM.replace("mass: 1;", "mass: 0.7;");
     let log = log_of(&model(&lighter, &library), 6);
     let compiled = model(&text, &library);
-    let request = Request {
-        source: Source {
+    let nominal = compiled.model.nominal_parameters();
+    let request = Request::new(
+        Source {
             name: "arm.model",
             text: &text,
             library: &library,
         },
-        compiled: &compiled,
-        parameters: &compiled.model.nominal_parameters(),
-        train: &log,
-        test: None,
-        inertia: Inertia::Linear,
-        leave_out: &[],
-        trust_columns: false,
-    };
+        &compiled,
+        &nominal,
+        &log,
+    );
     let mut found = fit(&request).unwrap();
     let refused = written(&found, &request);
     assert!(matches!(refused, Err(Unwritable::Linear)), "{refused:?}");
@@ -360,19 +357,19 @@ use lower = link(upper.end);
 ";
     let log = log_of(&model(&text.replace("mass: 2;", "mass: 1.5;"), &library), 6);
     let compiled = model(text, &library);
+    let nominal = compiled.model.nominal_parameters();
     let mut request = Request {
-        source: Source {
-            name: "arm.model",
-            text,
-            library: &library,
-        },
-        compiled: &compiled,
-        parameters: &compiled.model.nominal_parameters(),
-        train: &log,
-        test: None,
         inertia: Inertia::Consistent,
-        leave_out: &[],
-        trust_columns: false,
+        ..Request::new(
+            Source {
+                name: "arm.model",
+                text,
+                library: &library,
+            },
+            &compiled,
+            &nominal,
+            &log,
+        )
     };
     let found = fit(&request).unwrap();
     assert!(!found.inertial.is_empty(), "{found:?}");

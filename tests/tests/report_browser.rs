@@ -5,7 +5,7 @@ mod pages;
 
 use browser::{Browser, Problem, Seen};
 use identify::trace::{
-    Dependence, Finding, Outcome, Rival, SeparatingMotion, Unnamed, UnnamedForce, Verdict,
+    Dependence, Outcome, Rival, SeparatingMotion, Unnamed, UnnamedForce, Verdict,
 };
 use pages::{Traced, machine, page, pendulum};
 
@@ -229,9 +229,10 @@ fn crowded() -> Traced {
     }
     let mut finding = outcome.findings[0].clone();
     finding.confounded_with = NAMES.map(rival).into();
-    let about = |name: &str| Finding {
-        on: vec![name.into()],
-        ..finding.clone()
+    let about = |name: &str| {
+        let mut finding = finding.clone();
+        finding.on = vec![name.into()];
+        finding
     };
     outcome.findings = NAMES.iter().map(|name| about(name)).collect();
     outcome.findings[0].on = NAMES[..3].iter().map(ToString::to_string).collect();

@@ -342,19 +342,19 @@ const FRICTION: [&str; 4] = ["viscous", "coulomb", "asymmetric_coulomb", "stribe
 /// at its place, in numbers that differ by no more than three of their standard errors.
 fn expect_as_fitted(outcome: &Outcome, (name, text, library): (&str, &str, &Library), log: &Log) {
     let compiled = compile(name, text, library).expect("a model");
+    let nominal = compiled.model.nominal_parameters();
     let request = FitRequest {
-        source: Source {
-            name,
-            text,
-            library,
-        },
-        compiled: &compiled,
-        parameters: &compiled.model.nominal_parameters(),
-        train: log,
-        test: None,
         inertia: Inertia::Fixed,
-        leave_out: &[],
-        trust_columns: false,
+        ..FitRequest::new(
+            Source {
+                name,
+                text,
+                library,
+            },
+            &compiled,
+            &nominal,
+            log,
+        )
     };
     let fitted = fit(&request).expect("it can be fitted");
     let mut compared = 0;

@@ -104,6 +104,7 @@ impl<T: Real> Default for DormandPrince<T> {
 
 /// What an integration cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Statistics {
     /// Accepted steps.
     pub accepted: usize,

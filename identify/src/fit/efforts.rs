@@ -19,6 +19,7 @@ use std::f64::consts::TAU;
 /// Why an effort is not taken for a force.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Reason {
     /// Who asked for the fit says so.
     Stated,
@@ -36,6 +37,7 @@ pub enum Reason {
 
 /// A joint whose force is not known.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct LeftOut {
     /// The coordinate.
     pub coordinate: String,

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 /// One inertial parameter of a body.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct InertialParameter {
     /// The body.
     pub body: String,
@@ -29,6 +30,7 @@ pub struct InertialParameter {
 /// standard error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Doubt {
     /// It is at the edge of what a rigid body can have: the edge says what it is, not the log.
     AtBound,

@@ -46,6 +46,7 @@ impl Error {
 
 /// Curves along the log that is judged by, of one coordinate.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct ForceSeries {
     /// The coordinate.
     pub name: String,

@@ -97,6 +97,28 @@ pub struct Request<'a> {
     pub trust_columns: bool,
 }
 
+impl<'a> Request<'a> {
+    /// A request with nothing stated but the model, its parameters' values and the log: the last third
+    /// of it is kept apart to judge by, inertial parameters may be any numbers, every coordinate is learnt from.
+    pub fn new(
+        source: Source<'a>,
+        compiled: &'a Compiled,
+        parameters: &'a [f64],
+        train: &'a Log,
+    ) -> Self {
+        Self {
+            source,
+            compiled,
+            parameters,
+            train,
+            test: None,
+            inertia: Inertia::Linear,
+            leave_out: &[],
+            trust_columns: false,
+        }
+    }
+}
+
 /// A number with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Value {
@@ -110,6 +132,7 @@ pub struct Value {
 
 /// A group of terms that the model lacked.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Term {
     /// What its effects say that they are part of: `term friction;`.
     pub term: String,
@@ -145,6 +168,7 @@ struct Details {
 
 /// What was found.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct Fit {
     /// Error of the model as given, on data that nothing was fitted to.
     pub before: Error,

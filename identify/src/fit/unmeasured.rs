@@ -43,14 +43,8 @@ mod tests {
             library: &library,
         };
         let request = Request {
-            source,
-            compiled: &compiled,
-            parameters: &[2.0],
-            train: &log,
-            test: None,
             inertia: Inertia::Fixed,
-            leave_out: &[],
-            trust_columns: false,
+            ..Request::new(source, &compiled, &[2.0], &log)
         };
         let found = fit(&request).unwrap();
         let friction = found.terms.iter().find(|term| term.term == "friction");

@@ -6,6 +6,7 @@ use std::ops::Range;
 /// Samples in whose place stands what their neighbours say: no measurements, and without weight.
 /// A flag per sample and coordinate; none at all where nothing of a channel is set aside.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
 pub struct Aside {
     /// Of the positions.
     pub q: Vec<Vec<bool>>,

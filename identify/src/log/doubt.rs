@@ -7,6 +7,7 @@ use std::ops::Range;
 /// were hit: a blow, or a wild sample beside quick motion. Which of the two, a model can say that
 /// foretells the motion with either.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Doubt {
     /// Which of the record's inputs.
     pub input: usize,

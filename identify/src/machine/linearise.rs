@@ -45,6 +45,7 @@ pub struct Lineariser {
 /// states, `N = 2n + s`; of these `r` free; `k` inputs and `d` delayed ones; `p` outputs and sensors,
 /// in this order:
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Linearisation {
     /// `T`, `N×r`: what `ξ` does to positions, velocities and internal states.
     pub basis: DMatrix<f64>,

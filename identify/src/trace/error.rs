@@ -7,6 +7,7 @@ use dynamics_codegen::Report;
 
 /// Why a log could not be traced.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum TraceError {
     /// The log cannot be used.
     #[error(transparent)]

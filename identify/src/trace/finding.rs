@@ -16,6 +16,7 @@ use std::collections::BTreeMap;
 /// What kind of error the model has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Verdict {
     /// A force is missing.
     Effect,
@@ -31,6 +32,7 @@ pub enum Verdict {
 
 /// A parameter's estimate.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct ParameterEstimate {
     /// The estimate.
     pub value: f64,
@@ -86,6 +88,7 @@ impl Rival {
 
 /// One thing the model lacks.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Finding {
     /// The effect, or `parameter`.
     pub effect: String,

@@ -16,6 +16,7 @@ use std::collections::BTreeMap;
 
 /// Which samples served what.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Split {
     /// The log that was learnt from.
     pub train_log: String,
@@ -32,6 +33,7 @@ pub struct Split {
 /// What effects were found in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Basis {
     /// Motion as it follows from inputs: what explains it leaves sensor noise.
     Motion,
@@ -43,6 +45,7 @@ pub enum Basis {
 /// How it is known what inputs do between samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum HoldIs {
     /// The request says so.
     Stated,
@@ -105,6 +108,7 @@ pub struct Nearest {
 
 /// What was found.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct Outcome {
     /// What kind of error the model has.
     pub verdict: Verdict,

@@ -5,6 +5,7 @@ use std::fmt;
 
 /// A part of the work; the parts follow one another, those of the search more than once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
 pub enum Stage {
     /// The columns are looked at: are they what they are taken for?
     Columns,
@@ -45,6 +46,7 @@ impl fmt::Display for Stage {
 /// Why a search ends before it is done.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Ended {
     /// It may take no longer.
     TimeLimit,

@@ -11,6 +11,7 @@ use serde::Serialize;
 
 /// What the accepted terms leave.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Remaining {
     /// Root mean square of the accelerations that unexplained forces make, as a share of
     /// the machine's own, under the model as given; in the balance of forces these, as a share of
@@ -28,6 +29,7 @@ pub struct Remaining {
 
 /// A force of unknown form on one coordinate.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct RemainingForce {
     /// The coordinate that it acts on.
     pub coordinate: String,

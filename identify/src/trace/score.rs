@@ -14,6 +14,7 @@ use std::sync::Arc;
 
 /// Root mean squares per coordinate, and over all.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Errors {
     /// By coordinate, in its unit.
     pub per_coordinate: BTreeMap<String, f64>,
@@ -25,6 +26,7 @@ pub struct Errors {
 
 /// Open-loop prediction errors of the positions.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct RolloutErrors {
     /// How long each prediction runs, s.
     pub horizon: f64,
@@ -39,6 +41,7 @@ pub struct RolloutErrors {
 
 /// How far a model is from a log.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Score {
     /// One-step acceleration error: the model at Savitzky–Golay states (order 4,
     /// 0.15 s) against the measured acceleration, or the same filter's derivative

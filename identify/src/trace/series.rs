@@ -14,6 +14,7 @@ use serde::Serialize;
 
 /// Curves and candidates: what a report shows beside the figures.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Details {
     /// The candidates of the first round, best first.
     pub considered: Vec<Weighed>,
@@ -39,6 +40,7 @@ pub struct Weighed {
 
 /// Curves along the log that is judged by; `null` in JSON where there is no value.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Series {
     /// Every how many samples the residuals are taken.
     pub stride: usize,
@@ -60,6 +62,7 @@ pub struct Series {
 
 /// Curves of one coordinate with unit \[U\].
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct CoordinateSeries {
     /// Its name.
     pub name: String,
@@ -83,6 +86,7 @@ pub struct CoordinateSeries {
 
 /// What one finding explains beside the others: partial residuals.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Explained {
     /// The effect, or `parameter`.
     pub effect: String,
@@ -95,6 +99,7 @@ pub struct Explained {
 
 /// Predictions of a position at `prediction_t`, U; no number where one ends.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Prediction {
     /// What was measured.
     pub measured: Vec<f64>,
@@ -106,6 +111,7 @@ pub struct Prediction {
 
 /// An input at `t`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct InputSeries {
     /// Its name.
     pub name: String,

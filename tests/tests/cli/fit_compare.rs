@@ -36,19 +36,20 @@ fn compared(model: &str, scenario: &str, points: usize) -> (Option<Fit>, Compari
     library.look_in(folder);
     let read = |name| Log::read(format!("{DATA}/{scenario}/{name}.csv.gz")).unwrap();
     let (train, test) = (read("train"), read("test"));
+    let values = parameters(&compiled, scenario);
     let request = Request {
-        source: Source {
-            name: model,
-            text: &text,
-            library: &library,
-        },
-        compiled: &compiled,
-        parameters: &parameters(&compiled, scenario),
-        train: &train,
         test: Some(&test),
         inertia: Inertia::Fixed,
-        leave_out: &[],
-        trust_columns: false,
+        ..Request::new(
+            Source {
+                name: model,
+                text: &text,
+                library: &library,
+            },
+            &compiled,
+            &values,
+            &train,
+        )
     };
     let settings = Settings {
         points: Some(points),
@@ -163,20 +164,16 @@ fn a_machine_without_inputs_is_learnt_too() {
     let library = Library::empty();
     let compiled = compile_bytes("passive.model", PASSIVE.as_bytes(), &library).unwrap();
     let log = Log::from_bytes("swing.csv", swing().as_bytes()).unwrap();
-    let request = Request {
-        source: Source {
+    let request = Request::new(
+        Source {
             name: "passive.model",
             text: PASSIVE,
             library: &library,
         },
-        compiled: &compiled,
-        parameters: &[],
-        train: &log,
-        test: None,
-        inertia: Inertia::Linear,
-        leave_out: &[],
-        trust_columns: false,
-    };
+        &compiled,
+        &[],
+        &log,
+    );
     let (fit, table) = compare(&request, &SETTINGS).unwrap();
     assert!(fit.is_none() && table.notes[0].contains("no input"));
     let analytic = total(&table, Kind::Analytic);

@@ -67,6 +67,7 @@ pub enum Base {
 
 /// By how much predicted accelerations miss `A a = b`, in the constraints' own units.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct ConstraintError {
     /// Root mean square of `‖A a − b‖` over samples.
     pub rms: f64,
@@ -76,6 +77,7 @@ pub struct ConstraintError {
 
 /// A trained Gaussian process.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Process {
     /// What it stands for: a coordinate, or a direction.
     pub of: String,
@@ -90,6 +92,7 @@ pub struct Process {
 
 /// One model's figures.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Row {
     /// Which model.
     pub model: Kind,
@@ -115,6 +118,7 @@ pub struct Row {
 
 /// The table.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Comparison {
     /// The models.
     pub rows: Vec<Row>,

@@ -91,6 +91,7 @@ pub struct Dependence {
 
 /// A set of variables that a force might depend on.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Tried {
     /// The variables.
     pub variables: Vec<String>,
