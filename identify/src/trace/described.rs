@@ -104,9 +104,10 @@ fn with_option(text: &str, statement: &Statement, option: &str, value: &str) -> 
 mod tests {
     use super::*;
     use crate::log::Log;
-    use crate::trace::{Request, Verdict, trace};
+    use crate::trace::{Progress, Request, Stage, Verdict, trace};
     use dynamics_codegen::Library;
     use std::fmt::Write;
+    use std::sync::Mutex;
 
     const ARM: &str = r#"<robot name="arm">
   <link name="base"/>
@@ -163,12 +164,33 @@ mod tests {
         Log::from_bytes("arm.csv", text.as_bytes()).unwrap()
     }
 
+    /// What the search looked at, with the terms that were accepted then.
+    #[derive(Debug, Default)]
+    struct Stages(Mutex<Vec<(Stage, usize)>>);
+
+    impl Progress for Stages {
+        fn enter(&self, stage: Stage, found: &[String]) {
+            self.0.lock().unwrap().push((stage, found.len()));
+        }
+
+        fn notice(&self, _: &str) {}
+    }
+
     #[test]
     fn a_wrong_length_is_named_and_no_effects_in_its_stead() {
         let mut library = Library::builtin();
         library.add_file("arm.urdf", "arm.urdf", ARM);
         let model = "model arm;\n\nurdf \"arm.urdf\";\n";
-        let outcome = trace(&Request::new("arm", model, &library, &log(0.37))).unwrap();
+        let (log, stages) = (log(0.37), Stages::default());
+        let request = Request {
+            progress: &stages,
+            ..Request::new("arm", model, &library, &log)
+        };
+        let outcome = trace(&request).unwrap();
+        // Many effects take long, and are not asked where one number explains the log.
+        let most = |stages: &[(Stage, usize)]| stages.iter().map(|(_, terms)| *terms).max();
+        let looked_at = stages.0.lock().unwrap();
+        assert!(most(&looked_at) <= Some(2), "{looked_at:?}");
         let findings = &outcome.findings;
         assert_eq!(outcome.verdict, Verdict::Parameter, "{findings:#?}");
         assert_eq!(findings.len(), 1, "{findings:#?}");

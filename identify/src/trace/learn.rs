@@ -38,6 +38,14 @@ pub(super) struct Learnt {
     pub basis: Basis,
 }
 
+/// Where the explanation of the motion was found.
+enum Explained {
+    /// Terms of the model as given.
+    AsGiven(Selection),
+    /// Numbers of its robot description.
+    Described(Box<Learnt>),
+}
+
 /// How a log is looked at.
 pub(super) struct Learner<'a> {
     /// The model.
@@ -76,14 +84,19 @@ impl Learner<'_> {
             Some(forces) if immobile || is_plain(&dictionary, &forces) => (Basis::Forces, forces),
             Some(forces) if forces.terms.len() >= MANY => {
                 match self.explained(&dictionary, &forces) {
-                    Some(motion) => (Basis::Motion, motion),
+                    Some(Explained::AsGiven(motion)) => (Basis::Motion, motion),
+                    Some(Explained::Described(learnt)) => return Ok(*learnt),
                     None => (Basis::Forces, forces),
                 }
             }
             few => {
-                let motion = self
-                    .by_motion(&dictionary, few.as_ref(), MAX_TERMS)
+                let explained = self
+                    .in_few_terms_or_many(&dictionary, few.as_ref())
                     .map_err(located)?;
+                let motion = match explained {
+                    Explained::AsGiven(motion) => motion,
+                    Explained::Described(learnt) => return Ok(*learnt),
+                };
                 let errs = motion.forces_remain() || self.felt.noisy_inputs().next().is_some();
                 let nearer =
                     few.filter(|forces| errs && self.is_nearer(&dictionary, forces, &motion));
@@ -98,7 +111,16 @@ impl Learner<'_> {
         let is_suspicious =
             !is_settled && (selection.forces_remain() || selection.terms.len() > FEW_TERMS);
         let described = match is_suspicious && !immobile && self.progress.ended().is_none() {
-            true => self.by_description(&selection),
+            true => {
+                let is_better = |other: &Selection| {
+                    other.explains_with_less(&selection) || other.leaves_much_less(&selection)
+                };
+                let at_most = match selection.terms.len() >= MANY {
+                    true => FEW_TERMS,
+                    false => MAX_TERMS,
+                };
+                self.by_description(is_better, at_most)
+            }
             false => None,
         };
         Ok(described.unwrap_or(Learnt {
@@ -163,15 +185,19 @@ impl Learner<'_> {
     }
 
     /// What explains the motion up to sensor noise where the balance of forces says that a lot is missing. One
-    /// sensor that misreads makes forces everywhere: a few terms that explain it are right. What the
-    /// balance leaves a lot of beside all that it says, it has not found: from there the motion goes on, unless
-    /// that is so much that it would take longer than anyone waits, or foretells the motion clearly better already.
-    fn explained(&self, dictionary: &Dictionary, forces: &Selection) -> Option<Selection> {
+    /// sensor that misreads, or one length that is wrong, makes forces everywhere: a few terms that explain it are
+    /// right. What the balance leaves a lot of beside all that it says, it has not found: from there the motion
+    /// goes on, unless that is so much that it would take longer than anyone waits, or foretells the motion clearly
+    /// better already.
+    fn explained(&self, dictionary: &Dictionary, forces: &Selection) -> Option<Explained> {
         let few = self.by_motion(dictionary, None, FEW_TERMS);
         if let Ok(few) = few
             && few.explains_with_less(forces)
         {
-            return Some(few);
+            return Some(Explained::AsGiven(few));
+        }
+        if let Some(described) = self.by_description(Selection::leaves_nothing, FEW_TERMS) {
+            return Some(Explained::Described(Box::new(described)));
         }
         if leaves_nearly_nothing(forces)
             || forces.terms.len() >= MAX_TERMS
@@ -180,7 +206,30 @@ impl Learner<'_> {
             return None;
         }
         let all = self.by_motion(dictionary, Some(forces), MAX_TERMS).ok()?;
-        (!all.forces_remain()).then_some(all)
+        (!all.forces_remain()).then_some(Explained::AsGiven(all))
+    }
+
+    /// What the motion says, beginning with what the balance of forces does. Where a few terms leave forces, numbers
+    /// of a robot description that leave none are asked before many terms: one wrong length looks like many effects.
+    fn in_few_terms_or_many(
+        &self,
+        dictionary: &Dictionary,
+        suggested: Option<&Selection>,
+    ) -> Result<Explained, SolveError> {
+        let mut begun = None;
+        if opened(self.source.text).is_some() {
+            let few = self.by_motion(dictionary, None, FEW_TERMS)?;
+            if !few.forces_remain() {
+                return Ok(Explained::AsGiven(few));
+            }
+            if let Some(described) = self.by_description(Selection::leaves_nothing, FEW_TERMS) {
+                return Ok(Explained::Described(Box::new(described)));
+            }
+            begun = Some(few);
+        }
+        let suggested = suggested.or(begun.as_ref());
+        let motion = self.by_motion(dictionary, suggested, MAX_TERMS)?;
+        Ok(Explained::AsGiven(motion))
     }
 
     /// What the motion says, beginning with what was suggested, and going on to so many terms.
@@ -201,30 +250,30 @@ impl Learner<'_> {
     }
 
     /// What the log says where all numbers of the model's robot description may be wrong, if
-    /// that explains it better than `selection`. First these numbers are asked alone: beside
-    /// all effects they are dear.
-    fn by_description(&self, selection: &Selection) -> Option<Learnt> {
+    /// that is better. First so many of these numbers are asked alone: beside all effects they are dear.
+    fn by_description(
+        &self,
+        is_better: impl Fn(&Selection) -> bool,
+        at_most: usize,
+    ) -> Option<Learnt> {
         let text = opened(self.source.text)?;
         self.progress.enter(Stage::Derive, &[]);
         let opened = Source {
             text: &text,
             ..self.source
         };
-        let is_better = |other: &Selection| {
-            other.explains_with_less(selection) || other.leaves_much_less(selection)
-        };
         // Neither compiles where the model has names of its own like the description's.
         let numbers = Dictionary::of_parameters(&opened, self.ranges).ok()?;
-        let at_most = match selection.terms.len() >= MANY {
-            true => FEW_TERMS,
-            false => MAX_TERMS,
-        };
         let alone = self.by_motion(&numbers, None, at_most).ok()?;
         if !is_better(&alone) {
             return None;
         }
         let dictionary = Dictionary::new(&opened, self.ranges).ok()?;
-        let selection = self.by_motion(&dictionary, None, MAX_TERMS).ok()?;
+        let at_most = match alone.leaves_nothing() {
+            true => at_most,
+            false => MAX_TERMS,
+        };
+        let selection = self.by_motion(&dictionary, None, at_most).ok()?;
         is_better(&selection).then_some(Learnt {
             dictionary,
             selection,

@@ -67,6 +67,11 @@ impl Selection {
         self.estimate.leaves_forces()
     }
 
+    /// Whether noise of the sensors explains the log as well as forces beside the terms would, or better.
+    pub(super) fn leaves_nothing(&self) -> bool {
+        !self.forces_remain() || self.remaining.forces.is_empty()
+    }
+
     /// Whether this leaves no forces, and has fewer terms.
     pub(super) fn explains_with_less(&self, than: &Self) -> bool {
         !self.forces_remain() && self.terms.len() < than.terms.len()
