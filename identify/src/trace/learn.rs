@@ -41,7 +41,7 @@ pub(super) struct Learnt {
 /// Where the explanation of the motion was found.
 enum Explained {
     /// Terms of the model as given.
-    AsGiven(Selection),
+    AsGiven(Box<Selection>),
     /// Numbers of its robot description.
     Described(Box<Learnt>),
 }
@@ -84,7 +84,7 @@ impl Learner<'_> {
             Some(forces) if immobile || is_plain(&dictionary, &forces) => (Basis::Forces, forces),
             Some(forces) if forces.terms.len() >= MANY => {
                 match self.explained(&dictionary, &forces) {
-                    Some(Explained::AsGiven(motion)) => (Basis::Motion, motion),
+                    Some(Explained::AsGiven(motion)) => (Basis::Motion, *motion),
                     Some(Explained::Described(learnt)) => return Ok(*learnt),
                     None => (Basis::Forces, forces),
                 }
@@ -94,7 +94,7 @@ impl Learner<'_> {
                     .in_few_terms_or_many(&dictionary, few.as_ref())
                     .map_err(located)?;
                 let motion = match explained {
-                    Explained::AsGiven(motion) => motion,
+                    Explained::AsGiven(motion) => *motion,
                     Explained::Described(learnt) => return Ok(*learnt),
                 };
                 let errs = motion.forces_remain() || self.felt.noisy_inputs().next().is_some();
@@ -194,7 +194,7 @@ impl Learner<'_> {
         if let Ok(few) = few
             && few.explains_with_less(forces)
         {
-            return Some(Explained::AsGiven(few));
+            return Some(Explained::AsGiven(Box::new(few)));
         }
         if let Some(described) = self.by_description(Selection::leaves_nothing, FEW_TERMS) {
             return Some(Explained::Described(Box::new(described)));
@@ -206,7 +206,7 @@ impl Learner<'_> {
             return None;
         }
         let all = self.by_motion(dictionary, Some(forces), MAX_TERMS).ok()?;
-        (!all.forces_remain()).then_some(Explained::AsGiven(all))
+        (!all.forces_remain()).then_some(Explained::AsGiven(Box::new(all)))
     }
 
     /// What the motion says, beginning with what the balance of forces does. Where a few terms leave forces, numbers
@@ -220,7 +220,7 @@ impl Learner<'_> {
         if opened(self.source.text).is_some() {
             let few = self.by_motion(dictionary, None, FEW_TERMS)?;
             if !few.forces_remain() {
-                return Ok(Explained::AsGiven(few));
+                return Ok(Explained::AsGiven(Box::new(few)));
             }
             if let Some(described) = self.by_description(Selection::leaves_nothing, FEW_TERMS) {
                 return Ok(Explained::Described(Box::new(described)));
@@ -229,7 +229,7 @@ impl Learner<'_> {
         }
         let suggested = suggested.or(begun.as_ref());
         let motion = self.by_motion(dictionary, suggested, MAX_TERMS)?;
-        Ok(Explained::AsGiven(motion))
+        Ok(Explained::AsGiven(Box::new(motion)))
     }
 
     /// What the motion says, beginning with what was suggested, and going on to so many terms.
