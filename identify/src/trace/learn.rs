@@ -38,7 +38,7 @@ pub(super) struct Learnt {
     pub basis: Basis,
 }
 
-/// Where the explanation of the motion was found.
+/// In what the motion was explained.
 enum Explained {
     /// Terms of the model as given.
     AsGiven(Box<Selection>),
@@ -190,14 +190,10 @@ impl Learner<'_> {
     /// goes on, unless that is so much that it would take longer than anyone waits, or foretells the motion clearly
     /// better already.
     fn explained(&self, dictionary: &Dictionary, forces: &Selection) -> Option<Explained> {
-        let few = self.by_motion(dictionary, None, FEW_TERMS);
-        if let Ok(few) = few
-            && few.explains_with_less(forces)
-        {
-            return Some(Explained::AsGiven(Box::new(few)));
-        }
-        if let Some(described) = self.by_description(Selection::leaves_nothing, FEW_TERMS) {
-            return Some(Explained::Described(Box::new(described)));
+        match self.in_few_terms(dictionary) {
+            Ok(Explained::AsGiven(few)) if few.forces_remain() => {}
+            Ok(explained) => return Some(explained),
+            Err(_) => {}
         }
         if leaves_nearly_nothing(forces)
             || forces.terms.len() >= MAX_TERMS
@@ -209,8 +205,21 @@ impl Learner<'_> {
         (!all.forces_remain()).then_some(Explained::AsGiven(Box::new(all)))
     }
 
-    /// What the motion says, beginning with what the balance of forces does. Where a few terms leave forces, numbers
-    /// of a robot description that leave none are asked before many terms: one wrong length looks like many effects.
+    /// What few terms of the motion say; where they leave forces, few numbers of a robot description in their place
+    /// that leave none. One wrong length looks like many effects.
+    fn in_few_terms(&self, dictionary: &Dictionary) -> Result<Explained, SolveError> {
+        let few = self.by_motion(dictionary, None, FEW_TERMS)?;
+        if few.forces_remain()
+            && self.progress.ended().is_none()
+            && let Some(described) = self.by_description(Selection::leaves_nothing, FEW_TERMS)
+        {
+            return Ok(Explained::Described(Box::new(described)));
+        }
+        Ok(Explained::AsGiven(Box::new(few)))
+    }
+
+    /// What the motion says, beginning with what the balance of forces does; where there is a robot description
+    /// whose numbers are not open, in few terms first.
     fn in_few_terms_or_many(
         &self,
         dictionary: &Dictionary,
@@ -218,16 +227,12 @@ impl Learner<'_> {
     ) -> Result<Explained, SolveError> {
         let mut begun = None;
         if opened(self.source.text).is_some() {
-            let few = self.by_motion(dictionary, None, FEW_TERMS)?;
-            if !few.forces_remain() {
-                return Ok(Explained::AsGiven(Box::new(few)));
+            match self.in_few_terms(dictionary)? {
+                Explained::AsGiven(few) if few.forces_remain() => begun = Some(few),
+                explained => return Ok(explained),
             }
-            if let Some(described) = self.by_description(Selection::leaves_nothing, FEW_TERMS) {
-                return Ok(Explained::Described(Box::new(described)));
-            }
-            begun = Some(few);
         }
-        let suggested = suggested.or(begun.as_ref());
+        let suggested = suggested.or(begun.as_deref());
         let motion = self.by_motion(dictionary, suggested, MAX_TERMS)?;
         Ok(Explained::AsGiven(Box::new(motion)))
     }
