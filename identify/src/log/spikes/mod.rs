@@ -34,6 +34,9 @@ const FOLLOWS: (f64, f64, usize) = (2.0, 0.9, 4);
 const USUAL: (f64, f64) = (0.02, 0.98);
 /// An input that steps is wild this share of its usual range outside it.
 const OUTSIDE: f64 = 0.5;
+/// Where a log begins or ends a signal may have a corner: its values there go on from the next ones in steps of no
+/// more than so many of the step after them.
+const CORNER: f64 = 2.0;
 
 /// The wild samples of an angle as it was read, which may jump by whole turns.
 pub(super) fn of_angle(t: &[f64], values: &[f64]) -> Vec<bool> {
@@ -130,6 +133,7 @@ impl Kind<'_> {
             change::agrees(&stretch, velocities, group).unwrap_or(true)
         };
         let is_real = |group: &Range<usize>| match self {
+            _ if is_corner(values, segments, group) => true,
             Self::Motion => false,
             Self::Acceleration(answers, velocity) => {
                 answers.to(group) && velocity.is_none_or(|v| kept(v, group))
@@ -188,6 +192,25 @@ fn doubtful(
 fn steps(values: &[f64]) -> bool {
     let changes: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
     mad_sd(&changes) == Some(0.0)
+}
+
+/// Whether samples at an end of the log go on from those beside them: what goes on from there in a straight line
+/// comes as near to them as that changes from sample to sample.
+fn is_corner(values: &[f64], segments: &[Range<usize>], group: &Range<usize>) -> bool {
+    let Some(segment) = segments.iter().find(|s| s.contains(&group.start)) else {
+        return false;
+    };
+    let step = |k: usize| (values[k + 1] - values[k]).abs();
+    let is_no_more = |mut steps: Range<usize>, beside: usize| {
+        let most = CORNER * step(beside);
+        steps.all(|k| step(k) <= most)
+    };
+    let begins = || group.end + 1 < segment.end && is_no_more(group.clone(), group.end);
+    let ends = || {
+        group.start > segment.start + 1
+            && is_no_more(group.start - 1..group.end - 1, group.start - 2)
+    };
+    (group.start == segment.start && begins()) || (group.end == segment.end && ends())
 }
 
 /// Whether what a drive puts out changes with a command, or soon after.

@@ -151,6 +151,20 @@ fn signals_that_step_are_not_wild() {
     }
 }
 
+/// A controller that begins with a large error: its first two commands are alike, as it sees the same twice, and
+/// fall fast from there. What ends a log may be as violent.
+#[test]
+fn a_log_may_begin_and_end_with_a_corner() {
+    let violent = |k: usize| {
+        let since = (k as f64 - 1.0).max(0.0);
+        wave(k) * 0.1 + 60.0 * (-0.3 * since).exp() * (0.4 * since).cos()
+    };
+    let record = cart(violent, |_, _| {});
+    assert_eq!(wild(&record), [""; 0]);
+    let record = cart(|k| violent(599 - k), |_, _| {});
+    assert_eq!(wild(&record), [""; 0]);
+}
+
 /// A ball on the floor: its velocity jumps, its position has a corner.
 #[test]
 fn a_bounce_is_not_wild() {
