@@ -35,7 +35,8 @@ const USUAL: (f64, f64) = (0.02, 0.98);
 /// An input that steps is wild this share of its usual range outside it.
 const OUTSIDE: f64 = 0.5;
 /// Where a log begins or ends a signal may have a corner: its values there go on from the next ones in steps of no
-/// more than so many of the step after them.
+/// more than so many times the step after them (no unit). Without it the first commands of a controller that is
+/// switched on far from its goal are set aside, and the true model leaves forces there.
 const CORNER: f64 = 2.0;
 
 /// The wild samples of an angle as it was read, which may jump by whole turns.
@@ -194,8 +195,7 @@ fn steps(values: &[f64]) -> bool {
     mad_sd(&changes) == Some(0.0)
 }
 
-/// Whether samples at an end of the log go on from those beside them: what goes on from there in a straight line
-/// comes as near to them as that changes from sample to sample.
+/// Whether samples at an end of the log, which have neighbours on one side only, go on from these in steps like theirs.
 fn is_corner(values: &[f64], segments: &[Range<usize>], group: &Range<usize>) -> bool {
     let Some(segment) = segments.iter().find(|s| s.contains(&group.start)) else {
         return false;
