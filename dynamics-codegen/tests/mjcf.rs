@@ -123,7 +123,9 @@ fn check_drives(name: &str, robot: &Value, compiled: &Compiled) {
     let drives = list(&robot["drives"]);
     let model = &compiled.model;
     if drives.is_empty() {
-        assert_eq!(model.inputs.len(), model.coordinates.len(), "{name}");
+        // One for every joint with one freedom; what turns by a quaternion has a constraint for its four.
+        let single = model.coordinates.len() - 4 * model.constraints.len();
+        assert_eq!(model.inputs.len(), single, "{name}");
         return;
     }
     assert_eq!(model.inputs.len(), drives.len(), "{name}");
@@ -145,7 +147,7 @@ fn check_drives(name: &str, robot: &Value, compiled: &Compiled) {
 #[test]
 fn the_equations_are_those_of_mujoco() {
     let figures: Value = serde_json::from_str(FIGURES).expect("JSON");
-    for name in ["chain", "several", "classes", "geoms", "walker"] {
+    for name in ["chain", "several", "classes", "geoms", "walker", "balls"] {
         check(name, &figures[name]);
     }
 }
@@ -221,4 +223,37 @@ fn a_free_joint_is_locked_at_home() {
         .map(|&output| graph.as_constant(output).expect("a constant"))
         .collect();
     compare("the trunk", &place, &[0.2, -0.1, 0.6]);
+}
+
+/// Damping has a law for a ball, dry friction none that is linear in the rates of a quaternion.
+#[test]
+fn dry_friction_of_a_ball_is_said_to_be_ignored() {
+    let robot = "\
+<robot name=\"bob\">
+  <link name=\"hook\"/>
+  <link name=\"rod\">
+    <inertial>
+      <origin xyz=\"0 0 -0.4\"/> <mass value=\"1.2\"/>
+      <inertia ixx=\"0.02\" ixy=\"0\" ixz=\"0\" iyy=\"0.02\" iyz=\"0\" izz=\"0.004\"/>
+    </inertial>
+  </link>
+  <joint name=\"swing\" type=\"spherical\">
+    <parent link=\"hook\"/> <child link=\"rod\"/>
+    <dynamics damping=\"0.02\" friction=\"0.1\"/>
+  </joint>
+</robot>
+";
+    let warnings = |robot: &str| {
+        let compiled = compile("bob.urdf", robot, &Library::builtin());
+        let compiled = compiled.unwrap_or_else(|report| panic!("{report}"));
+        compiled.warnings.render()
+    };
+    insta::assert_snapshot!(warnings(robot), @r#"
+    warning: the dry friction of the ball joint `swing` is ignored
+      --> bob.urdf:11:5
+       |
+    11 |     <dynamics damping="0.02" friction="0.1"/>
+       |     ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^ its damping is read
+    "#);
+    assert_eq!(warnings(&robot.replace("friction=\"0.1\"", "")), "");
 }

@@ -16,26 +16,27 @@ from figures import hold
 
 HERE = Path(__file__).resolve().parent
 MODELS = HERE / "models"
-NAMES = ["chain", "several", "classes", "geoms", "walker"]
+NAMES = ["chain", "several", "classes", "geoms", "walker", "balls"]
 TOLERANCE = 1e-12
 STATES = 6
 SEED = 11
+# Joints that turn by a quaternion, with the names of their coordinates: those that slide, then those of the quaternion.
+TURN = ["qx", "qy", "qz", "qw"]
+PARTS = {int(mujoco.mjtJoint.mjJNT_FREE): ["x", "y", "z", *TURN], int(mujoco.mjtJoint.mjJNT_BALL): TURN}
 
 
 def joints(model):
     """Name, kind and places of every joint, in MuJoCo's order."""
     for index in range(model.njnt):
-        yield (model.joint(index).name, model.jnt_type[index], model.jnt_qposadr[index],
+        yield (model.joint(index).name, int(model.jnt_type[index]), model.jnt_qposadr[index],
                model.jnt_dofadr[index])
 
 
 def names(model):
     """The coordinates that the reader makes of the joints."""
-    free = ["x", "y", "z", "qx", "qy", "qz", "qw"]
     found = []
     for name, kind, _, _ in joints(model):
-        is_free = kind == mujoco.mjtJoint.mjJNT_FREE
-        found += [f"{name}_{part}" for part in free] if is_free else [name]
+        found += [f"{name}_{part}" for part in PARTS[kind]] if kind in PARTS else [name]
     return found
 
 
@@ -43,10 +44,11 @@ def state(model, random):
     """Positions and velocities drawn at random."""
     data = mujoco.MjData(model)
     for _, kind, place, _ in joints(model):
-        if kind == mujoco.mjtJoint.mjJNT_FREE:
+        if kind in PARTS:
             quaternion = random.normal(size=4)
-            data.qpos[place:place + 3] = random.uniform(-1, 1, 3)
-            data.qpos[place + 3:place + 7] = quaternion / np.linalg.norm(quaternion)
+            slides = len(PARTS[kind]) - 4
+            data.qpos[place:place + slides] = random.uniform(-1, 1, slides)
+            data.qpos[place + slides:place + slides + 4] = quaternion / np.linalg.norm(quaternion)
         else:
             data.qpos[place] = random.uniform(-1, 1)
     data.qvel[:] = random.uniform(-2, 2, model.nv)
@@ -56,17 +58,19 @@ def state(model, random):
 def rates(model, data):
     """The rates of our coordinates by MuJoCo's velocities, a matrix.
 
-    Those of a free joint are the origin's along the world's axes and the body's own turning:
-    the quaternion (w, v) changes by half of (-v, w + v x) times that. Ours has w last.
+    Those of a free joint are the origin's along the world's axes and the body's own turning, those of a ball this
+    turning alone: the quaternion (w, v) changes by half of (-v, w + v x) times that. Ours has w last.
     """
     blocks = np.zeros((model.nq, model.nv))
     for _, kind, place, dof in joints(model):
-        if kind != mujoco.mjtJoint.mjJNT_FREE:
+        if kind not in PARTS:
             blocks[place, dof] = 1
             continue
-        blocks[place:place + 3, dof:dof + 3] = np.eye(3)
-        w, x, y, z = data.qpos[place + 3:place + 7]
-        blocks[place + 3:place + 7, dof + 3:dof + 6] = 0.5 * np.array([
+        slides = len(PARTS[kind]) - 4
+        blocks[place:place + slides, dof:dof + slides] = np.eye(slides)
+        place, dof = place + slides, dof + slides
+        w, x, y, z = data.qpos[place:place + 4]
+        blocks[place:place + 4, dof:dof + 3] = 0.5 * np.array([
             [w, -z, y],
             [z, w, -x],
             [-y, x, w],
@@ -79,9 +83,10 @@ def positions(model, data):
     """Our coordinates."""
     ours = data.qpos.copy()
     for _, kind, place, _ in joints(model):
-        if kind == mujoco.mjtJoint.mjJNT_FREE:
-            w, *v = data.qpos[place + 3:place + 7]
-            ours[place + 3:place + 7] = [*v, w]
+        if kind in PARTS:
+            place += len(PARTS[kind]) - 4
+            w, *v = data.qpos[place:place + 4]
+            ours[place:place + 4] = [*v, w]
     return ours
 
 

@@ -83,6 +83,7 @@ fn joint(joint: &Joint) -> &'static str {
         Joint::Revolute { .. } => "turns on",
         Joint::Prismatic { .. } => "slides on",
         Joint::Planar { .. } => "in a plane of",
+        Joint::Ball(_) => "turns freely on",
         Joint::Floating(_) | Joint::Free(_) => "free of",
         Joint::Driven { .. } => "driven on",
     }

@@ -47,15 +47,7 @@ impl<'a, 't> Reader<'_, 'a, 't> {
             None => "hinge",
         };
         if kind == "ball" {
-            let message = format!(
-                "{} is a ball, which has no angles to be coordinates",
-                part.owner
-            );
-            let at = part.given(self, "type").map(|given| given.span());
-            self.report(Diagnostic::error(at.unwrap_or(part.element.tag()), message).help(
-                "write three hinges about perpendicular axes in its stead: <joint axis=\"1 0 0\"/>, <joint axis=\"0 1 0\"/>, <joint axis=\"0 0 1\"/>",
-            ));
-            return None;
+            return Some(self.ball(part, outer));
         }
         let turns = kind == "hinge";
         let axis = self.axis(part, outer);
@@ -82,18 +74,36 @@ impl<'a, 't> Reader<'_, 'a, 't> {
         })
     }
 
+    fn ball(&mut self, part: &Part<'a, 't>, outer: &Placement) -> Motion {
+        let anchor = part.vector(self, "pos", "lengths in m").unwrap_or_default();
+        self.ignore(part, "ball", &["stiffness"]);
+        Motion {
+            kind: JointKind::Ball,
+            anchor: Some(outer.point(anchor)),
+            zero: Placement::IDENTITY,
+            losses: self.losses(part),
+            armature: self.acting(part, "armature", "an inertia in kg·m² or kg"),
+            spring: None,
+        }
+    }
+
+    /// Counts numbers of a joint that do nothing here among what is ignored.
+    fn ignore(&mut self, part: &Part<'a, 't>, kind: &str, names: &[&str]) {
+        for name in names {
+            if self.acting(part, name, "a number") != 0.0 {
+                let what = format!("`{name}` of a {kind} <joint>");
+                self.ignored.add(what, 1, part.element.tag());
+            }
+        }
+    }
+
     fn free(&mut self, part: &Part<'a, 't>, home: Placement) -> Motion {
         let short = part.element.name() == "freejoint";
         let rule = if short { &FREEJOINT } else { &JOINT };
         self.check_attributes(part.element, rule, &part.owner);
         if !short {
-            for name in ["armature", "damping", "frictionloss", "stiffness"] {
-                let value = self.acting(part, name, "a number");
-                if value != 0.0 {
-                    let what = format!("`{name}` of a free <joint>");
-                    self.ignored.add(what, 1, part.element.tag());
-                }
-            }
+            let names = ["armature", "damping", "frictionloss", "stiffness"];
+            self.ignore(part, "free", &names);
         }
         Motion {
             kind: JointKind::Floating { home },

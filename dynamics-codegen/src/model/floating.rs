@@ -1,10 +1,13 @@
-//! What floats in a robot description: by seven coordinates and their rates, or by a twist.
+//! What floats in a robot description, by seven coordinates and their rates or by a twist, and what turns in a ball
+//! joint.
 
 use super::configuration::{POSE, Pose, TWIST};
 use super::names::Binding;
 use super::robot::Assembly;
 use super::{Constraint, ConstraintKind};
+use crate::diagnostic::Diagnostic;
 use crate::dimension::Dimension;
+use crate::robot::{Joint, Losses};
 use crate::source::Span;
 use crate::syntax::Name;
 use crate::tree;
@@ -49,6 +52,46 @@ impl Assembly<'_, '_> {
         }
         let position =
             ["x", "y", "z"].map(|c| self.coordinate(index, &format!("{name}_{c}"), "m", span));
+        let quaternion = self.quaternion(index, name, span);
+        tree::Joint::Floating(tree::Floating {
+            position,
+            quaternion,
+        })
+    }
+
+    /// A ball joint. Along unit quaternions `|ω|² = 4 |η̇|²`, so that what resists or adds inertia by `ω` does so
+    /// four times as strongly by each rate.
+    pub(super) fn ball(&mut self, index: usize, joint: &Joint) -> tree::Joint {
+        let quaternion = self.quaternion(index, &joint.name, joint.span);
+        let acts = self.options.losses.includes(&joint.name);
+        let dry = joint.losses.filter(|losses| losses.friction != 0.0);
+        if let Some(losses) = dry.filter(|_| acts) {
+            let message = format!(
+                "the dry friction of the ball joint `{}` is ignored",
+                joint.name
+            );
+            let warning = Diagnostic::warning(losses.span, message);
+            self.builder
+                .report::<()>(warning.label("its damping is read"));
+        }
+        let by_rate = Joint {
+            losses: joint.losses.map(|losses| Losses {
+                damping: 4.0 * losses.damping,
+                friction: 0.0,
+                ..losses
+            }),
+            armature: 4.0 * joint.armature,
+            ..joint.clone()
+        };
+        for coordinate in &quaternion {
+            self.losses(&by_rate, coordinate.index, None);
+            self.energies(&by_rate, coordinate);
+        }
+        tree::Joint::Ball(quaternion)
+    }
+
+    /// A unit quaternion `x, y, z, w`, held at its length by a constraint.
+    fn quaternion(&mut self, index: usize, name: &str, span: Span) -> [tree::Coordinate; 4] {
         let quaternion = ["qx", "qy", "qz", "qw"]
             .map(|c| self.coordinate(index, &format!("{name}_{c}"), "1", span));
         let graph = &mut self.builder.model.graph;
@@ -73,9 +116,6 @@ impl Assembly<'_, '_> {
             dimension: Some(Dimension::ONE),
             doc: "The orientation's quaternion has unit length.".to_string(),
         });
-        tree::Joint::Floating(tree::Floating {
-            position,
-            quaternion,
-        })
+        quaternion
     }
 }

@@ -559,6 +559,7 @@ impl Builder<'_> {
                 is(coordinate)
             }
             Joint::Planar { coordinates, .. } => coordinates.iter().any(is),
+            Joint::Ball(quaternion) => quaternion.iter().any(is),
             Joint::Floating(joint) => joint.position.iter().chain(&joint.quaternion).any(is),
             Joint::Free(free) => free.indices.contains(&coordinate),
             Joint::Driven { displacement, .. } => {

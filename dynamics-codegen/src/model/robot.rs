@@ -294,6 +294,7 @@ impl Assembly<'_, '_> {
                     coordinates,
                 }
             }
+            JointKind::Ball => self.ball(index, joint),
             JointKind::Floating { .. } => {
                 let name = name.to_string();
                 self.floating(index, &name, span)
@@ -395,7 +396,7 @@ impl Assembly<'_, '_> {
 
     /// What a description states of friction, viscous and Coulomb; a joint that follows turns
     /// `follows` times as far as its coordinate.
-    fn losses(&mut self, joint: &Joint, on: usize, follows: Option<f64>) {
+    pub(super) fn losses(&mut self, joint: &Joint, on: usize, follows: Option<f64>) {
         let acts = self.options.losses.includes(&joint.name);
         let Some(losses) = joint.losses.filter(|_| acts) else {
             return;

@@ -70,14 +70,16 @@ impl<'a> States<'a> {
 
     /// What turns by a quaternion turns by one of length one, `w` last.
     fn normalise_quaternions(&mut self) {
-        let floating = self.model.tree.bodies.iter().filter_map(|body| {
-            let Joint::Floating(floating) = &body.joint else {
-                return None;
+        let turning = self.model.tree.bodies.iter().filter_map(|body| {
+            let quaternion = match &body.joint {
+                Joint::Ball(quaternion) => quaternion,
+                Joint::Floating(floating) => &floating.quaternion,
+                _ => return None,
             };
-            Some((floating.quaternion).map(|c| self.model.coordinates[c.index].position))
+            Some(quaternion.map(|c| self.model.coordinates[c.index].position))
         });
         let poses = self.model.poses.iter().map(|pose| pose.quaternion);
-        let quaternions: Vec<[SymbolId; 4]> = floating.chain(poses).collect();
+        let quaternions: Vec<[SymbolId; 4]> = turning.chain(poses).collect();
         for quaternion in quaternions {
             let places = quaternion.map(|symbol| self.place(symbol));
             // Every position is an argument.

@@ -102,6 +102,8 @@ pub enum JointKind {
         /// Unit vector.
         axis: Vector3,
     },
+    /// Three rotations about the joint's origin.
+    Ball,
     /// Three translations and three rotations.
     Floating {
         /// Where the link's frame stands in the joint's when nothing moves it.
@@ -121,7 +123,7 @@ impl JointKind {
         match self {
             Self::Fixed => 0,
             Self::Revolute { .. } | Self::Prismatic { .. } => 1,
-            Self::Planar { .. } => 3,
+            Self::Planar { .. } | Self::Ball => 3,
             Self::Floating { .. } => 6,
         }
     }
@@ -132,7 +134,7 @@ impl JointKind {
             Self::Revolute { axis } | Self::Prismatic { axis } | Self::Planar { axis } => {
                 Some(axis)
             }
-            Self::Fixed | Self::Floating { .. } => None,
+            Self::Fixed | Self::Ball | Self::Floating { .. } => None,
         }
     }
 }

@@ -58,7 +58,9 @@ fn refused(joint: &Joint, lock: &Lock) -> Option<Diagnostic> {
     }
     match joint.kind {
         JointKind::Fixed => Some(error(format!("`{name}` does not move: it is fixed"))),
-        JointKind::Planar { .. } | JointKind::Floating { .. } if lock.at != 0.0 => {
+        JointKind::Planar { .. } | JointKind::Ball | JointKind::Floating { .. }
+            if lock.at != 0.0 =>
+        {
             let error = error(format!("`{name}` has no single position to be locked at"));
             Some(error.help("leave out the number: it stays where the description puts it"))
         }

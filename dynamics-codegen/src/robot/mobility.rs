@@ -3,7 +3,7 @@
 use super::body::{Joint, JointKind, Robot};
 use super::format::Format;
 use super::merge::merge_fixed;
-use super::spatial::{Inertia, Matrix3, apply, dot};
+use super::spatial::{IDENTITY, Inertia, Matrix3, apply, dot};
 use super::text::shown;
 use crate::diagnostic::Diagnostic;
 
@@ -22,8 +22,15 @@ pub(crate) fn check_mobility(robot: &Robot, findings: &mut Vec<Diagnostic>) {
             JointKind::Prismatic { .. } | JointKind::Planar { .. } | JointKind::Floating { .. } => {
                 distal[i].mass > 0.0
             }
+            JointKind::Ball if leaf => {
+                let axes = IDENTITY.iter();
+                axes.map(|&axis| about(&body.inertia, axis))
+                    .all(|inertia| inertia > 0.0)
+            }
             JointKind::Revolute { axis } if leaf => about(&body.inertia, axis) > 0.0,
-            JointKind::Revolute { .. } => distal[i].mass > 0.0 || distal[i].rotational,
+            JointKind::Ball | JointKind::Revolute { .. } => {
+                distal[i].mass > 0.0 || distal[i].rotational
+            }
         };
         // A joint that follows moves its inertia with the joint it follows.
         let coordinate = joint.mimic.filter(|m| m.multiplier != 0.0);
@@ -47,6 +54,7 @@ fn immobile(format: Format, joint: &Joint, carries: bool) -> Diagnostic {
     let span = joint.span;
     let lacks = match joint.kind {
         JointKind::Revolute { .. } => "inertia about its axis",
+        JointKind::Ball => "inertia about every axis through its origin",
         _ => "mass",
     };
     let message = format!(

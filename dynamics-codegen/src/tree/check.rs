@@ -135,6 +135,7 @@ fn coordinates(joint: &Joint) -> Vec<Coordinate> {
             vec![*coordinate]
         }
         Joint::Planar { coordinates, .. } => coordinates.to_vec(),
+        Joint::Ball(quaternion) => quaternion.to_vec(),
         Joint::Floating(floating) => {
             let mut all = floating.position.to_vec();
             all.extend(floating.quaternion);

@@ -189,6 +189,8 @@ pub enum Joint {
         /// frame (for `z` these are `x` and `y`), then the angle about it.
         coordinates: [Coordinate; 3],
     },
+    /// About a point, by a unit quaternion `x, y, z, w` and its rates, as a [`Floating`] body turns.
+    Ball([Coordinate; 4]),
     /// Freely, by seven coordinates and their rates.
     Floating(Floating),
     /// Freely, by a twist in the body's own frame.

@@ -136,6 +136,7 @@ fn attach(
             chain.prismatic(column(&basis, 1), *second);
             chain.revolute(*normal, *angle);
         }
+        Joint::Ball(quaternion) => chain.ball(*quaternion),
         Joint::Floating(floating) => chain.floating(floating),
         Joint::Free(free) => chain.free(free),
         Joint::Driven {
@@ -251,14 +252,18 @@ impl Chain<'_> {
         for (axis, &coordinate) in IDENTITY.iter().zip(&floating.position) {
             self.prismatic(*axis, coordinate);
         }
-        let [x, y, z, w] = floating.quaternion.map(|c| c.q);
+        self.ball(floating.quaternion);
+    }
+
+    fn ball(&mut self, quaternion: [Coordinate; 4]) {
+        let [x, y, z, w] = quaternion.map(|c| c.q);
         let rotation = quaternion_rotation(self.g, [x, y, z, w]);
         let rows = quaternion_map(self.g, [x, y, z, w]);
-        let rates = floating.quaternion.map(|c| c.v);
+        let rates = quaternion.map(|c| c.v);
         let freedoms = rows.into_iter().enumerate().map(|(axis, row)| {
             let half = row.map(|x| self.g.scale(0.5, x));
             let rate = self.g.inner_product(&half, &rates);
-            let indices = floating.quaternion.iter().map(|c| c.index);
+            let indices = quaternion.iter().map(|c| c.index);
             Freedom {
                 axis: Axis::Angular(axis),
                 rate: self.g.scale(2.0, rate),
@@ -268,7 +273,6 @@ impl Chain<'_> {
             }
         });
         let freedoms = freedoms.collect();
-        let quaternion = floating.quaternion;
         self.push(
             Motion::Spherical {
                 rotation,

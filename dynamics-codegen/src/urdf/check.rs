@@ -97,9 +97,6 @@ fn known(child: Node, rule: &'static ElementRule) -> Option<(Occurs, &'static El
         .copied()
 }
 
-/// What stands in for a joint that URDF does not have.
-const BALL: &str = "a ball joint is three revolute joints about perpendicular axes, with two links without <inertial> between them";
-
 /// How messages call a link or a joint.
 fn owner(node: Node) -> String {
     let kind = node.tag_name().name();
@@ -152,12 +149,7 @@ impl Pass<'_, '_> {
                 Some(a) => {
                     let name = Self::name(rule, a.name, owner);
                     let wrong = value::check(self.places, &attribute, a.form, &name, a.meaning);
-                    let spherical = attribute.value() == "spherical";
-                    let hinted = wrong.map(|found| match a.form {
-                        Form::Word(_) if spherical => found.help(BALL),
-                        _ => found,
-                    });
-                    self.findings.extend(hinted);
+                    self.findings.extend(wrong);
                 }
                 None => self.unknown_attribute(node, &attribute, rule, owner),
             }

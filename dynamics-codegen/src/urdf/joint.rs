@@ -76,8 +76,8 @@ impl<'p, 't> PartReader<'p, 't> {
             urdf_rs::JointType::Floating => JointKind::Floating {
                 home: Placement::IDENTITY,
             },
-            // The schema has refused `spherical`.
-            urdf_rs::JointType::Fixed | urdf_rs::JointType::Spherical => JointKind::Fixed,
+            urdf_rs::JointType::Spherical => JointKind::Ball,
+            urdf_rs::JointType::Fixed => JointKind::Fixed,
         };
         let losses = record.element("dynamics").and_then(|node| {
             let span = self.places.tag(node);

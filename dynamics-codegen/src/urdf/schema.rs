@@ -62,14 +62,15 @@ use Form::{Name, Number, Text, Vector, Version, Word};
 use Occurs::{AtMostOnce, Often, Once};
 use Range::{Any, Finite, NotNegative, NotNegativeOrInfinite};
 
-/// The joint types of the specification.
-pub(super) const JOINT_TYPES: [&str; 6] = [
+/// The joint types of the specification, and `spherical`, which other readers know.
+pub(super) const JOINT_TYPES: [&str; 7] = [
     "revolute",
     "continuous",
     "prismatic",
     "fixed",
     "floating",
     "planar",
+    "spherical",
 ];
 
 pub(super) static ROBOT: ElementRule = ElementRule {

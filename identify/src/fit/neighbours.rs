@@ -34,10 +34,10 @@ pub(super) fn neighbours(model: &Model) -> Vec<(usize, usize)> {
     pairs
 }
 
-/// The coordinates that a joint moves by; of a free body none, as no drive sits there.
+/// The coordinates that a joint moves by; of a body that is free or in a ball joint none, as no drive sits there.
 fn moved_by(joint: &Joint) -> Vec<usize> {
     match joint {
-        Joint::Fixed | Joint::Floating(_) | Joint::Free(_) => Vec::new(),
+        Joint::Fixed | Joint::Ball(_) | Joint::Floating(_) | Joint::Free(_) => Vec::new(),
         Joint::Revolute { coordinate, .. } | Joint::Prismatic { coordinate, .. } => {
             vec![coordinate.index]
         }

@@ -84,10 +84,6 @@ fn classes() {
 #[test]
 fn joints() {
     check(
-        "joint_ball",
-        &jointed("<joint name=\"hip\" type=\"ball\"/>"),
-    );
-    check(
         "joint_type",
         &jointed("<joint name=\"hip\" type=\"revolute\"/>"),
     );

@@ -73,6 +73,7 @@ fn every_joint_type_is_read() {
             },
             6,
         ),
+        ("spherical", JointKind::Ball, 3),
         ("fixed", JointKind::Fixed, 0),
     ] {
         let joint = shoulder(kind, &both);

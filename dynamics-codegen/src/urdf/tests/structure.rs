@@ -90,7 +90,6 @@ fn trees() {
 #[test]
 fn joints() {
     check("joint_type_misspelt", &jointed("revolut", AXIS));
-    check("joint_type_spherical", &jointed("spherical", ""));
     check(
         "joint_type_missing",
         &heavy(INERTIAL).replace(" type=\"continuous\"", ""),
