@@ -78,6 +78,8 @@ pub struct ChannelErrors {
     pub news: f64,
     /// Nats by which the readings are likelier so: `½ Σ e² − ½ n (1 + ln v)` of `n` innovations `e`.
     pub gain: f64,
+    /// How many of these are for the memory, and not for another size: `−½ n ln(1 − ψ²)`.
+    pub by_memory: f64,
 }
 
 /// Ordinary sizes beyond which an innovation counts as no larger.
@@ -106,6 +108,7 @@ impl ChannelErrors {
                 true => 0.5 * squares - 0.5 * count * (1.0 + news.ln()),
                 false => 0.0,
             },
+            by_memory: -0.5 * count * (1.0 - memory * memory).ln(),
         }
     }
 }
@@ -133,7 +136,12 @@ mod tests {
         assert!((own.news - news).abs() < 0.01, "{own:?}");
         // −½ n ln 0.36, with a variance of one.
         assert!((own.gain / 20_000.0 - 0.511).abs() < 0.02, "{own:?}");
+        assert!((own.by_memory / own.gain - 1.0).abs() < 0.02, "{own:?}");
         let white: Vec<f64> = (0..20_000).map(|_| draw()).collect();
         assert!(ChannelErrors::new(0, 0, &white).gain < 10.0);
+        // Of another size than was thought, and white all the same.
+        let larger: Vec<f64> = white.iter().map(|e| 1.2 * e).collect();
+        let own = ChannelErrors::new(0, 0, &larger);
+        assert!(own.gain > 100.0 && own.by_memory < 5.0, "{own:?}");
     }
 }

@@ -300,7 +300,7 @@ mod tests {
     use crate::trace::estimate::Observed;
     use crate::trace::progress::Silent;
     use crate::trace::score::{Errors, RolloutErrors};
-    use crate::trace::search::{SensorErrors, Task, select};
+    use crate::trace::search::{Task, select};
     use crate::trace::selection::Term;
     use crate::trace::wheel::{WHEEL, begun, named, rectangular};
     use dynamics_codegen::Library;
@@ -316,7 +316,7 @@ mod tests {
             at_most: 1,
             progress: &Silent,
         };
-        select(task, observed, SensorErrors::White).unwrap()
+        select(task, observed).unwrap().selection
     }
 
     /// A wheel as its model says, and a drive that was found to give less than it does: by so little that no

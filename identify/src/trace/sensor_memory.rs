@@ -39,15 +39,6 @@ impl SensorMemory {
 }
 
 impl Observed {
-    /// Whether some sensor's errors are taken to last.
-    pub(super) fn errs_lastingly(&self) -> bool {
-        self.sensor_memory
-            .0
-            .iter()
-            .flatten()
-            .any(|&memory| memory > 0.0)
-    }
-
     /// What should be known about sensors whose errors last.
     pub(super) fn said_of_sensors(&self) -> impl Iterator<Item = Warning> {
         let prefixes = ["q_", "dq_", "ddq_"].into_iter().zip(&self.sensor_memory.0);
@@ -102,11 +93,33 @@ impl WithoutForces {
             channels,
         })
     }
+
+    /// Sensors whose errors clearly last.
+    fn lasting(&self) -> impl Iterator<Item = &ChannelErrors> {
+        let channels = self.channels.iter();
+        channels.filter(|own| own.by_memory > MARGIN && own.memory > 0.0)
+    }
+
+    /// The cost after the price of what is new about sensors whose errors last.
+    fn priced(&self) -> f64 {
+        self.cost + MARGIN * self.lasting().count() as f64
+    }
+
+    /// Whether sensors whose errors last explain what a hypothesis leaves better than forces do.
+    pub fn explain_more(&self, fitted: &Fitted) -> bool {
+        self.lasting().next().is_some() && self.priced() <= fitted.estimate.cost
+    }
+
+    /// The score of a hypothesis where each sensor errs as it looks, or beside forces where these explain more of
+    /// what it leaves.
+    pub fn score(&self, fitted: &Fitted) -> f64 {
+        let beside_forces = fitted.estimate.cost;
+        fitted.score - beside_forces + self.priced().min(beside_forces)
+    }
 }
 
 /// The log seen through sensors whose errors last, where these explain what a hypothesis leaves better than
-/// forces do, after the price of what is new about each sensor. Nothing where they do not, or where it is
-/// seen so already.
+/// forces do, after the price of what is new about each sensor. Nothing where they do not.
 ///
 /// # Errors
 /// If the equation of motion cannot be solved along the curve.
@@ -116,16 +129,11 @@ pub(super) fn with_memory(
     observed: &Observed,
 ) -> Result<Option<Observed>, SolveError> {
     let without = WithoutForces::new(dictionary, fitted)?;
-    let is_white =
-        |own: &ChannelErrors| observed.sensor_memory.0[own.derivative][own.coordinate] == 0.0;
-    let lasting = |own: &&ChannelErrors| own.gain > MARGIN && own.memory > 0.0 && is_white(own);
-    let lasting: Vec<&ChannelErrors> = without.channels.iter().filter(lasting).collect();
-    let price = MARGIN * lasting.len() as f64;
-    if lasting.is_empty() || without.cost + price > fitted.estimate.cost {
+    if !without.explain_more(fitted) {
         return Ok(None);
     }
     let mut seen = observed.clone();
-    for own in lasting {
+    for own in without.lasting() {
         let (derivative, i) = (own.derivative, own.coordinate);
         let thought = observed.white_equivalent(derivative)[i];
         let memory = own.memory;

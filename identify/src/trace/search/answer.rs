@@ -6,6 +6,7 @@ use super::fit::{Fitted, fit};
 use super::hypothesis::Hypothesis;
 use crate::machine::SolveError;
 use crate::trace::dictionary::Dictionary;
+use crate::trace::estimate::Observed;
 use crate::trace::finding::{Rival, says_no_strength, worth};
 use crate::trace::refine::Explanation;
 use crate::trace::remaining::{Remaining, beside};
@@ -16,14 +17,30 @@ use crate::trace::settings::TIE;
 use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
+/// What a search found.
+pub struct Answer {
+    /// That.
+    pub selection: Selection,
+    /// Whether it explains the log up to white noise of the sensors, and is likelier than the model as given beside
+    /// sensors that err as they look.
+    pub is_whole: bool,
+    /// The log seen through sensors whose errors last, if they seem to under the model as given.
+    pub lasting: Option<Observed>,
+}
+
 /// For how many rivals of a term a motion is sought that tells them apart.
 const TOLD_APART: usize = 4;
 
-/// The answer of a finished search, of which this is the best that is [`determined`].
+/// The answer of a finished search, of which this is the best that is [`determined`]; with the log seen through
+/// sensors whose errors last, if so they seem to.
 ///
 /// # Errors
 /// If the equation of motion cannot be solved along the curve.
-pub fn answer(search: &Search<'_>, best: &Fitted) -> Result<Selection, SolveError> {
+pub fn answer(
+    search: &Search<'_>,
+    best: &Fitted,
+    lasting: Option<Observed>,
+) -> Result<Answer, SolveError> {
     let dictionary = search.dictionary;
     let nothing = Hypothesis::nothing(best.hypothesis.hold);
     let mut given = search.given.iter();
@@ -37,12 +54,9 @@ pub fn answer(search: &Search<'_>, best: &Fitted) -> Result<Selection, SolveErro
     if let Some(values) = &held_otherwise {
         estimate.covariance += doubt_about_hold(best, values);
     }
-    let nominal_misfit = WithoutForces::new(dictionary, &given)?.misfit;
-    let WithoutForces {
-        misfit: reduced_misfit,
-        cost: cost_without_forces,
-        ..
-    } = WithoutForces::new(dictionary, best)?;
+    let [beside_given, beside_best] =
+        [&given, best].map(|fitted| WithoutForces::new(dictionary, fitted));
+    let (beside_given, beside_best) = (beside_given?, beside_best?);
     let share = |fitted: &Fitted| fitted.estimate.unexplained.max(0.0).sqrt();
     let forces = |fitted: &Fitted| {
         let terms = fitted.hypothesis.candidates();
@@ -55,16 +69,16 @@ pub fn answer(search: &Search<'_>, best: &Fitted) -> Result<Selection, SolveErro
     };
     let mut terms: Vec<Term> = best.hypothesis.candidates().iter().map(term).collect();
     terms.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    let evidence = cost_without_forces - best.estimate.cost;
+    let evidence = beside_best.cost - best.estimate.cost;
     let (share_after, forces_after) = match evidence > 0.0 {
         true => (share(best), forces(best)?),
         // What sensor noise explains is no force.
         false => (0.0, Vec::new()),
     };
-    Ok(Selection {
+    let selection = Selection {
         terms,
-        reduced_misfit,
-        nominal_misfit,
+        reduced_misfit: beside_best.misfit,
+        nominal_misfit: beside_given.misfit,
         remaining: Remaining {
             share_before: share(&given),
             share_after,
@@ -80,6 +94,12 @@ pub fn answer(search: &Search<'_>, best: &Fitted) -> Result<Selection, SolveErro
         values: best.explanation.values.clone(),
         estimate,
         observed: best.explanation.observed.clone(),
+    };
+    let is_white = !best.leaves_forces() && !beside_best.explain_more(best);
+    Ok(Answer {
+        is_whole: is_white && beside_best.score(best) < beside_given.score(&given),
+        selection,
+        lasting,
     })
 }
 

@@ -28,19 +28,11 @@ use super::selection::Selection;
 use super::sensor_memory::with_memory;
 use crate::machine::SolveError;
 use crate::trace::settings::{SEARCHED, SEARCHED_READINGS};
+pub(super) use answer::Answer;
 use beam::Search;
 pub(super) use channel::is_time;
 pub(super) use fit::{Fitted, as_given};
 pub(super) use moves::merge::is_on_a_body;
-
-/// What sensors' errors are taken to be.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SensorErrors {
-    /// Each independent of the one before.
-    White,
-    /// Like the one before, where the model as given and the log say so.
-    MayLast,
-}
 
 /// What is searched in, and how.
 #[derive(Clone, Copy)]
@@ -61,11 +53,7 @@ pub struct Task<'a> {
 ///
 /// # Errors
 /// If the equation of motion cannot be solved along the curve.
-pub fn select(
-    task: Task<'_>,
-    mut observed: Observed,
-    errors: SensorErrors,
-) -> Result<Selection, SolveError> {
+pub fn select(task: Task<'_>, mut observed: Observed) -> Result<Answer, SolveError> {
     let Task { dictionary, .. } = task;
     task.progress.enter(Stage::Fit, &[]);
     let shown = observed.record.sensed.as_ref();
@@ -74,12 +62,11 @@ pub fn select(
     let searched = part.as_ref().unwrap_or(&observed);
     let (closing, measured) = (closing(dictionary, searched), searched.curve.clone());
     let mut search = Search::begin(task, searched)?;
-    if errors == SensorErrors::MayLast
-        && let Some(seen) = with_memory(dictionary, search.best(), searched)?
-    {
-        search = Search::begin(task, &seen)?;
-        observed.err_as(&seen);
-    }
+    let lasting = with_memory(dictionary, search.best(), searched)?.map(|seen| {
+        let mut whole = observed.clone();
+        whole.err_as(&seen);
+        whole
+    });
     search.try_suggested(task.suggested)?;
     search.try_closing(closing, &measured)?;
     search.run()?;
@@ -99,7 +86,7 @@ pub fn select(
         let best = answer::determined(&search);
         match search.nameless_in(&best) {
             Some(term) => search.leave_out(term)?,
-            None => return answer::answer(&search, &best),
+            None => return answer::answer(&search, &best, lasting),
         }
     }
 }
