@@ -87,7 +87,7 @@ fn compare(place: &str, ours: &[f64], theirs: &[f64]) {
 }
 
 fn check(name: &str, robot: &Value) {
-    let compiled = on_top_of(name, "");
+    let compiled = on_top_of(name, "equalities: hold;");
     let model = &compiled.model;
     let names: Vec<&str> = model.coordinates.iter().map(|c| c.name.as_str()).collect();
     let expected: Vec<&str> = list(&robot["coordinates"]).iter().map(text).collect();
@@ -116,6 +116,38 @@ fn check(name: &str, robot: &Value) {
         compare(&of("losses"), &applied, &losses);
     }
     check_drives(name, robot, &compiled);
+    check_equalities(name, robot, &compiled);
+}
+
+/// Residuals and rows of the equalities, by our rates and by MuJoCo's velocities. What no coordinate changes is no
+/// constraint of ours.
+fn check_equalities(name: &str, robot: &Value, compiled: &Compiled) {
+    let constraints = &compiled.model.constraints;
+    let rows: Vec<&str> = list(&robot["equalities"]).iter().map(text).collect();
+    let ours = constraints.iter().filter(|c| !c.name.ends_with("_unit"));
+    assert!(
+        ours.into_iter().all(|c| rows.contains(&c.name.as_str())),
+        "{name}"
+    );
+    for (index, state) in list(&robot["states"]).iter().enumerate() {
+        let rates = numbers(&state["rates"]);
+        for (row, equality) in rows.iter().enumerate() {
+            let of = |what: &str| format!("{name}, state {index}, {equality}: {what}");
+            let jacobian = numbers(&state["jacobian"][row]);
+            let Some(own) = constraints.iter().position(|c| c.name == *equality) else {
+                compare(&of("no row"), &jacobian, &vec![0.0; jacobian.len()]);
+                continue;
+            };
+            let residual = evaluate(compiled, &[compiled.system.constraint_residual[own]], state);
+            compare(
+                &of("residual"),
+                &residual,
+                &[state["residual"][row].as_f64().unwrap()],
+            );
+            let ours = evaluate(compiled, &compiled.system.constraint_matrix[own], state);
+            compare(&of("row"), &along(&rates, &ours), &jacobian);
+        }
+    }
 }
 
 /// Where the file has actuators, these are the inputs, with their gears.
@@ -123,8 +155,12 @@ fn check_drives(name: &str, robot: &Value, compiled: &Compiled) {
     let drives = list(&robot["drives"]);
     let model = &compiled.model;
     if drives.is_empty() {
-        // One for every joint with one freedom; what turns by a quaternion has a constraint for its four.
-        let single = model.coordinates.len() - 4 * model.constraints.len();
+        // One for every joint with one freedom; what turns by a quaternion has four coordinates and is not driven.
+        let units = model
+            .constraints
+            .iter()
+            .filter(|c| c.name.ends_with("_unit"));
+        let single = model.coordinates.len() - 4 * units.count();
         assert_eq!(model.inputs.len(), single, "{name}");
         return;
     }
@@ -147,7 +183,9 @@ fn check_drives(name: &str, robot: &Value, compiled: &Compiled) {
 #[test]
 fn the_equations_are_those_of_mujoco() {
     let figures: Value = serde_json::from_str(FIGURES).expect("JSON");
-    for name in ["chain", "several", "classes", "geoms", "walker", "balls"] {
+    for name in [
+        "chain", "several", "classes", "geoms", "walker", "balls", "loops",
+    ] {
         check(name, &figures[name]);
     }
 }
@@ -256,4 +294,25 @@ fn dry_friction_of_a_ball_is_said_to_be_ignored() {
        |     ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^ its damping is read
     "#);
     assert_eq!(warnings(&robot.replace("friction=\"0.1\"", "")), "");
+}
+
+/// Bodies in a plane don't leave it: of three equations for a point two say something.
+#[test]
+fn equalities_are_constraints_where_something_moves() {
+    let names = |options: &str| -> Vec<String> {
+        let compiled = on_top_of("loops", options);
+        let constraints = compiled.model.constraints.iter();
+        constraints.map(|c| c.name.clone()).collect()
+    };
+    let points = ["loop_x", "loop_z", "pin_x", "pin_y", "pin_z"];
+    let all = [&["rod_unit", "follow", "hold"][..], &points].concat();
+    assert_eq!(names("equalities: hold;"), all);
+    assert_eq!(names(""), ["rod_unit"]);
+    assert_eq!(names("equalities: ignore;"), ["rod_unit"]);
+    let mut library = Library::builtin();
+    library.look_in(MODELS);
+    let model = "model robot; mjcf \"loops.xml\" { equalities: hold; lock: slider; }";
+    let report = compile("robot.model", model, &library).unwrap_err();
+    let told = "error: `slider` is locked, and the equality `follow` moves it";
+    assert!(report.render().starts_with(told), "{report}");
 }

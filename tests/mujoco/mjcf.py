@@ -16,7 +16,7 @@ from figures import hold
 
 HERE = Path(__file__).resolve().parent
 MODELS = HERE / "models"
-NAMES = ["chain", "several", "classes", "geoms", "walker", "balls"]
+NAMES = ["chain", "several", "classes", "geoms", "walker", "balls", "loops"]
 TOLERANCE = 1e-12
 STATES = 6
 SEED = 11
@@ -90,6 +90,24 @@ def positions(model, data):
     return ours
 
 
+def equalities(model):
+    """The names of the constraints that the reader makes of the equalities, a row each."""
+    found = []
+    for index in range(model.neq):
+        equality = model.equality(index)
+        is_point = equality.type[0] == mujoco.mjtEq.mjEQ_CONNECT
+        found += [f"{equality.name}_{axis}" for axis in "xyz"] if is_point else [equality.name]
+    return found
+
+
+def closed(model, data):
+    """Residuals and Jacobians of the equalities by MuJoCo's velocities."""
+    count = len(equalities(model))
+    jacobian = np.array(data.efc_J).reshape(-1, model.nv)
+    assert (data.efc_type[:count] == mujoco.mjtConstraint.mjCNSTR_EQUALITY).all()
+    return {"residual": data.efc_pos[:count].tolist(), "jacobian": jacobian[:count].tolist()}
+
+
 def case(model, random):
     """One state, with the equations there."""
     data = state(model, random)
@@ -114,7 +132,7 @@ def case(model, random):
         "bias": data.qfrc_bias.tolist(),
         "spring": data.qfrc_spring.tolist(),
         "damper": data.qfrc_damper.tolist(),
-    }
+    } | (closed(model, data) if model.neq else {})
 
 
 def robot(name, random):
@@ -129,6 +147,7 @@ def robot(name, random):
         "coordinates": names(model),
         "drives": drives,
         "friction": model.dof_frictionloss.tolist(),
+        "equalities": equalities(model),
         "states": [case(model, random) for _ in range(STATES)],
     }
 

@@ -101,11 +101,14 @@ impl<'a, 't> Reader<'_, 'a, 't> {
             return None;
         };
         let moves = robot.bodies[body].joint.as_ref().map(|joint| joint.kind);
-        if !matches!(
-            moves,
-            Some(JointKind::Revolute { .. } | JointKind::Prismatic { .. })
-        ) {
-            self.ignored.add(format!("<{kind}> on a free joint"), 1, at);
+        let several = match moves {
+            Some(JointKind::Revolute { .. } | JointKind::Prismatic { .. }) => None,
+            Some(JointKind::Ball) => Some("ball"),
+            _ => Some("free"),
+        };
+        if let Some(several) = several {
+            let what = format!("<{kind}> on a {several} joint");
+            self.ignored.add(what, 1, at);
             return None;
         }
         let gear = part.numbers(

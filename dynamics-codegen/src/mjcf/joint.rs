@@ -15,6 +15,8 @@ pub(super) struct Motion {
     pub anchor: Option<Vector3>,
     /// Where it stands at coordinate zero, seen from where the file draws it.
     pub zero: Placement,
+    /// Its coordinate as the file draws it, rad or m.
+    pub drawn_at: f64,
     pub losses: Option<Losses>,
     pub armature: f64,
     pub spring: Option<Spring>,
@@ -68,6 +70,7 @@ impl<'a, 't> Reader<'_, 'a, 't> {
             },
             anchor: turns.then(|| outer.point(anchor)),
             zero,
+            drawn_at: at_zero,
             losses: self.losses(part),
             armature: self.acting(part, "armature", "an inertia in kg·m² or kg"),
             spring: self.spring(part, turns),
@@ -81,6 +84,7 @@ impl<'a, 't> Reader<'_, 'a, 't> {
             kind: JointKind::Ball,
             anchor: Some(outer.point(anchor)),
             zero: Placement::IDENTITY,
+            drawn_at: 0.0,
             losses: self.losses(part),
             armature: self.acting(part, "armature", "an inertia in kg·m² or kg"),
             spring: None,
@@ -109,6 +113,7 @@ impl<'a, 't> Reader<'_, 'a, 't> {
             kind: JointKind::Floating { home },
             anchor: None,
             zero: Placement::IDENTITY,
+            drawn_at: 0.0,
             losses: None,
             armature: 0.0,
             spring: None,

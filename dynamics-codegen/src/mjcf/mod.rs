@@ -22,6 +22,7 @@
 mod actuator;
 mod defaults;
 mod document;
+mod equality;
 mod geom;
 mod ignored;
 mod inertia;

@@ -20,6 +20,8 @@ pub(super) struct Reader<'p, 'a, 't> {
     pub snapped: Snapped,
     /// Whether an inertia that no body can have is a warning.
     pub impossible: bool,
+    /// Whether equalities are read.
+    pub equalities: bool,
 }
 
 impl<'p, 'a, 't> Reader<'p, 'a, 't> {
@@ -37,6 +39,7 @@ impl<'p, 'a, 't> Reader<'p, 'a, 't> {
             ignored: Ignored::default(),
             snapped: Snapped::within(options.snap.unwrap_or(0.0)),
             impossible: options.impossible,
+            equalities: options.equalities,
         };
         reader.read_settings(files.root());
         reader

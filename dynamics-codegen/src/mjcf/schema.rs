@@ -94,7 +94,7 @@ pub(super) static OPTION: ElementRule = ElementRule {
 
 pub(super) static FLAG: ElementRule = ElementRule {
     name: "flag",
-    read: &["gravity"],
+    read: &["equality", "gravity"],
     ignored: &["damper", "frictionloss", "passive", "spring"],
     idle: &[
         "actuation",
@@ -104,7 +104,6 @@ pub(super) static FLAG: ElementRule = ElementRule {
         "contact",
         "diagexact",
         "energy",
-        "equality",
         "eulerdamp",
         "filterparent",
         "fwdinv",
@@ -279,12 +278,11 @@ pub(super) const ACTUATORS: [&str; 14] = [
 ];
 
 /// What stands in `<mujoco>` beside what is read.
-pub(super) const SECTIONS: [&str; 12] = [
+pub(super) const SECTIONS: [&str; 11] = [
     "asset",
     "contact",
     "custom",
     "deformable",
-    "equality",
     "extension",
     "keyframe",
     "sensor",
@@ -295,8 +293,43 @@ pub(super) const SECTIONS: [&str; 12] = [
 ];
 
 /// What is read of `<mujoco>`.
-pub(super) const READ_SECTIONS: [&str; 5] =
-    ["actuator", "compiler", "default", "option", "worldbody"];
+pub(super) const READ_SECTIONS: [&str; 6] = [
+    "actuator",
+    "compiler",
+    "default",
+    "equality",
+    "option",
+    "worldbody",
+];
+
+/// What is read of `<equality>`.
+pub(super) const EQUALITIES: [&str; 2] = ["connect", "joint"];
+
+/// What else stands there.
+pub(super) const EQUALITIES_IGNORED: [&str; 6] = [
+    "distance",
+    "flex",
+    "flexstrain",
+    "flexvert",
+    "tendon",
+    "weld",
+];
+
+pub(super) static CONNECT: ElementRule = ElementRule {
+    name: "connect",
+    read: &[
+        "active", "anchor", "body1", "body2", "class", "name", "site1", "site2",
+    ],
+    ignored: &[],
+    idle: &["solimp", "solref"],
+};
+
+pub(super) static COUPLING: ElementRule = ElementRule {
+    name: "joint",
+    read: &["active", "class", "joint1", "joint2", "name", "polycoef"],
+    ignored: &[],
+    idle: &["solimp", "solref"],
+};
 
 /// What stands in a body beside what is read.
 pub(super) const IN_BODY: [&str; 4] = ["camera", "light", "plugin", "site"];

@@ -35,6 +35,8 @@ pub(super) struct Settings {
     pub least_inertia: f64,
     /// m/s².
     pub gravity: Vector3,
+    /// Whether equalities hold.
+    pub equality: bool,
 }
 
 impl Default for Settings {
@@ -48,6 +50,7 @@ impl Default for Settings {
             least_mass: 0.0,
             least_inertia: 0.0,
             gravity: [0.0, 0.0, -9.81],
+            equality: true,
         }
     }
 }
@@ -85,8 +88,12 @@ impl<'a, 't> Reader<'_, 'a, 't> {
                     for flag in flags.filter(|child| child.name() == "flag") {
                         self.check_attributes(flag, &FLAG, "<flag>");
                         let part = Part::new(flag, part.class, "<flag>".to_string());
-                        let word = part.word(self, "gravity", &["enable", "disable"]);
+                        let words = &["enable", "disable"];
+                        let word = part.word(self, "gravity", words);
                         weightless = word.map_or(weightless, |word| word == "disable");
+                        if let Some(word) = part.word(self, "equality", words) {
+                            self.settings.equality = word == "enable";
+                        }
                     }
                 }
                 _ => {}

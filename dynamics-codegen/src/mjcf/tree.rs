@@ -2,6 +2,7 @@
 
 use super::defaults::ClassId;
 use super::document::Element;
+use super::equality::Named;
 use super::inertia::{Owner, Placed};
 use super::joint::Motion;
 use super::naming::Names;
@@ -33,16 +34,28 @@ pub(super) fn read<'a, 't>(reader: &mut Reader<'_, 'a, 't>, root: Element<'a, 't
             snapped: reader.snapped,
             gravity: Some(reader.settings.gravity),
             actuators: Vec::new(),
+            closures: Vec::new(),
             included: Vec::new(),
         },
+        drawn: Vec::new(),
         reader,
     };
     let worlds = tree.sections(root);
     tree.world(root, &worlds);
     let Tree {
-        mut robot, joints, ..
+        mut robot,
+        joints,
+        drawn,
+        ..
     } = tree;
     robot.actuators = reader.actuators(root, &robot, &joints);
+    robot.closures = reader.closures(
+        root,
+        &Named {
+            robot: &robot,
+            drawn: &drawn,
+        },
+    );
     robot.snapped = reader.snapped;
     robot.frames = (robot.bodies.iter().enumerate())
         .filter(|(_, body)| !body.link.is_empty())
@@ -62,6 +75,17 @@ struct Tree<'r, 'p, 'a, 't> {
     bodies: Names,
     joints: Names,
     robot: Robot,
+    /// Of each body.
+    drawn: Vec<Drawn>,
+}
+
+/// As the file draws a body.
+#[derive(Clone, Copy)]
+pub(super) struct Drawn {
+    /// Its place in the world.
+    pub pose: Placement,
+    /// The coordinate of its joint, rad or m.
+    pub coordinate: f64,
 }
 
 /// A body that is yet to be read.
@@ -122,6 +146,10 @@ impl<'a, 't> Tree<'_, '_, 'a, 't> {
             joint: None,
             inertia: Inertia::ZERO,
             inertial: None,
+        });
+        self.drawn.push(Drawn {
+            pose: Placement::IDENTITY,
+            coordinate: 0.0,
         });
         self.bodies.state(WORLD, span, self.reader.findings);
         self.state_names(worlds);
@@ -365,6 +393,10 @@ impl<'a, 't> Tree<'_, '_, 'a, 't> {
         placement: Placement,
         motions: Vec<(String, Part<'a, 't>, Motion)>,
     ) -> usize {
+        let mut drawn = Drawn {
+            pose: self.drawn[parent].pose.then(&placement),
+            coordinate: 0.0,
+        };
         let (mut carrier, mut place) = (parent, placement);
         // Where the origin of the frame reached so far is, from that of the body.
         let mut reached: Vector3 = [0.0; 3];
@@ -374,6 +406,7 @@ impl<'a, 't> Tree<'_, '_, 'a, 't> {
                 // Its coordinates are the pose in the world.
                 place = Placement::IDENTITY;
             }
+            drawn.coordinate = motion.drawn_at;
             let anchor = motion.anchor.unwrap_or(reached);
             let mut shift = motion.zero;
             for i in 0..3 {
@@ -396,7 +429,7 @@ impl<'a, 't> Tree<'_, '_, 'a, 't> {
                 spring: motion.spring,
             };
             if number + 1 == count && reached == [0.0; 3] {
-                return self.push(body, joint);
+                return self.push(body, joint, drawn);
             }
             let between = Body {
                 link: String::new(),
@@ -404,7 +437,7 @@ impl<'a, 't> Tree<'_, '_, 'a, 't> {
                 inertial: None,
                 ..body.clone()
             };
-            carrier = self.push(between, joint);
+            carrier = self.push(between, joint, drawn);
             place = Placement::IDENTITY;
         }
         let back = Placement {
@@ -429,10 +462,11 @@ impl<'a, 't> Tree<'_, '_, 'a, 't> {
             armature: 0.0,
             spring: None,
         };
-        self.push(body, weld)
+        self.push(body, weld, drawn)
     }
 
-    fn push(&mut self, body: Body, joint: Joint) -> usize {
+    fn push(&mut self, body: Body, joint: Joint, drawn: Drawn) -> usize {
+        self.drawn.push(drawn);
         self.robot.bodies.push(Body {
             joint: Some(joint),
             ..body

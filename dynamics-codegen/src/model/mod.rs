@@ -2,6 +2,7 @@
 
 mod bodies;
 mod builder;
+mod closure;
 mod configuration;
 mod constraint;
 mod contact;

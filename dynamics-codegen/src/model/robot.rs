@@ -116,6 +116,12 @@ impl Builder<'_> {
             ));
         }
         let options = self.robot_options(options)?;
+        if let Some(at) = options.equalities.filter(|_| format == Format::Urdf) {
+            let message = "a URDF has no equalities";
+            return self.report(Diagnostic::error(at, message).help(
+                "write what holds as a constraint: `constraint loop_x: position(a).x == position(b).x;`",
+            ));
+        }
         let (shown, text) = match library.read(&file.text, robot::LIMIT) {
             Ok(found) => found,
             Err(reason) => {
@@ -137,6 +143,7 @@ impl Builder<'_> {
             snap: options.snap.then_some(SNAP),
             locked: &options.lock,
             impossible: options.impossible,
+            equalities: options.equalities.is_some(),
         };
         let robot = match format {
             Format::Urdf => urdf::read_with(sources, id, reading, &mut findings),
@@ -189,9 +196,9 @@ pub(super) struct Assembly<'a, 'b> {
     /// The statement.
     at: Span,
     /// Per body: indices of the coordinates of its joint.
-    coordinates: Vec<Vec<usize>>,
+    pub coordinates: Vec<Vec<usize>>,
     /// Per body: its frame among the tree's bodies.
-    frames: Vec<usize>,
+    pub frames: Vec<usize>,
 }
 
 impl Assembly<'_, '_> {
@@ -210,6 +217,7 @@ impl Assembly<'_, '_> {
             let joint = self.joint(index);
             self.body(index, joint);
         }
+        self.close();
         if let Some(at) = self.options.twist
             && self.builder.model.poses.is_empty()
         {

@@ -17,6 +17,8 @@ pub(super) struct Options {
     pub lock: Vec<Lock>,
     pub impossible: bool,
     pub snap: bool,
+    /// Where it says that equalities of the description hold.
+    pub equalities: Option<Span>,
     pub parameters: Chosen,
     pub origins: Chosen,
 }
@@ -70,8 +72,9 @@ impl Chosen {
     }
 }
 
-const OPTIONS: [&str; 9] = [
+const OPTIONS: [&str; 10] = [
     "base",
+    "equalities",
     "inertias",
     "inputs",
     "lock",
@@ -92,6 +95,7 @@ impl Builder<'_> {
             lock: Vec::new(),
             impossible: false,
             snap: true,
+            equalities: None,
             parameters: Chosen::default(),
             origins: Chosen::default(),
         };
@@ -107,6 +111,10 @@ impl Builder<'_> {
                 "base" => {
                     options.floating = only("floating");
                     only("fixed") || only("floating")
+                }
+                "equalities" => {
+                    options.equalities = only("hold").then_some(name.span);
+                    only("hold") || only("ignore")
                 }
                 "velocities" => {
                     options.twist = only("twist").then_some(name.span);
@@ -177,6 +185,7 @@ impl Builder<'_> {
     fn report_option(&mut self, name: &Name, values: &[Name]) {
         let words = match name.text.as_str() {
             "base" => "`base` is `fixed` or `floating`",
+            "equalities" => "`equalities` are `hold` or `ignore`",
             "inertias" => "`inertias` are `possible` or `as_stated`",
             "snap" => "`snap` is `on` or `off`",
             "velocities" => "`velocities` are `rates` or `twist`",

@@ -37,8 +37,42 @@ pub struct Robot {
     pub gravity: Option<Vector3>,
     /// What drives it, in the order of the file; empty if the file does not say.
     pub actuators: Vec<Actuator>,
+    /// What holds beside the tree, in the order of the file.
+    pub closures: Vec<Closure>,
     /// The files that it includes: their paths from its folder, and their texts.
     pub included: Vec<(String, SourceId)>,
+}
+
+/// What a description says of its motion beside the tree: a loop that is closed, or joints that go together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Closure {
+    /// Its name, exactly as written or made up.
+    pub name: String,
+    /// Where it stands.
+    pub span: Span,
+    /// What holds.
+    pub kind: ClosureKind,
+}
+
+/// What holds beside a tree.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ClosureKind {
+    /// A point of one body is where one of another is.
+    Points {
+        /// The bodies.
+        bodies: [usize; 2],
+        /// The points, each in the axes of its body, m.
+        points: [Vector3; 2],
+    },
+    /// A joint is where a polynomial of another says: `q₁ − q₁₀ = Σ aₖ (q₂ − q₂₀)ᵏ`.
+    Joints {
+        /// The body of the joint that follows, and its coordinate `q₁₀` as the file draws it, rad or m.
+        follower: (usize, f64),
+        /// The same of the joint that is followed; without one, the first is held at `a₀`.
+        leader: Option<(usize, f64)>,
+        /// The coefficients `a₀` to `a₄`, by rad or m.
+        polynomial: [f64; 5],
+    },
 }
 
 /// A rigid body: one link and the joint that carries it.

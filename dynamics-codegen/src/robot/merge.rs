@@ -1,6 +1,6 @@
 //! Welding what fixed joints connect.
 
-use super::body::{Body, Joint, JointKind, Robot};
+use super::body::{Body, ClosureKind, Joint, JointKind, Robot};
 use super::spatial::Placement;
 
 /// The same robot with every link on a fixed joint welded to the body that
@@ -34,6 +34,24 @@ pub fn merge_fixed(robot: &Robot) -> Robot {
     }
     for actuator in &mut merged.actuators {
         actuator.body = went[actuator.body].0;
+    }
+    for closure in &mut merged.closures {
+        match &mut closure.kind {
+            ClosureKind::Points { bodies, points } => {
+                for (body, point) in bodies.iter_mut().zip(points) {
+                    let (carrier, placement) = &went[*body];
+                    (*body, *point) = (*carrier, placement.point(*point));
+                }
+            }
+            ClosureKind::Joints {
+                follower, leader, ..
+            } => {
+                follower.0 = went[follower.0].0;
+                if let Some(leader) = leader {
+                    leader.0 = went[leader.0].0;
+                }
+            }
+        }
     }
     for frame in &robot.frames {
         let (body, placement) = &went[frame.body];

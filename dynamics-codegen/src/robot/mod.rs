@@ -27,7 +27,8 @@ pub(crate) mod value;
 pub(crate) mod xml;
 
 pub use body::{
-    Actuator, Body, Frame, Joint, JointKind, Limits, Losses, Mimic, Robot, Spring, plane_basis,
+    Actuator, Body, Closure, ClosureKind, Frame, Joint, JointKind, Limits, Losses, Mimic, Robot,
+    Spring, plane_basis,
 };
 pub use format::Format;
 pub(crate) use impossible::{Impossible, MEND, excuse};
@@ -62,6 +63,8 @@ pub struct Options<'a> {
     pub locked: &'a [Lock],
     /// Whether an inertia that no body can have is a warning, and used as it stands.
     pub impossible: bool,
+    /// Whether equalities beside the tree are read.
+    pub equalities: bool,
 }
 
 impl Default for Options<'_> {
@@ -70,6 +73,7 @@ impl Default for Options<'_> {
             snap: Some(1e-9),
             locked: &[],
             impossible: false,
+            equalities: false,
         }
     }
 }

@@ -34,6 +34,16 @@ impl Placement {
         }
     }
 
+    /// The placement that undoes this one: `(Rᵀ, −Rᵀ t)`.
+    #[must_use]
+    pub fn inverse(&self) -> Self {
+        let rotation = [0, 1, 2].map(|i| [0, 1, 2].map(|j| self.rotation[j][i]));
+        Self {
+            rotation,
+            translation: apply(&rotation, self.translation).map(|x| 0.0 - x),
+        }
+    }
+
     /// `R·p + t`.
     pub fn point(&self, p: Vector3) -> Vector3 {
         let rotated = apply(&self.rotation, p);

@@ -51,6 +51,7 @@ pub(super) fn assemble(
         snapped: parts.snapped,
         gravity: None,
         actuators: Vec::new(),
+        closures: Vec::new(),
         included: Vec::new(),
     }
 }

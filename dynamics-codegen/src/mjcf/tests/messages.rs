@@ -9,7 +9,11 @@ fn check(name: &str, text: &str) {
 }
 
 fn check_with(name: &str, text: &str, files: &[(&str, &str)]) {
-    let report = read_text(text, files, Options::default()).1.render();
+    check_read(name, text, files, Options::default());
+}
+
+fn check_read(name: &str, text: &str, files: &[(&str, &str)], options: Options) {
+    let report = read_text(text, files, options).1.render();
     insta::with_settings!({ description => text, omit_expression => true, prepend_module_to_snapshot => false }, {
         insta::assert_snapshot!(name, report);
     });
@@ -194,6 +198,35 @@ fn inertias() {
     check(
         "geom_shell",
         &heavy("<geom size=\"0.1\" shellinertia=\"true\"/>"),
+    );
+}
+
+#[test]
+fn equalities() {
+    let pin = "<equality><connect body1=\"arm\" anchor=\"0 0 0\"/></equality>";
+    check("equality_off", &under(pin));
+    let options = Options {
+        equalities: true,
+        ..Options::default()
+    };
+    let check = |name: &str, equality: &str| {
+        let text = under(&format!("<equality>{equality}</equality>"));
+        check_read(name, &text, &[], options);
+    };
+    check(
+        "equality_body",
+        "<connect body1=\"arms\" anchor=\"0 0 0\"/>",
+    );
+    check("equality_anchor", "<connect name=\"pin\" body1=\"arm\"/>");
+    check(
+        "equality_joint",
+        "<joint joint1=\"hinge\" joint2=\"hing\"/>",
+    );
+    check("equality_nothing", "<joint/>");
+    check("equality_kind", "<conect body1=\"arm\" anchor=\"0 0 0\"/>");
+    check(
+        "equality_ignored",
+        "<weld body1=\"arm\"/><connect site1=\"a\" site2=\"b\"/>",
     );
 }
 
