@@ -315,4 +315,12 @@ fn equalities_are_constraints_where_something_moves() {
     let report = compile("robot.model", model, &library).unwrap_err();
     let told = "error: `slider` is locked, and the equality `follow` moves it";
     assert!(report.render().starts_with(told), "{report}");
+    // A name that is a constraint's already.
+    let loops = std::fs::read_to_string(format!("{MODELS}/loops.xml")).expect("a file");
+    let doubled = loops.replace("name=\"hold\"", "name=\"rod_unit\"");
+    library.add_file("doubled.xml", "doubled.xml", &doubled);
+    let model = "model robot; mjcf \"doubled.xml\" { equalities: hold; }";
+    let report = compile("robot.model", model, &library).unwrap_err();
+    let told = "error: there are two constraints named `rod_unit`";
+    assert!(report.render().starts_with(told), "{report}");
 }

@@ -26,6 +26,9 @@ impl Assembly<'_, '_> {
                 } => self.couple(closure, (follower, leader), polynomial),
             }
         }
+        if pairs.is_empty() {
+            return;
+        }
         let pairs_of_frames: Vec<[usize; 2]> = pairs.iter().map(|(_, pair)| *pair).collect();
         let part = self.part(&pairs_of_frames);
         for ((closure, pair), part) in pairs.into_iter().zip(part) {
@@ -158,6 +161,9 @@ impl Assembly<'_, '_> {
         residual: ExprId,
         dimension: Option<Dimension>,
     ) {
+        if self.builder.check_constraint(&name, closure.span).is_none() {
+            return;
+        }
         let model = &mut self.builder.model;
         let multiplier = model.graph.symbol(format!("lambda_{name}"));
         model.constraints.push(Constraint {

@@ -20,14 +20,7 @@ impl Builder<'_> {
         let (a, b) = (a?, b?);
         let measure = self.unify(a.measure, left.span, b.measure, right.span, "equated")?;
         let span = left.span.to(right.span);
-        if self.model.constraints.iter().any(|c| c.name == name.text) {
-            let message = format!("there are two constraints named `{}`", name.text);
-            return self.report(Diagnostic::error(name.span, message));
-        }
-        if self.model.constraints.len() == MAX_SIZE {
-            let message = format!("the model has more than {MAX_SIZE} constraints");
-            return self.report(Diagnostic::error(name.span, message));
-        }
+        self.check_constraint(&name.text, name.span)?;
         let residual = self.model.graph.sub(a.expr, b.expr);
         self.refuse_inputs(residual, span, "a constraint")?;
         let kind = self.constraint_kind(residual, span)?;
@@ -43,6 +36,19 @@ impl Builder<'_> {
             dimension: measure.known(),
             doc: doc.to_string(),
         });
+        Some(())
+    }
+
+    /// There is room for one constraint more, of a name that none has.
+    pub(super) fn check_constraint(&mut self, name: &str, at: Span) -> Option<()> {
+        if self.model.constraints.iter().any(|c| c.name == name) {
+            let message = format!("there are two constraints named `{name}`");
+            return self.report(Diagnostic::error(at, message));
+        }
+        if self.model.constraints.len() == MAX_SIZE {
+            let message = format!("the model has more than {MAX_SIZE} constraints");
+            return self.report(Diagnostic::error(at, message));
+        }
         Some(())
     }
 
