@@ -182,10 +182,12 @@ impl Judgement {
         let mut by_motion = findings(&dictionary, &selection);
         by_motion.retain(|finding| !told(finding));
         let (mut after, mut misfit_after) = (self.learnt_errors, selection.reduced_misfit);
+        let [log_likelihood_before, mut log_likelihood_after] = selection.log_likelihood;
         let (mut found, mut remaining, mut nearest) = (drives, selection.remaining.clone(), None);
         if verdict == Verdict::Unknown {
             let errors = std::mem::replace(&mut after, self.before.clone());
             let misfit = std::mem::replace(&mut misfit_after, selection.nominal_misfit);
+            log_likelihood_after = log_likelihood_before;
             let share = std::mem::replace(&mut remaining.share_after, remaining.share_before);
             remaining.forces.clone_from(&selection.given_forces);
             nearest = (!by_motion.is_empty()).then_some(Nearest {
@@ -213,6 +215,8 @@ impl Judgement {
             unnamed: None,
             misfit_before: selection.nominal_misfit,
             misfit_after,
+            log_likelihood_before,
+            log_likelihood_after,
             sensor_noise: sensor_noise(&selection.observed),
             input_hold: selection.observed.hold,
             input_hold_is: match (request.hold, basis) {

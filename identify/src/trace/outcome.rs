@@ -141,6 +141,11 @@ pub struct Outcome {
     pub misfit_before: f64,
     /// The same of the patched model; one if sensor noise explains it.
     pub misfit_after: f64,
+    /// Log likelihood of the training samples under the model as given, nats, if noise alone is to blame for what it
+    /// leaves; up to what depends on the log alone. Of two models traced on one log the larger is the likelier.
+    pub log_likelihood_before: f64,
+    /// The same of the patched model.
+    pub log_likelihood_after: f64,
     /// Estimated standard deviation of each channel's noise; of an input where the machine did not feel
     /// it.
     pub sensor_noise: BTreeMap<String, f64>,

@@ -38,6 +38,9 @@ pub struct Selection {
     pub reduced_misfit: f64,
     /// The same with no term at all.
     pub nominal_misfit: f64,
+    /// Log likelihood of the log without and with the accepted terms, nats, if noise alone is to blame for what
+    /// they leave; up to what depends on the log alone.
+    pub log_likelihood: [f64; 2],
     /// How much that is.
     pub remaining: Remaining,
     /// The forces of unknown form beside the model as given.
@@ -97,6 +100,7 @@ impl Selection {
                 ..self.estimate.clone()
             },
             reduced_misfit: self.nominal_misfit,
+            log_likelihood: [self.log_likelihood[0]; 2],
             remaining: Remaining {
                 share_after: before,
                 forces: self.given_forces.clone(),

@@ -57,6 +57,8 @@ impl Observed {
 pub(super) struct WithoutForces {
     /// Mean squared innovation of sensors as they are thought to be.
     pub misfit: f64,
+    /// Log likelihood, nats, of sensors as they are thought to be.
+    pub log_likelihood: f64,
     /// Negative log likelihood, nats, where each sensor errs as it looks.
     pub cost: f64,
     /// How each sensor looks whose errors last for less long than forces do.
@@ -89,6 +91,7 @@ impl WithoutForces {
         let misfit = settled.gram.data_misfit() + taken_for_noise.sum::<f64>();
         Ok(Self {
             misfit: misfit / rows,
+            log_likelihood: -settled.cost(),
             cost: settled.cost() - gained,
             channels,
         })

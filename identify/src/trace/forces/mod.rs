@@ -122,6 +122,7 @@ pub(super) fn learn(
         held_otherwise: None,
         reduced_misfit: 2.0 * settled.left / rows,
         nominal_misfit: 2.0 * before / rows,
+        log_likelihood: [-before, -settled.left],
         remaining: Remaining {
             share_before,
             share_after,

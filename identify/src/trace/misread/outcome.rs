@@ -72,6 +72,8 @@ pub(in crate::trace) fn outcome(
         unnamed: None,
         misfit_before: f64::NAN,
         misfit_after: f64::NAN,
+        log_likelihood_before: f64::NAN,
+        log_likelihood_after: f64::NAN,
         sensor_noise: sensor_noise(&observed),
         input_hold: hold,
         between_samples: std::collections::BTreeMap::new(),

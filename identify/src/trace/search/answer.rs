@@ -44,8 +44,9 @@ pub fn answer(
     let dictionary = search.dictionary;
     let nothing = Hypothesis::nothing(best.hypothesis.hold);
     let mut given = search.given.iter();
-    let given = given.find(|given| given.hypothesis == nothing);
-    let given = match given {
+    let given = match given.find(|given| given.hypothesis == nothing) {
+        // Nothing was found: what is left is what was there.
+        _ if best.hypothesis == nothing => Arc::new(best.clone()),
         Some(given) => Arc::clone(given),
         None => Arc::new(search.as_given(best)?),
     };
@@ -79,6 +80,7 @@ pub fn answer(
         terms,
         reduced_misfit: beside_best.misfit,
         nominal_misfit: beside_given.misfit,
+        log_likelihood: [&beside_given, &beside_best].map(|without| without.log_likelihood),
         remaining: Remaining {
             share_before: share(&given),
             share_after,
