@@ -119,7 +119,7 @@ impl Judgement {
 
     /// The verdict, where two measured columns tell of these `drives`. What predicts worse than
     /// the model as given explains nothing, whatever its evidence, and neither does what leaves accelerations
-    /// further off than their mean is.
+    /// further off than their mean is, and predictions than where they begin.
     pub fn verdict(&self, drives: &[Finding], is_other: bool) -> Verdict {
         let Learnt {
             dictionary,
@@ -392,7 +392,11 @@ mod tests {
         judged.noise_floor.acceleration.total = 0.2;
         judged.learnt_errors.acceleration.total = 0.9;
         assert_eq!(judged.verdict(&[], false), found);
+        // Of a machine that sticks, where it goes is foretold.
         judged.learnt_errors.acceleration.total = 1.6;
+        assert!(judged.learnt_errors.rollout.errors.total < 0.1);
+        assert_eq!(judged.verdict(&[], false), found);
+        judged.learnt_errors.rollout.errors.total = 1.3;
         assert_eq!(judged.verdict(&[], false), Verdict::Unknown);
         // Sensors that are no better say nothing against it.
         judged.noise_floor.acceleration.total = 1.2;

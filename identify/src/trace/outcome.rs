@@ -85,10 +85,13 @@ pub(super) fn is_far(errors: &Score, floor: &Score, trained: &Score) -> bool {
 }
 
 /// Whether a model's accelerations err by more than those of the log deviate from their mean, and many
-/// times as much as those of a model that is exactly right, the `floor`: that mean foretells them better.
+/// times as much as those of a model that is exactly right, the `floor`, and its predictions by more than the motion
+/// goes: the mean, and that everything stays where it is, foretell the log better. A machine that sticks hardly
+/// accelerates, so that what little is missing makes many times that; where it goes is foretold nevertheless.
 pub(super) fn foretells_less_than_a_mean(errors: &Score, floor: &Score) -> bool {
     let [error, floor] = [errors, floor].map(|score| score.acceleration.total);
-    error > 1.0 && error > FAR.0 * floor
+    let foretold = errors.rollout.errors.total < 1.0;
+    error > 1.0 && error > FAR.0 * floor && !foretold
 }
 
 /// What comes nearest to an explanation where nothing is one, and what it would do. Nothing of it
