@@ -70,6 +70,8 @@ def main():
     entry = frozen()["simulated"][a.set]
     folders = simulate(a.machines / a.set, entry["seed"], a.count or entry["count"], a.jobs, a.set)
     lines = []
+    if a.out:
+        a.out.write_text("")
     with ThreadPoolExecutor(a.jobs) as pool:
         for line in pool.map(lambda folder: trial(folder, a.program, a.limit), folders):
             lines.append(line)

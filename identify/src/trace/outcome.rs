@@ -145,7 +145,9 @@ pub struct Outcome {
     /// The same of the patched model; one if sensor noise explains it.
     pub misfit_after: f64,
     /// Log likelihood of the training samples under the model as given, nats, if noise alone is to blame for what it
-    /// leaves; up to what depends on the log alone. Of two models traced on one log the larger is the likelier.
+    /// leaves; up to what depends on the log alone. Of two models traced on one log the larger is the likelier, if they
+    /// differ by more than about ten nats: the smallest forces that are looked for are a share of the model's own. Not
+    /// a number where columns are mistaken and nothing was fitted.
     pub log_likelihood_before: f64,
     /// The same of the patched model.
     pub log_likelihood_after: f64,
