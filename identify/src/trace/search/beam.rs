@@ -2,7 +2,7 @@
 
 use super::Task;
 use super::explored::Explored;
-use super::fit::{Fitted, as_given, bar, by_score, fit, fit_with, sharpened};
+use super::fit::{Fitted, bar, by_score, fit, fit_with, given_with, sharpened};
 use super::hypothesis::Hypothesis;
 use super::moves::merge::is_on_a_body;
 use super::moves::{ALIKE, EXCHANGE, LEAP, MORE, Move, STEP};
@@ -11,10 +11,11 @@ use super::placement::placed;
 use super::proposal::Proposal;
 use super::score::structure;
 use crate::machine::{SolveError, States};
-use crate::regression::Hold;
+use crate::regression::{Hold, ProcessNoise};
 use crate::trace::dictionary::Dictionary;
 use crate::trace::estimate::Observed;
 use crate::trace::finding::is_without_its_mark;
+use crate::trace::linearised::first_noise;
 use crate::trace::progress::{Progress, Stage};
 use crate::trace::refine::{Effort, Explanation};
 use crate::trace::screen::Considered;
@@ -66,6 +67,17 @@ impl<'a> Search<'a> {
     /// # Errors
     /// If the equation of motion cannot be solved along the curve.
     pub fn begin(task: Task<'a>, observed: &Observed) -> Result<Self, SolveError> {
+        let dictionary = task.dictionary;
+        let noise = first_noise(&dictionary.focus(&[]), observed, &dictionary.defaults)?;
+        Self::begin_with(task, observed, &noise)
+    }
+
+    /// The same with some noise, which says the least that there is.
+    fn begin_with(
+        task: Task<'a>,
+        observed: &Observed,
+        noise: &ProcessNoise,
+    ) -> Result<Self, SolveError> {
         let Task {
             dictionary,
             free_hold,
@@ -95,7 +107,7 @@ impl<'a> Search<'a> {
             &[observed.hold]
         };
         for &hold in holds {
-            let given = Arc::new(as_given(dictionary, observed, hold)?);
+            let given = Arc::new(given_with(dictionary, observed, hold, noise)?);
             search.explored.add(dictionary, Arc::clone(&given));
             search.given.push(given);
         }
@@ -178,8 +190,10 @@ impl<'a> Search<'a> {
     /// # Errors
     /// If the equation of motion cannot be solved along the curve.
     pub fn as_given(&self, of: &Fitted) -> Result<Fitted, SolveError> {
-        let observed = &self.given[0].explanation.observed;
-        as_given(self.dictionary, observed, of.hypothesis.hold)
+        let Explanation {
+            observed, noise, ..
+        } = &self.given[0].explanation;
+        given_with(self.dictionary, observed, of.hypothesis.hold, noise)
     }
 
     /// A search in the same log, seen otherwise, begun with what this has found.
@@ -217,7 +231,10 @@ impl<'a> Search<'a> {
             hold: found.hypothesis.hold,
             ..whole.clone()
         };
-        let given = Self::begin(self.task(false), &observed)?;
+        // The least gap of a constraint would be another in the whole than in its part.
+        let least = &self.given[0].explanation.noise;
+        let noise = first_noise(&dictionary.focus(&[]), &observed, &dictionary.defaults)?;
+        let given = Self::begin_with(self.task(false), &observed, &noise.at_least(least))?;
         self.enter(Stage::Settle);
         // A sensor that was found to misread has read another motion all along.
         let focus = dictionary.focus(found.hypothesis.candidates());

@@ -4,7 +4,7 @@
 use super::hypothesis::Hypothesis;
 use super::score::{evidence, prior};
 use crate::machine::SolveError;
-use crate::regression::Hold;
+use crate::regression::{Hold, ProcessNoise};
 use crate::trace::dictionary::Dictionary;
 use crate::trace::estimate::Observed;
 use crate::trace::linearised::first_noise;
@@ -59,6 +59,19 @@ pub fn as_given(
     hold: Hold,
 ) -> Result<Fitted, SolveError> {
     let noise = first_noise(&dictionary.focus(&[]), observed, &dictionary.defaults)?;
+    given_with(dictionary, observed, hold, &noise)
+}
+
+/// The same begun with some noise, which says the least that there is.
+///
+/// # Errors
+/// As of [`as_given`].
+pub fn given_with(
+    dictionary: &Dictionary,
+    observed: &Observed,
+    hold: Hold,
+    noise: &ProcessNoise,
+) -> Result<Fitted, SolveError> {
     let starts = [noise.at_smallest_jitter(), noise.at_smallest()];
     let fitted = starts.into_par_iter().map(|noise| {
         let start = Explanation {
@@ -149,7 +162,6 @@ pub fn by_score(a: &Fitted, b: &Fitted) -> std::cmp::Ordering {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::regression::Hold;
     use crate::trace::wheel::{WHEEL, begun, named, rectangular};
     use std::fmt::Write;
 
