@@ -258,7 +258,7 @@ const TERMS: usize = 8;
 const MOST_DOUBLINGS: f64 = 40.0;
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::machine::{Motion, Terms};
     use crate::regression::CORRELATION;
@@ -283,11 +283,11 @@ mod tests {
         (U - F * (v / V_S).tanh()) / MASS
     }
 
-    /// The terms of a body of that mass, with nothing in its way.
-    fn pushed_by(force: f64) -> Terms {
+    /// The terms of a body with nothing in its way that a force pushes.
+    pub fn free(mass: f64, force: f64) -> Terms {
         let (none, no_row) = (DVector::zeros(0), DMatrix::zeros(0, 1));
         Terms {
-            mass_matrix: DMatrix::from_element(1, 1, MASS),
+            mass_matrix: DMatrix::from_element(1, 1, mass),
             bias_force: DVector::zeros(1),
             applied_force: DVector::zeros(1),
             input_matrix: DMatrix::zeros(1, 0),
@@ -314,7 +314,7 @@ mod tests {
             Ok(vec![Local {
                 acceleration: DMatrix::from_row_slice(1, 2, &[acceleration(v), 1.0 / MASS]),
                 slope: DMatrix::from_row_slice(1, 2, &[0.0, slope]),
-                motion: Motion::of(pushed_by(MASS * acceleration(v)), &[], 0)?,
+                motion: Motion::of(free(MASS, MASS * acceleration(v)), &[], 0)?,
                 shown: None,
             }])
         };
