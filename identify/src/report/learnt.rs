@@ -46,7 +46,7 @@ fn gained(outcome: &Outcome) -> String {
         Some(_) => "what comes nearest makes",
         None => "the findings make",
     };
-    let gained = outcome.foretold.map(|Foretold { gain, error }| {
+    let gained = outcome.foretold.map(|Foretold { gain, error, .. }| {
         let test = &outcome.split.test_log;
         format!(" By {gain:.0} ± {error:.0} nats {what} the samples of {test} likelier.")
     });

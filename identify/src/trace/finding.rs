@@ -117,8 +117,8 @@ const REMARKABLE_SHARE: f64 = 3e-3;
 /// Findings that leave more than this share of the unexplained accelerations name too
 /// little.
 const MOSTLY_UNEXPLAINED: f64 = 0.1;
-/// A force that remembers and leaves this share remembers otherwise: any hysteresis is near
-/// to any other.
+/// A force that remembers and leaves this share may remember otherwise: any hysteresis is near to any
+/// other.
 const MEMORY_UNEXPLAINED: f64 = 0.03;
 
 /// Whether something remains that the findings do not explain.
@@ -126,18 +126,35 @@ pub(super) fn something_remains(remaining: &Remaining) -> bool {
     remaining.evidence > REMARKABLE_EVIDENCE && remaining.share_after > REMARKABLE_SHARE
 }
 
-/// Whether a force that remembers, as the log has it, is another one. However small what it
-/// leaves is: the share says what is worth a name, and here it is only about whose.
+/// Whether a force that remembers, as the log has it, leaves enough to be another one. However small
+/// that is: the share says what is worth a name, and here it is only about whose.
 fn remembers_otherwise(remaining: &Remaining) -> bool {
     remaining.evidence > REMARKABLE_EVIDENCE
         && remaining.share_after > MEMORY_UNEXPLAINED * remaining.share_before
 }
 
 /// Whether findings leave so much that it must be asked what it is.
-pub(super) fn much_remains(basis: Basis, selection: &Selection) -> bool {
+pub(super) fn much_remains(dictionary: &Dictionary, basis: Basis, selection: &Selection) -> bool {
     let remaining = &selection.remaining;
     let mostly = remaining.share_after > MOSTLY_UNEXPLAINED * remaining.share_before;
+    let remembers = |term: &Term| remembers(dictionary, term.candidate);
     mostly && (basis == Basis::Forces || something_remains(remaining))
+        || remembers_otherwise(remaining) && selection.terms.iter().any(remembers)
+}
+
+/// Whether a candidate is a force with states of its own.
+fn remembers(dictionary: &Dictionary, candidate: usize) -> bool {
+    let candidate = &dictionary.candidates[candidate];
+    let model = &dictionary.machine.compiled.model;
+    let own = |effect: usize| {
+        let mut parameters = model.effects[effect].parameters.iter();
+        parameters.any(|p| candidate.parameters.contains(p))
+    };
+    !candidate.channel
+        && model
+            .states
+            .iter()
+            .any(|state| state.effect.is_some_and(own))
 }
 
 /// Judges the outcome of a selection. `is_other` says whether what it leaves shows that its findings
@@ -150,20 +167,6 @@ pub(super) fn verdict(dictionary: &Dictionary, selection: &Selection, is_other: 
             .iter()
             .any(|term| test(&dictionary.candidates[term.candidate]))
     };
-    let remembers = |term: &Term| {
-        let candidate = &dictionary.candidates[term.candidate];
-        let states = &dictionary.machine.compiled.model.states;
-        let own = |effect: usize| {
-            let effect = &dictionary.machine.compiled.model.effects[effect];
-            effect
-                .parameters
-                .iter()
-                .any(|p| candidate.parameters.contains(p))
-        };
-        !candidate.channel && states.iter().any(|state| state.effect.is_some_and(own))
-    };
-    let misremembers =
-        remembers_otherwise(&selection.remaining) && selection.terms.iter().any(remembers);
     let known = selection.estimate.known();
     let nameless = |term: &Term| {
         is_without_its_mark(dictionary, term.candidate, &selection.values, known)
@@ -175,7 +178,7 @@ pub(super) fn verdict(dictionary: &Dictionary, selection: &Selection, is_other: 
         } else {
             Verdict::None
         }
-    } else if is_other || misremembers || selection.terms.iter().any(nameless) {
+    } else if is_other || selection.terms.iter().any(nameless) {
         Verdict::Unknown
     } else if about(|c| !c.channel && c.subject.name() != "parameter") {
         Verdict::Effect
@@ -362,6 +365,37 @@ mod tests {
         // Not told apart at all, each is worth half a nat by itself.
         let together = worth(&dictionary, ripple, &values, (&strengths, &known_to(1.0)));
         assert!((together - 0.5).abs() < 1e-9, "{together}");
+    }
+
+    /// Bristles that bend, with more friction before they slide, while a force without a name pushes:
+    /// what that leaves is no law, and does not say that it is another hysteresis.
+    #[test]
+    fn a_friction_that_remembers_keeps_its_name_beside_a_force_without_one() {
+        let (mut noise, mut push) = (rectangular(6), rectangular(7));
+        let (mut bent, mut force) = (0.0, 0.0);
+        let mut text = String::from("t,q_angle,u_motor\n");
+        let h = 0.005;
+        for k in 0..4000 {
+            let t = h * f64::from(k);
+            let waves = [(0.35, 2.3), (0.2, 5.9), (0.1, 0.7)];
+            let [q, v, a] = waves.iter().fold([0.0; 3], |[q, v, a], &(size, w)| {
+                let (sin, cos) = (w * t).sin_cos();
+                [q + size * sin, v + size * w * cos, a - size * w * w * sin]
+            });
+            let friction = 0.08 * bent;
+            let turned = 0.02 * a + friction + force;
+            writeln!(text, "{t},{},{turned}", q + 1e-4 * noise()).unwrap();
+            let sliding = 1.0 + 1.5 * (-(v / 0.4_f64).powi(2)).exp();
+            bent += h * (v - v.abs() * bent / sliding) / 0.05;
+            force += (-h / 0.1) * force + 0.006 * push();
+        }
+        let outcome = traced(WHEEL, &text);
+        let [friction] = &outcome.findings[..] else {
+            panic!("{:?}: {:#?}", outcome.verdict, outcome.findings);
+        };
+        assert_eq!(friction.effect, "lugre");
+        let remaining = &outcome.remaining;
+        assert!(remembers_otherwise(remaining), "{remaining:?}");
     }
 
     /// Bouc's and Wen's hysteresis as LuGre's friction leaves little, but evidently.

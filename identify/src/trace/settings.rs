@@ -77,6 +77,6 @@ pub const WORTH_A_NAME: f64 = 1e-3;
 /// Share of what is missing that many findings in the balance leave where motion need not be asked.
 pub const NEARLY_NOTHING: f64 = 0.1;
 
-/// Standard errors, as the gain differs from run to run of a log, by which findings must make data
-/// likelier that nothing was fitted to.
+/// Standard deviations by which the signed ranks of what the runs of a log gain must lie above chance,
+/// where findings must make data likelier that nothing was fitted to.
 pub const SURE: f64 = 2.0;
