@@ -89,7 +89,7 @@ pub fn answer(
         },
         given_forces: forces(&given)?,
         considered: search.fresh.to_vec(),
-        left_out_nameless: search.left_out_nameless(),
+        left_out_nameless: search.left_out_nameless,
         narrowing: 1,
         averaged_over: 0.0,
         held_otherwise,

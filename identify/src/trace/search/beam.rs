@@ -53,8 +53,8 @@ pub struct Search<'a> {
     expanded: BTreeSet<Hypothesis>,
     /// From which ones leaps were tried.
     leapt: BTreeSet<Hypothesis>,
-    /// Candidates that lost what gives them their name beside others that kept it.
-    nameless: BTreeSet<usize>,
+    /// Whether a term was left out that had lost what gives it its name.
+    pub left_out_nameless: bool,
     /// Whether nothing is left to look into.
     is_done: bool,
     /// Whether only the best hypothesis is gone on from, and by single steps.
@@ -95,7 +95,7 @@ impl<'a> Search<'a> {
             fresh: Arc::default(),
             expanded: BTreeSet::new(),
             leapt: BTreeSet::new(),
-            nameless: BTreeSet::new(),
+            left_out_nameless: false,
             is_done: false,
             by_steps: false,
         };
@@ -296,44 +296,32 @@ impl<'a> Search<'a> {
     }
 
     /// Leaves each term of the best hypothesis out, until none of them is one too many.
-    ///
-    /// # Errors
-    /// If the equation of motion cannot be solved along the curve.
-    pub fn question(&mut self) -> Result<(), SolveError> {
+    pub fn question(&mut self) {
         loop {
             let best = Arc::clone(self.best());
             if self.is_over() || best.hypothesis.candidates().is_empty() {
-                return Ok(());
+                return;
             }
             let terms = best.hypothesis.candidates().iter();
             let without = terms.map(|&term| self.without(&best, term));
             self.try_all(&best, without.collect());
             if self.best().hypothesis == best.hypothesis {
-                return Ok(());
+                return;
             }
         }
     }
 
-    /// Leaves a term out that has lost what gives it its name, and goes on without: what has no name is a
-    /// force without one, and takes nothing from what is named.
-    ///
-    /// # Errors
-    /// If the equation of motion cannot be solved along the curve of a hypothesis.
-    pub fn leave_out(&mut self, nameless: usize) -> Result<(), SolveError> {
+    /// Leaves a term out, and what the log does not show without. What was not found beside it, and is
+    /// now, would only stand for it.
+    pub fn leave_out(&mut self, term: usize) {
         let best = Arc::clone(self.best());
-        self.nameless.insert(nameless);
-        self.explored.forget(nameless);
+        let others = best.hypothesis.exchange(&[term], &[]);
+        self.explored.keep_within(&others);
         for given in &self.given {
             self.explored.replace(self.dictionary, Arc::clone(given));
         }
-        self.try_all(&best, vec![self.without(&best, nameless)]);
-        self.is_done = false;
-        self.run()
-    }
-
-    /// Whether something was left out that had lost what gives it its name.
-    pub fn left_out_nameless(&self) -> bool {
-        !self.nameless.is_empty()
+        self.try_all(&best, vec![self.without(&best, term)]);
+        self.question();
     }
 
     /// A term of a hypothesis that has lost what gives it its name, beside others.
@@ -419,9 +407,7 @@ impl<'a> Search<'a> {
         self.expanded.insert(from.hypothesis.clone());
         self.enter(Stage::Screen);
         let (dictionary, fresh) = (self.dictionary, Arc::clone(&self.fresh));
-        let mut at = Neighbourhood::new(dictionary, from, &fresh, self.free_hold)?;
-        at.considered
-            .retain(|c| !self.nameless.contains(&c.candidate));
+        let at = Neighbourhood::new(dictionary, from, &fresh, self.free_hold)?;
         if self.fresh.is_empty() {
             self.fresh = at.considered.clone().into();
         }
@@ -479,10 +465,8 @@ impl<'a> Search<'a> {
         for proposal in &proposals {
             let known = self.explored.of(&proposal.hypothesis);
             let is_known = known.is_some_and(|known| known.cost < proposal.within_reach + SAME_FIT);
-            let terms = proposal.hypothesis.candidates();
-            let is_no_name = self.dictionary.nested.doubles(terms)
-                || terms.iter().any(|term| self.nameless.contains(term));
-            if !is_known && !is_no_name && !seen.contains(&&proposal.hypothesis) {
+            let doubles = (self.dictionary.nested).doubles(proposal.hypothesis.candidates());
+            if !is_known && !doubles && !seen.contains(&&proposal.hypothesis) {
                 seen.push(&proposal.hypothesis);
                 new.push(proposal);
             }

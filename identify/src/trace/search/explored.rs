@@ -103,12 +103,14 @@ impl Explored {
         }
     }
 
-    /// Forgets all hypotheses that hold a candidate.
-    pub fn forget(&mut self, candidate: usize) {
-        self.known
-            .retain(|hypothesis, _| !hypothesis.contains(candidate));
-        self.kept
-            .retain(|kept| !kept.hypothesis.contains(candidate));
+    /// Forgets all hypotheses that hold other terms than one does.
+    pub fn keep_within(&mut self, hypothesis: &Hypothesis) {
+        let is_within = |own: &Hypothesis| {
+            let mut terms = own.candidates().iter();
+            terms.all(|&term| hypothesis.contains(term))
+        };
+        self.known.retain(|own, _| is_within(own));
+        self.kept.retain(|kept| is_within(&kept.hypothesis));
     }
 
     /// Takes out what is better than a score, best first.
@@ -182,6 +184,19 @@ mod tests {
         );
         assert_eq!(explored.kept()[0].hypothesis, heavier.hypothesis);
         assert_eq!(explored.kept().len(), 2);
+    }
+
+    #[test]
+    fn what_holds_other_terms_is_forgotten() {
+        let (dictionary, nothing, heavier) = fitted();
+        let mut explored = Explored::default();
+        explored.add(&dictionary, Arc::clone(&heavier));
+        explored.add(&dictionary, Arc::clone(&nothing));
+        explored.keep_within(&heavier.hypothesis);
+        assert_eq!(explored.kept().len(), 2);
+        explored.keep_within(&nothing.hypothesis);
+        assert_eq!(explored.kept().len(), 1);
+        assert!(explored.of(&heavier.hypothesis).is_none());
     }
 
     #[test]

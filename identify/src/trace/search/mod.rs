@@ -19,6 +19,7 @@ mod neighbourhood;
 mod placement;
 mod proposal;
 mod score;
+mod standing;
 
 use super::constraints::closing;
 use super::dictionary::Dictionary;
@@ -80,13 +81,20 @@ pub fn select(task: Task<'_>, mut observed: Observed) -> Result<Answer, SolveErr
     if part.is_some() {
         search = search.on_the_whole(&observed)?;
         search.run()?;
-        search.question()?;
+        search.question();
     }
     loop {
         let best = answer::determined(&search);
-        match search.nameless_in(&best) {
-            Some(term) => search.leave_out(term)?,
-            None => return answer::answer(&search, &best, lasting),
+        let Some(nameless) = search.nameless_in(&best) else {
+            return answer::answer(&search, &best, lasting);
+        };
+        let with_it = answer::answer(&search, &best, lasting.clone())?;
+        // What has no name is a force without one, and takes nothing from what is named.
+        search.leave_out(nameless);
+        search.left_out_nameless = true;
+        let left = search.best();
+        if left.hypothesis.candidates().is_empty() || standing::makes_up(&best, left) {
+            return Ok(with_it);
         }
     }
 }
