@@ -150,11 +150,8 @@ fn remembers(dictionary: &Dictionary, candidate: usize) -> bool {
         let mut parameters = model.effects[effect].parameters.iter();
         parameters.any(|p| candidate.parameters.contains(p))
     };
-    !candidate.channel
-        && model
-            .states
-            .iter()
-            .any(|state| state.effect.is_some_and(own))
+    let mut states = model.states.iter();
+    !candidate.channel && states.any(|state| state.effect.is_some_and(own))
 }
 
 /// Judges the outcome of a selection. `is_other` says whether what it leaves shows that its findings

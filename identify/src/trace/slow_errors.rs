@@ -68,11 +68,8 @@ pub(super) fn select_with_slow_errors(
         }
     }
     let is_faint = || {
-        let verdict = verdict(
-            dictionary,
-            &best,
-            much_remains(dictionary, Basis::Motion, &best),
-        );
+        let is_other = much_remains(dictionary, Basis::Motion, &best);
+        let verdict = verdict(dictionary, &best, is_other);
         let has_no_name = verdict == Verdict::Unknown || best.left_out_nameless;
         best.remaining.share_after < FAINT_SHARE && has_no_name
     };

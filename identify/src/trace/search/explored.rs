@@ -166,12 +166,19 @@ mod tests {
         (dictionary, nothing, heavier)
     }
 
+    /// What knows these.
+    fn with(known: [&Arc<Fitted>; 2], dictionary: &Dictionary) -> Explored {
+        let mut explored = Explored::default();
+        for fitted in known {
+            explored.add(dictionary, Arc::clone(fitted));
+        }
+        explored
+    }
+
     #[test]
     fn the_best_fit_of_a_hypothesis_is_never_lost() {
         let (dictionary, nothing, heavier) = fitted();
-        let mut explored = Explored::default();
-        explored.add(&dictionary, Arc::clone(&heavier));
-        explored.add(&dictionary, Arc::clone(&nothing));
+        let mut explored = with([&heavier, &nothing], &dictionary);
         let worse = Fitted {
             score: heavier.score + 5.0,
             ..Fitted::clone(&heavier)
@@ -189,9 +196,7 @@ mod tests {
     #[test]
     fn what_holds_other_terms_is_forgotten() {
         let (dictionary, nothing, heavier) = fitted();
-        let mut explored = Explored::default();
-        explored.add(&dictionary, Arc::clone(&heavier));
-        explored.add(&dictionary, Arc::clone(&nothing));
+        let mut explored = with([&heavier, &nothing], &dictionary);
         explored.keep_within(&heavier.hypothesis);
         assert_eq!(explored.kept().len(), 2);
         explored.keep_within(&nothing.hypothesis);
@@ -202,9 +207,7 @@ mod tests {
     #[test]
     fn a_longer_log_tells_hypotheses_apart_better() {
         let (dictionary, nothing, heavier) = fitted();
-        let mut explored = Explored::default();
-        explored.add(&dictionary, Arc::clone(&heavier));
-        explored.add(&dictionary, Arc::clone(&nothing));
+        let explored = with([&heavier, &nothing], &dictionary);
         let mut whole = explored.carried_over(&heavier, &heavier, 3.0);
         let apart = |explored: &Explored| {
             let of = |one: &Fitted| explored.of(&one.hypothesis).unwrap().cost;

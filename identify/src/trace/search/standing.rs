@@ -2,7 +2,8 @@
 
 use super::fit::Fitted;
 
-/// Standard errors by which a value may change where another term is left out.
+/// Standard errors, of both fits together, by which a value may change where another term is left out (no
+/// unit). Without it a wrong inertia and a spring were written for a friction that had lost its name.
 const SAME: f64 = 3.0;
 
 /// Whether what is left of a hypothesis without a term makes up for it: then its values are no longer what
