@@ -272,6 +272,10 @@ fn deep_nesting_is_refused() {
             format!("x{}", "^-x".repeat(deep)),
             "error: this expression nests more than 64 deep",
         ),
+        (
+            format!("x{}", ".x".repeat(deep)),
+            "error: this expression nests more than 64 deep",
+        ),
         (open.clone(), "error: brackets nest more than 64 deep"),
         ("/*".repeat(deep), "error: this comment is never closed"),
     ] {

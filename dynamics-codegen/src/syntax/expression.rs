@@ -71,8 +71,11 @@ fn signed(stream: &mut Stream<'_>, depth: usize) -> Parsed<Expr> {
 
 fn power(stream: &mut Stream<'_>, depth: usize) -> Parsed<Expr> {
     let mut base = atom(stream, depth)?;
+    let mut members = depth;
     while stream.at_member() {
         stream.skip();
+        members += 1;
+        check_depth(stream, members)?;
         let name = stream.name("a component such as `x`")?;
         base = Expr {
             span: base.span.to(name.span),

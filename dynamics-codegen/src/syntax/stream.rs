@@ -201,14 +201,7 @@ impl<'a> Stream<'a> {
     /// Reads a word that is to be a name; a name that is no word stands in quotes.
     pub fn name(&mut self, what: &str) -> Parsed<Name> {
         if self.input.peek(syn::LitStr) {
-            let name = self.text(what)?;
-            return match name.text.len() <= LONGEST_WORD {
-                true => Ok(name),
-                false => {
-                    let message = format!("a name has at most {LONGEST_WORD} bytes");
-                    Err(Box::new(Diagnostic::error(name.span, message)))
-                }
-            };
+            return short(self.text(what)?);
         }
         let unexpected = |stream: &Self| {
             Box::new(Diagnostic::error(stream.here(), format!("expected {what}")).label(what))
@@ -234,8 +227,10 @@ impl<'a> Stream<'a> {
         while self.at_member() {
             self.skip();
             let inner = self.name("a name")?;
-            place.text = format!("{}.{}", place.text, inner.text);
+            place.text.push('.');
+            place.text.push_str(&inner.text);
             place.span = place.span.to(inner.span);
+            place = short(place)?;
         }
         Ok(place)
     }
@@ -293,4 +288,13 @@ impl<'a> Stream<'a> {
         }
         Ok(lines.join("\n"))
     }
+}
+
+/// A name that is not so long that all that repeats it is out of proportion.
+fn short(name: Name) -> Parsed<Name> {
+    if name.text.len() <= LONGEST_WORD {
+        return Ok(name);
+    }
+    let message = format!("a name has at most {LONGEST_WORD} bytes");
+    Err(Box::new(Diagnostic::error(name.span, message)))
 }

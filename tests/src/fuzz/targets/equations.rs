@@ -173,7 +173,7 @@ fn random_state(model: &Model, rng: &mut ChaCha8Rng) -> States {
             .collect()
     };
     States {
-        q: columns(model.coordinates.len()),
+        q: columns(model.positions().len()),
         v: columns(model.coordinates.len()),
         u: columns(model.inputs.len()),
         t: vec![0.5],
