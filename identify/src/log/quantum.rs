@@ -10,6 +10,9 @@ const REACH: f64 = 30.0;
 /// Fewest increments from which a step is believed.
 const FEWEST: usize = 30;
 
+/// Increments that differ by less than this share are one.
+const SAME: f64 = 1e-3;
+
 /// Mean resultant length above which increments count as multiples.
 const CONCENTRATED: f64 = 0.97;
 
@@ -50,7 +53,7 @@ fn distinct(increments: &[f64], rounding: f64) -> Vec<f64> {
     let mut found: Vec<f64> = Vec::new();
     for &increment in increments {
         let last = found.last().copied().unwrap_or(0.0);
-        if increment > last * (1.0 + 1e-3) + rounding {
+        if increment > last * (1.0 + SAME) + rounding {
             found.push(increment);
             if found.len() == CANDIDATES {
                 break;
@@ -65,6 +68,13 @@ fn accepted(candidate: f64, sorted: &[f64], fewest_multiples: usize) -> Option<f
     let refined = refine(candidate, sorted, 3.0);
     let step = refine(refined, sorted, REACH);
     let near = &sorted[..sorted.partition_point(|increment| *increment <= REACH * step)];
+    // What is much shorter than a step is no multiple of it, however near its phase is to zero.
+    let shorter = near
+        .iter()
+        .filter(|i| (SAME * step..0.5 * step).contains(*i));
+    if shorter.count() as f64 > (1.0 - CONCENTRATED) * near.len() as f64 {
+        return None;
+    }
     let mut multiples: Vec<u32> = near.iter().map(|i| (i / step).round() as u32).collect();
     multiples.dedup();
     if near.len() < FEWEST || multiples.len() < fewest_multiples {
@@ -120,6 +130,23 @@ mod tests {
         for quantum in [1.92e-4, 3.83e-4, 2.4e-5, 0.00291] {
             let step = quantisation_step(&encoder(quantum, 2.0 * quantum, 6)).unwrap();
             assert!((step / quantum - 1.0).abs() < 2e-2, "{quantum}: {step}");
+        }
+    }
+
+    /// Beside a step as long as wild cells are far off all others are short.
+    #[test]
+    fn wild_cells_hide_no_step() {
+        let quantum = 3.83e-4;
+        let mut values = encoder(quantum, 2.0 * quantum, 6);
+        for seed in 0..20 {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            for _ in 0..20 {
+                let at = rng.random_range(0..values.len());
+                values[at] += 0.2 * (5.0 * rng.random::<f64>()).exp();
+            }
+            let step = quantisation_step(&values).unwrap();
+            assert!((step / quantum - 1.0).abs() < 2e-2, "{seed}: {step}");
+            values = encoder(quantum, 2.0 * quantum, 6);
         }
     }
 

@@ -72,7 +72,11 @@ impl<'a> Task<'a> {
                 continue;
             };
             let range = range_of(values).max(prior_sd[i]);
-            let rounding = quantisation_step(values).unwrap_or(0.0) / 12_f64.sqrt();
+            // What stands in the place of wild samples was not read, and hides the steps of what was.
+            let each = values.iter().enumerate();
+            let read = each.filter(|(k, _)| channels.is_measured(i, *k));
+            let read: Vec<f64> = read.map(|(_, value)| *value).collect();
+            let rounding = quantisation_step(&read).unwrap_or(0.0) / 12_f64.sqrt();
             floor[i] = rounding.max(1e-9 * range);
             ceiling[i] = range.max(10.0 * floor[i]);
             start[i] = Some(high_frequency(values).clamp(1.2 * floor[i], ceiling[i]));

@@ -319,6 +319,34 @@ fn what_is_set_aside_has_no_weight() {
     assert_eq!(run(0.0), run(100.0));
 }
 
+/// What stands in the place of wild samples is on no step of the encoder, and hides these.
+#[test]
+fn samples_that_are_set_aside_hide_no_steps() {
+    let step = 1e-3;
+    let t: Vec<f64> = (0..2000).map(|k| 0.005 * f64::from(k)).collect();
+    let turned = |t: f64| 0.4 * (1.1 * t).sin() + 0.1 * (2.3 * t).cos();
+    let mut q: Vec<f64> = t
+        .iter()
+        .map(|&t| (turned(t) / step).round() * step)
+        .collect();
+    let mut flags = vec![false; q.len()];
+    for k in (20..2000).step_by(60) {
+        flags[k] = true;
+        q[k] = turned(t[k]);
+    }
+    let channels = Channels {
+        aside: [&flags, &[], &[]],
+        ..Channels::new(&t, &q, None, None).unwrap()
+    };
+    let smoothed = Smoother::fit(&channels).unwrap().apply(&channels).unwrap();
+    let least = step / 12_f64.sqrt();
+    assert!(
+        smoothed.noise.sd_q > 0.99 * least,
+        "{}",
+        smoothed.noise.sd_q
+    );
+}
+
 #[test]
 fn midpoints_follow_the_motion() {
     let sim = simulate(jittered(2000, 0.005), SD, 3);

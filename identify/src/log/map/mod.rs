@@ -260,6 +260,7 @@ impl Reader<'_> {
             map.channels.push(channel);
         }
         for (name, column) in &file.sensors {
+            self.check_sensor(name)?;
             let channel = self.channel(name, column)?;
             map.channels.push(channel);
         }
@@ -342,6 +343,15 @@ impl Reader<'_> {
              input; what shows a sensor of the model stands under `[sensors]`"
         );
         Err(self.fault(Some(name.span()), message, &mend))
+    }
+
+    /// A sensor is not the clock.
+    fn check_sensor(&self, name: &Spanned<String>) -> Result<(), MapError> {
+        if name.get_ref() != "t" {
+            return Ok(());
+        }
+        let mend = "a sensor has its name from the model; which column holds the stamps is said under `[time]`";
+        Err(self.fault(Some(name.span()), "`t` is the time".to_owned(), mend))
     }
 
     fn channel(&self, name: &Spanned<String>, column: &Column) -> Result<Channel, MapError> {

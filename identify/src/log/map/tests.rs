@@ -532,3 +532,9 @@ fn sensors_have_a_table_of_their_own() {
     );
     close(&log.channels["gyro_z"], |_| -std::f64::consts::FRAC_PI_2);
 }
+
+#[test]
+fn a_sensor_is_not_the_clock() {
+    let said = refused("[sensors]\nt = { column = \"imu.z\" }");
+    assert!(said.contains("arm.toml:2: `t` is the time"), "{said}");
+}
