@@ -91,6 +91,22 @@ impl Log {
             .map(|(begin, end)| begin..end)
     }
 
+    /// Where the sample that is nearest to an instant stands: the file, if the log has several, and the line.
+    pub(crate) fn place(&self, t: f64) -> (Option<String>, u64) {
+        let after = self.t.partition_point(|&stamp| stamp < t);
+        let either = [after.saturating_sub(1), after.min(self.len() - 1)];
+        let apart = |&sample: &usize| (self.t[sample] - t).abs();
+        let nearest = either
+            .into_iter()
+            .min_by(|a, b| apart(a).total_cmp(&apart(b)));
+        let sample = nearest.expect("one of two");
+        let file = self.file_of(sample);
+        (
+            file.map(|path| path.display().to_string()),
+            self.lines[sample],
+        )
+    }
+
     /// The file of a sample, if the log has several.
     pub(super) fn file_of(&self, sample: usize) -> Option<&Path> {
         let of_first = self.followed.first().map(|_| self.path.as_path());

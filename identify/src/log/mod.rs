@@ -79,6 +79,7 @@ pub(crate) use record::{evenly_spread, longest_step, median_step, segments, stre
 pub(crate) use said::said_of;
 pub use seen::{Glance, Missing, Seen};
 pub use sensed::{Gauge, Reading, Sensed};
+pub(crate) use spikes::{BESIDE, ORDINARY, RARE, ordinary_sizes, stands_out};
 pub(crate) use statistics::{mad_sd, median, rms, share_of_news};
 pub use wanted::{Axis, Wanted};
 pub use warning::Warning;

@@ -127,6 +127,22 @@ pub enum Warning {
         /// How many there are.
         samples: usize,
     },
+    /// Single samples that the machine contradicts, as the model has it: what all other samples say stands in
+    /// their place.
+    Contradicted {
+        /// The column.
+        column: String,
+        /// The file, if the log has several.
+        file: Option<String>,
+        /// Line of the first.
+        line: u64,
+        /// What stands there.
+        value: f64,
+        /// What all other samples say.
+        beside: f64,
+        /// How many there are.
+        samples: usize,
+    },
     /// A sensor whose errors are like those just before.
     LastingErrors {
         /// The column.
@@ -259,6 +275,24 @@ fn apart(a: f64, b: f64) -> [String; 2] {
     [a, b].map(|value| format!("{value:.0$e}", digits.clamp(4.0, 16.0) as usize))
 }
 
+/// Samples of a column that are set aside, with what the first is and what is said in its place, and by whom.
+fn write_wild(
+    f: &mut fmt::Formatter<'_>,
+    (column, file, line, samples): (&str, &Option<String>, u64, usize),
+    [value, beside]: [f64; 2],
+    say: &str,
+) -> fmt::Result {
+    let [value, beside] = apart(value, beside);
+    if let Some(file) = file {
+        write!(f, "{file}, ")?;
+    }
+    write!(f, "line {line}: `{column}` is {value} where {say} {beside}")?;
+    match samples {
+        1 => write!(f, "; this sample is set aside"),
+        _ => write!(f, "; {samples} such samples of `{column}` are set aside"),
+    }
+}
+
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -353,18 +387,19 @@ impl fmt::Display for Warning {
                 beside,
                 samples,
             } => {
-                let [value, beside] = apart(*value, *beside);
-                if let Some(file) = file {
-                    write!(f, "{file}, ")?;
-                }
-                write!(
-                    f,
-                    "line {line}: `{column}` is {value} where its neighbours say {beside}"
-                )?;
-                match samples {
-                    1 => write!(f, "; this sample is set aside"),
-                    _ => write!(f, "; {samples} such samples of `{column}` are set aside"),
-                }
+                let sample = (column.as_str(), file, *line, *samples);
+                write_wild(f, sample, [*value, *beside], "its neighbours say")
+            }
+            Self::Contradicted {
+                column,
+                file,
+                line,
+                value,
+                beside,
+                samples,
+            } => {
+                let sample = (column.as_str(), file, *line, *samples);
+                write_wild(f, sample, [*value, *beside], "model and log beside it say")
             }
             Self::LastingErrors { column, memory } => write!(
                 f,

@@ -29,13 +29,13 @@ pub struct NoiseEvidence {
     pub instrument_information: DVector<f64>,
 }
 
-/// What the readings say about the error of a constraint or a sensor at one sample.
-struct ReadingError {
-    sensor: Sensor,
+/// What the readings say about the error of one of them, or of a constraint.
+pub(super) struct ReadingError {
+    pub(super) sensor: Sensor,
     /// Its smoothed value, in units of its variance.
-    pull: f64,
+    pub(super) pull: f64,
     /// What is expected of the square of that.
-    own: f64,
+    pub(super) own: f64,
 }
 
 impl NoiseEvidence {
@@ -55,7 +55,7 @@ impl NoiseEvidence {
 }
 
 /// The adjoint state of the modified Bryson–Frazier smoother.
-struct Adjoint {
+pub(super) struct Adjoint {
     /// `λ`, `3n`.
     vector: DVector<f64>,
     /// `Λ`, `3n×3n`, its covariance; empty if not wanted.
@@ -150,8 +150,8 @@ impl Whitener<'_> {
 
     /// Runs the adjoint from the last sample to the first; `see` is shown its state
     /// after the readings of each sample, where it belongs to the prediction, and what was
-    /// said about the errors of its constraints and of the model's sensors.
-    fn backward(
+    /// said about the errors of these, and of its constraints.
+    pub(super) fn backward(
         &self,
         rows: &DMatrix<f64>,
         with_matrix: bool,
@@ -180,12 +180,13 @@ impl Whitener<'_> {
                 next -= 1;
                 let update = &self.updates[next];
                 let reading = (update, self.gain(next), rows[(next, 0)]);
-                if let Some(place) = self.unit_row(update) {
-                    adjoint.undo_at(reading, place);
-                    continue;
-                }
-                self.write_slope(update.sample as usize, update.sensor, &mut row);
-                let (pull, own) = adjoint.undo(reading, &row);
+                let (pull, own) = match self.unit_row(update) {
+                    Some(place) => adjoint.undo_at(reading, place),
+                    None => {
+                        self.write_slope(update.sample as usize, update.sensor, &mut row);
+                        adjoint.undo(reading, &row)
+                    }
+                };
                 errors.push(ReadingError {
                     sensor: update.sensor,
                     pull,
@@ -279,13 +280,14 @@ impl Adjoint {
     }
 
     /// [`Adjoint::undo`] for `h` a unit vector: only one row and column change.
-    fn undo_at(&mut self, (update, gain, innovation): Read<'_>, place: usize) {
+    fn undo_at(&mut self, (update, gain, innovation): Read<'_>, place: usize) -> (f64, f64) {
         let pull = gain.dot(&self.vector) + innovation / update.sd;
         self.vector[place] -= pull;
+        let mut own = 1.0 / (update.sd * update.sd);
         if let Some(matrix) = &mut self.matrix {
             let image = &mut self.image;
             image.gemv(1.0, matrix, &gain, 0.0);
-            let own = gain.dot(image) + 1.0 / (update.sd * update.sd);
+            own += gain.dot(image);
             let mut column = matrix.column_mut(place);
             column -= &*image;
             let mut row = matrix.row_mut(place);
@@ -294,6 +296,7 @@ impl Adjoint {
             }
             matrix[(place, place)] += own;
         }
+        (pull, own)
     }
 
     /// With `C = I − K hᵀ`: `λ ← Cᵀλ − h ν/S`, `Λ ← CᵀΛC + h hᵀ/S`. Returns the reading's

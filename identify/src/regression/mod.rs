@@ -12,6 +12,7 @@
 //! acceleration needed, constraint forces never enter.
 
 mod adjoint;
+mod auxiliary;
 mod band;
 mod closed;
 mod error_dynamics;
@@ -29,6 +30,7 @@ mod trails;
 mod whitener;
 
 pub use adjoint::NoiseEvidence;
+pub use auxiliary::Auxiliary;
 pub(crate) use band::Band;
 pub use error_dynamics::{CORRELATION, Columns, ErrorDynamics, Hold, Mover};
 pub use gram::{BLOCKS, Fit, Gram, INVISIBLE};

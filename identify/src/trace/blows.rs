@@ -11,8 +11,7 @@ use super::settings::MARGIN;
 use super::settle::{Adapt, settle};
 use crate::log::{Doubt, Record};
 use crate::machine::SolveError;
-use crate::regression::{Hold, ProcessNoise, Whitener};
-use crate::smooth::SmoothError;
+use crate::regression::{ProcessNoise, Whitener};
 
 /// How long after a blow the motion is asked about it, s; blows that are no farther apart are one.
 const ASKED: f64 = 0.2;
@@ -29,21 +28,6 @@ pub(super) fn decided(dictionary: &Dictionary, mut observed: Observed) -> Observ
             decided
         }
         _ => observed,
-    }
-}
-
-/// The same of a record.
-///
-/// # Errors
-/// If it cannot be smoothed.
-pub(super) fn decided_in(
-    dictionary: &Dictionary,
-    record: Record,
-    hold: Hold,
-) -> Result<Record, SmoothError> {
-    match record.doubts.is_empty() {
-        true => Ok(record),
-        false => Ok(decided(dictionary, Observed::new(record, hold)?).record),
     }
 }
 

@@ -7,6 +7,7 @@ mod blows;
 mod command;
 mod conclude;
 mod constraints;
+mod contradicted;
 mod corrected;
 mod described;
 mod dictionary;

@@ -6,6 +6,7 @@ use super::blows;
 use super::command::drives;
 use super::conclude::judged;
 use super::constraints::{check_corrected, check_measured};
+use super::contradicted;
 use super::dictionary::{Dictionary, Ranges, Source};
 use super::error::TraceError;
 use super::estimate::Observed;
@@ -121,8 +122,14 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
     progress.enter(Stage::Derive, &[]);
     let ranges = ranges(&source, &plain, &observed);
     let dictionary = Dictionary::new(&source, &ranges).map_err(Box::new)?;
-    let test = blows::decided_in(&dictionary, test, observed.hold)?;
-    let mut observed = blows::decided(&dictionary, observed);
+    let judging = Observed::new(test, observed.hold)?;
+    let [observed, judging] = [
+        (observed, request.train),
+        (judging, request.test.unwrap_or(request.train)),
+    ]
+    .map(|(observed, log)| contradicted::set_aside(&dictionary, observed, log));
+    let mut observed = blows::decided(&dictionary, observed?);
+    let test = blows::decided(&dictionary, judging?).record;
     observed.believe(&dictionary)?;
     check_measured(&dictionary, &observed)?;
     progress.enter(Stage::Fit, &[]);

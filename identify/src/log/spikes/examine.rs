@@ -12,12 +12,12 @@ const FAR: f64 = 8.0;
 /// what is ordinary: beside a corner or a step of the signal that is less than four times.
 const ALONE: f64 = 6.0;
 /// Times its ordinary distance by which a neighbour may be off.
-const ORDINARY: f64 = 2.0;
+pub(crate) const ORDINARY: f64 = 2.0;
 /// Longest group of wild samples, and how many in it are wild at most.
 const LONGEST: usize = 12;
 const MOST: usize = 4;
 /// Neighbours on each side of a group that must be ordinary.
-const BESIDE: usize = 2;
+pub(crate) const BESIDE: usize = 2;
 /// Samples on each side over which the ordinary distance is taken.
 const NEAR: usize = 30;
 /// The share of samples there that are ordinary beyond doubt, and the standard deviations of
@@ -31,7 +31,7 @@ const FEWEST: usize = 12;
 /// Wild samples hide others: how often the rest is looked at again.
 const PASSES: usize = 4;
 /// Above this share wild samples are what the channel is like.
-const RARE: f64 = 0.05;
+pub(crate) const RARE: f64 = 0.05;
 
 /// The wild samples of a channel: `is_real` says which groups are none although they stand out, and
 /// less than a `share` of the channel's spread is too little to be looked at.
@@ -110,7 +110,7 @@ fn found(stretch: &Stretch<'_>, least: f64, is_real: &dyn Fn(&Range<usize>) -> b
     let departures: Vec<f64> = (0..stretch.values.len())
         .map(|k| stretch.departure(k, &(k..k)).unwrap_or(0.0).abs())
         .collect();
-    let scales = scales(&departures, stretch.aside, least);
+    let scales = ordinary_sizes(&departures, stretch.aside, least);
     let mut found = Vec::new();
     let mut k = 0;
     while k < departures.len() {
@@ -129,22 +129,50 @@ fn found(stretch: &Stretch<'_>, least: f64, is_real: &dyn Fn(&Range<usize>) -> b
     found
 }
 
-/// How far samples ordinarily are from what their neighbours say, nearby and over all.
-fn scales(departures: &[f64], aside: &[bool], least: f64) -> Vec<f64> {
-    let among = |range: Range<usize>| -> Vec<f64> {
-        let free = range.filter(|&k| !aside[k]);
+/// Whether a sample is wild that is so far from what is expected, where so far is ordinary, and its neighbours
+/// are farther than is ordinary by so much.
+pub(crate) fn stands_out(departure: f64, ordinary: f64, beside: f64) -> bool {
+    departure > FAR * ordinary + ALONE * beside
+}
+
+/// How far samples ordinarily are from what is expected, nearby and over all, and at `least`.
+pub(crate) fn ordinary_sizes(departures: &[f64], aside: &[bool], least: f64) -> Vec<f64> {
+    let among = |range: Range<usize>, kept: &dyn Fn(usize) -> bool| -> Vec<f64> {
+        let free = range.filter(|&k| !aside[k] && kept(k));
         free.map(|k| departures[k]).collect()
     };
     let n = departures.len();
-    let overall = mad_sd(&among(0..n)).unwrap_or(0.0).max(least);
+    let overall = mad_sd(&among(0..n, &|_| true)).unwrap_or(0.0).max(least);
+    let shaded = shaded(departures, aside, FAR * overall);
     let nearby = (0..n).map(|k| {
         // As many at the ends of the log as in its middle.
         let first = k.saturating_sub(NEAR).min(n.saturating_sub(2 * NEAR + 1));
-        let near = among(first..(first + 2 * NEAR + 1).min(n));
+        let range = first..(first + 2 * NEAR + 1).min(n);
+        let all = among(range.clone(), &|_| true);
+        let plain = among(range, &|k| !shaded[k]);
+        let near = if 2 * plain.len() > all.len() {
+            plain
+        } else {
+            all
+        };
         let quiet = quantile(&near, QUIET.0).unwrap_or(0.0) / QUIET.1;
         quiet.max(overall)
     });
     nearby.collect()
+}
+
+/// Samples about those that stand out: their neighbours are off because of them. Four wild samples in a
+/// short time would make all of it seem wild.
+fn shaded(departures: &[f64], aside: &[bool], far: f64) -> Vec<bool> {
+    let mut shaded = vec![false; departures.len()];
+    for k in (0..departures.len()).filter(|&k| !aside[k] && departures[k] > far) {
+        let near = k.saturating_sub(BESIDE)..(k + BESIDE + 1).min(departures.len());
+        let mut others = departures[near.clone()].iter();
+        if others.all(|other| *other <= departures[k]) {
+            shaded[near].fill(true);
+        }
+    }
+    shaded
 }
 
 /// The shortest group of samples that begins with `first` and without which all is ordinary; with
@@ -166,7 +194,7 @@ fn group(
         }
         let mut wild = Vec::new();
         for k in group.clone().filter(|&k| !stretch.aside[k]) {
-            if departure(k)? > FAR * scales[k] + ALONE * beside {
+            if stands_out(departure(k)?, scales[k], beside) {
                 wild.push(k);
             }
         }

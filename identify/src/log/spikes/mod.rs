@@ -19,6 +19,7 @@ use super::doubt::Doubt;
 use super::statistics::{mad_sd, quantile};
 use super::{Log, Record, Warning, segments};
 use answer::Answers;
+pub(crate) use examine::{BESIDE, ORDINARY, RARE, ordinary_sizes, stands_out};
 use std::ops::Range;
 use stretch::Stretch;
 

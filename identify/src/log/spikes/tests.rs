@@ -101,6 +101,23 @@ fn wild_cells_next_to_each_other_are_all_found() {
     }
 }
 
+/// The neighbours of four of them are most samples there are for a while.
+#[test]
+fn many_wild_inputs_in_a_short_time_are_all_found() {
+    let many = [(56, 0.8), (68, 1.0), (71, 2.7), (82, -0.7)];
+    let record = cart(wave, |k, cells| {
+        let own = many.iter().find(|(at, _)| *at == k);
+        cells[2] += own.map_or(0.0, |(_, by)| *by);
+    });
+    for (at, _) in many {
+        assert!(
+            (record.u[0][at] - wave(at)).abs() < 1e-2,
+            "{at}: {:?}",
+            wild(&record)
+        );
+    }
+}
+
 /// A machine that is hit, an input that switches, and one that is a short blow: real, all of them.
 #[test]
 fn what_the_machine_answers_to_is_real() {
