@@ -208,7 +208,7 @@ mod tests {
 
     /// A wheel that is shaken so fast that an acceleration between its neighbours can be wrong by half of its
     /// range, read with an acceleration that is off at some samples; it may brake dry, which its model lacks.
-    fn shaken(friction: f64, wrong: &[(usize, f64)]) -> (Log, Observed) {
+    fn shaken(friction: f64, wrong: &[(usize, f64)]) -> (Dictionary, Observed, Log) {
         let step = 0.005;
         let (mut q, mut v) = (0.0, 0.0);
         let mut noise = rectangular(9);
@@ -235,32 +235,19 @@ mod tests {
                 v += h * moved;
             }
         }
-        let (_, start) = begun(WHEEL, &text, ["angle", "motor"]);
-        (
-            Log::from_bytes("wheel.csv", text.as_bytes()).unwrap(),
-            start.observed,
-        )
+        let (dictionary, start) = begun(WHEEL, &text, ["angle", "motor"]);
+        let log = Log::from_bytes("wheel.csv", text.as_bytes()).unwrap();
+        (dictionary, start.observed, log)
     }
 
-    /// What is set aside of the accelerations, and how many warnings say so.
+    /// What is set aside of the accelerations, and what warnings say.
     fn aside(friction: f64, wrong: &[(usize, f64)]) -> (Vec<usize>, Vec<String>) {
-        let (log, observed) = shaken(friction, wrong);
-        let (dictionary, _) = begun(WHEEL, &log_text(&log), ["angle", "motor"]);
+        let (dictionary, observed, log) = shaken(friction, wrong);
         let decided = set_aside(&dictionary, observed, &log).unwrap();
         let flags = decided.record.aside.of(0)[2];
         let set: Vec<usize> = (0..flags.len()).filter(|&k| flags[k]).collect();
         let said = decided.record.warnings.iter().map(ToString::to_string);
         (set, said.collect())
-    }
-
-    fn log_text(log: &Log) -> String {
-        let names = ["q_angle", "dq_angle", "ddq_angle", "u_motor"];
-        let mut text = format!("t,{}\n", names.join(","));
-        for (k, t) in log.t.iter().enumerate() {
-            let cells = names.map(|name| log.channels[name][k].to_string());
-            writeln!(text, "{t},{}", cells.join(",")).unwrap();
-        }
-        text
     }
 
     #[test]
