@@ -37,6 +37,8 @@ pub struct Measured {
     /// By how much the position and the velocity there may be off, where that is outside of what is known
     /// of the motion; empty where sensors are on time.
     pub doubt: [Vec<Vec<f64>>; 2],
+    /// Velocities and accelerations of the motion that is read.
+    pub motion: [Vec<Vec<f64>>; 2],
     /// Per sensing variable, `∂q/∂s`.
     pub q_by: Vec<Vec<Vec<f64>>>,
     /// Per sensing variable, `∂v/∂s`.
@@ -143,6 +145,7 @@ impl Sensors {
             slope,
             ahead,
             doubt,
+            motion: [there.v, acceleration],
             q_by,
             v_by,
         }

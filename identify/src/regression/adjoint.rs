@@ -32,6 +32,8 @@ pub struct NoiseEvidence {
 /// What the readings say about the error of one of them, or of a constraint.
 pub(super) struct ReadingError {
     pub(super) sensor: Sensor,
+    /// The row of the log that it stands in.
+    pub(super) reading: usize,
     /// Its smoothed value, in units of its variance.
     pub(super) pull: f64,
     /// What is expected of the square of that.
@@ -183,26 +185,18 @@ impl Whitener<'_> {
                 let (pull, own) = match self.unit_row(update) {
                     Some(place) => adjoint.undo_at(reading, place),
                     None => {
-                        self.write_slope(update.sample as usize, update.sensor, &mut row);
+                        self.write_slope(update, &mut row);
                         adjoint.undo(reading, &row)
                     }
                 };
                 errors.push(ReadingError {
                     sensor: update.sensor,
+                    reading: update.reading as usize,
                     pull,
                     own,
                 });
             }
             see(sample, &adjoint, &errors);
-        }
-    }
-
-    /// The entry of `δ` that a reading shows, if it shows one alone.
-    fn unit_row(&self, update: &Update) -> Option<usize> {
-        match update.sensor {
-            Sensor::Position(i) => Some(i),
-            Sensor::Velocity(i) => Some(self.dynamics.coordinate_count() + i),
-            Sensor::Acceleration(_) | Sensor::Instrument(_) | Sensor::Closure(_) => None,
         }
     }
 
@@ -220,8 +214,8 @@ impl Whitener<'_> {
             let direct = self.direct(sample, &mix);
             while next < self.updates.len() && self.updates[next].sample as usize == sample {
                 let update = &self.updates[next];
-                self.predict_reading(sample, update.sensor, (&state, &direct), &mut shown);
-                let reading = self.reading(sample, update.sensor).unwrap_or(shown[0]);
+                self.predict_reading(update, &mix, (&state, &direct), &mut shown);
+                let reading = self.reading(update).unwrap_or(shown[0]);
                 let mut column = state.column_mut(0);
                 column.axpy(reading - shown[0], &self.gain(next), 1.0);
                 next += 1;

@@ -7,7 +7,7 @@ use super::whitener::{Mix, Whitener};
 /// A reading of a coordinate beside what all other readings say of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Auxiliary {
-    /// Which sample.
+    /// The row of the log that it stands in.
     pub sample: usize,
     /// Which derivative of a position was read.
     pub derivative: usize,
@@ -26,7 +26,7 @@ impl Whitener<'_> {
     pub fn auxiliary(&self) -> Vec<Auxiliary> {
         let rows = self.whiten(&Mix::Columns(&[0]));
         let mut found = Vec::with_capacity(self.updates.len());
-        self.backward(&rows, true, |sample, _, errors| {
+        self.backward(&rows, true, |_, _, errors| {
             for error in errors {
                 let (derivative, coordinate) = match error.sensor {
                     Sensor::Position(i) => (0, i),
@@ -35,7 +35,7 @@ impl Whitener<'_> {
                     Sensor::Instrument(_) | Sensor::Closure(_) => continue,
                 };
                 found.push(Auxiliary {
-                    sample,
+                    sample: error.reading,
                     derivative,
                     coordinate,
                     apart: error.pull / error.own,

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 /// standard normal distribution, independent of all others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Innovation {
-    /// Which sample.
+    /// The row of the log that it stands in.
     pub sample: usize,
     /// Which coordinate.
     pub coordinate: usize,
@@ -23,7 +23,7 @@ impl Whitener<'_> {
         let rows = self.whiten(&Mix::Columns(&[0]));
         let innovation = |(update, value): (&super::whitener::Update, &f64)| match update.sensor {
             Sensor::Position(coordinate) => Some(Innovation {
-                sample: update.sample as usize,
+                sample: update.reading as usize,
                 coordinate,
                 value: *value,
             }),

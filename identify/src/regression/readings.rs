@@ -1,5 +1,6 @@
 //! What sensors show along a curve.
 
+use super::moments::Moments;
 use crate::log::{Aside, Reading, is_aside};
 
 /// Sensor readings minus the curve, and the sensors' noise.
@@ -20,6 +21,8 @@ pub struct Readings {
     /// What is not known of positions and velocities where they were read, beside the sensors' noise: per
     /// coordinate, a value per sample or nothing.
     pub doubt: [Vec<Vec<f64>>; 2],
+    /// When sensors were read, per coordinate, or nothing: at the stamps.
+    pub moments: Vec<Option<Moments>>,
     /// Samples that no sensor read.
     pub aside: Aside,
     /// What the model's sensors showed.
@@ -31,29 +34,54 @@ pub struct Readings {
 }
 
 impl Readings {
-    /// Every sensor of the `n` coordinates that was read at a sample, with how noisy it is.
-    pub(super) fn each(&self, n: usize, sample: usize, update: &mut impl FnMut(Sensor, f64)) {
+    /// Every sensor of the `n` coordinates that was read next to a sample, which of its readings that was,
+    /// and how noisy it is.
+    pub(super) fn each(
+        &self,
+        n: usize,
+        sample: usize,
+        update: &mut impl FnMut(Sensor, usize, f64),
+    ) {
         for i in 0..n {
-            let [q, v, a] = self.aside.of(i).map(|flags| !is_aside(flags, sample));
-            let [beside_q, beside_v] = self.doubt.each_ref().map(|doubt| {
-                let own = doubt.get(i).and_then(|own| own.get(sample));
-                own.copied().unwrap_or(0.0)
-            });
-            if q {
-                update(Sensor::Position(i), self.position_sd[i].hypot(beside_q));
-            }
-            if v && self.velocity[i].is_some() {
-                update(Sensor::Velocity(i), self.velocity_sd[i].hypot(beside_v));
-            }
-            if a && self.acceleration[i].is_some() {
-                update(Sensor::Acceleration(i), self.acceleration_sd[i]);
+            match self.moments.get(i) {
+                Some(Some(moments)) => {
+                    let made = moments.at(sample).iter();
+                    made.for_each(|&reading| self.each_of(i, reading, update));
+                }
+                _ => self.each_of(i, sample, update),
             }
         }
         for (place, reading) in self.instruments.iter().enumerate() {
             if reading.is_new(sample) {
-                update(Sensor::Instrument(place), reading.sd);
+                update(Sensor::Instrument(place), sample, reading.sd);
             }
         }
+    }
+
+    /// The same of one coordinate and one row of the log.
+    fn each_of(&self, i: usize, reading: usize, update: &mut impl FnMut(Sensor, usize, f64)) {
+        let [q, v, a] = self.aside.of(i).map(|flags| !is_aside(flags, reading));
+        let [beside_q, beside_v] = self.doubt.each_ref().map(|doubt| {
+            let own = doubt.get(i).and_then(|own| own.get(reading));
+            own.copied().unwrap_or(0.0)
+        });
+        if q {
+            let sd = self.position_sd[i].hypot(beside_q);
+            update(Sensor::Position(i), reading, sd);
+        }
+        if v && self.velocity[i].is_some() {
+            let sd = self.velocity_sd[i].hypot(beside_v);
+            update(Sensor::Velocity(i), reading, sd);
+        }
+        if a && self.acceleration[i].is_some() {
+            update(Sensor::Acceleration(i), reading, self.acceleration_sd[i]);
+        }
+    }
+
+    /// Seconds from the sample next to which a reading of a coordinate was made to that.
+    pub(super) fn after(&self, i: usize, reading: usize) -> f64 {
+        let moments = self.moments.get(i).and_then(Option::as_ref);
+        moments.map_or(0.0, |moments| moments.after(reading))
     }
 }
 

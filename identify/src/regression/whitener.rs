@@ -12,8 +12,11 @@ use rayon::prelude::*;
 /// One scalar reading: `z = h·δ + noise`.
 #[derive(Debug, Clone)]
 pub(super) struct Update {
+    /// The sample next to which it was made.
     pub(super) sample: u32,
     pub(super) sensor: Sensor,
+    /// The row of the log that it stands in.
+    pub(super) reading: u32,
     /// Standard deviation of the innovation.
     pub(super) sd: f64,
 }
@@ -52,16 +55,18 @@ impl<'a> Whitener<'a> {
         let mut column = row.clone();
         for sample in 0..dynamics.t.len() {
             whitener.covariance.push(covariance.clone());
-            let mut update = |sensor, sd| {
-                whitener.update(
-                    (sample, sensor, sd),
-                    &mut covariance,
-                    (&mut row, &mut column),
-                );
+            let mut update = |sensor, reading: usize, sd| {
+                let update = Update {
+                    sample: sample as u32,
+                    sensor,
+                    reading: reading as u32,
+                    sd,
+                };
+                whitener.update(update, &mut covariance, (&mut row, &mut column));
             };
             readings.each(n, sample, &mut update);
             for (row, &sd) in noise.closure_sd.iter().enumerate() {
-                update(Sensor::Closure(row), sd);
+                update(Sensor::Closure(row), sample, sd);
             }
             if sample + 1 == dynamics.t.len() {
                 break;
@@ -100,40 +105,31 @@ impl<'a> Whitener<'a> {
         covariance
     }
 
-    /// Takes in one reading, given its sample, its sensor and how noisy that is. The last two are
-    /// there to be written to.
+    /// Takes in one reading, whose standard deviation is that of its sensor yet. The last two are there to be
+    /// written to.
     fn update(
         &mut self,
-        (sample, sensor, noise_sd): (usize, Sensor, f64),
+        update: Update,
         covariance: &mut DMatrix<f64>,
         (row, column): (&mut DVector<f64>, &mut DVector<f64>),
     ) {
-        let n = self.dynamics.coordinate_count();
-        let own = match sensor {
-            Sensor::Position(i) => {
-                column.copy_from(&covariance.column(i));
-                column[i]
+        let own = match self.unit_row(&update) {
+            Some(place) => {
+                column.copy_from(&covariance.column(place));
+                column[place]
             }
-            Sensor::Velocity(i) => {
-                column.copy_from(&covariance.column(n + i));
-                column[n + i]
-            }
-            Sensor::Acceleration(_) | Sensor::Instrument(_) | Sensor::Closure(_) => {
-                self.write_slope(sample, sensor, row);
+            None => {
+                self.write_slope(&update, row);
                 column.gemv(1.0, covariance, row, 0.0);
                 row.dot(column)
             }
         };
-        let variance = own.max(0.0) + noise_sd * noise_sd;
+        let variance = own.max(0.0) + update.sd * update.sd;
         covariance.ger(-1.0 / variance, column, column, 1.0);
         let sd = variance.sqrt();
         self.log_sd += sd.ln();
         self.gains.extend(column.iter().map(|x| x / variance));
-        self.updates.push(Update {
-            sample: sample as u32,
-            sensor,
-            sd,
-        });
+        self.updates.push(Update { sd, ..update });
     }
 
     /// What a unit of an innovation moves the state by, `3n`.
@@ -164,14 +160,42 @@ impl<'a> Whitener<'a> {
         blocks.into_iter().map(of).collect()
     }
 
-    /// `h` of a reading, `z = h·δ`.
-    pub(super) fn write_slope(&self, sample: usize, sensor: Sensor, row: &mut DVector<f64>) {
+    /// The entry of `δ` that a reading shows, if it shows one alone.
+    pub(super) fn unit_row(&self, update: &Update) -> Option<usize> {
+        let place = match update.sensor {
+            Sensor::Position(i) => i,
+            Sensor::Velocity(i) => self.dynamics.coordinate_count() + i,
+            Sensor::Acceleration(_) | Sensor::Instrument(_) | Sensor::Closure(_) => return None,
+        };
+        (self.after(update) == 0.0).then_some(place)
+    }
+
+    /// Seconds from the sample of a reading of a position or a velocity to when it was made.
+    fn after(&self, update: &Update) -> f64 {
+        match update.sensor {
+            Sensor::Position(i) | Sensor::Velocity(i) => {
+                self.readings.after(i, update.reading as usize)
+            }
+            Sensor::Acceleration(_) | Sensor::Instrument(_) | Sensor::Closure(_) => 0.0,
+        }
+    }
+
+    /// `h` of a reading, `z = h·δ`. A time `τ` after a sample it shows `δq + τ δv` and `δv + τ δa`.
+    pub(super) fn write_slope(&self, update: &Update, row: &mut DVector<f64>) {
         let dynamics = self.dynamics;
         let n = dynamics.coordinate_count();
+        let sample = update.sample as usize;
         row.fill(0.0);
-        match sensor {
-            Sensor::Position(i) => row[i] = 1.0,
-            Sensor::Velocity(i) => row[n + i] = 1.0,
+        match update.sensor {
+            Sensor::Position(i) => {
+                row[i] = 1.0;
+                row[n + i] = self.after(update);
+            }
+            Sensor::Velocity(i) => {
+                row.tr_copy_from(&dynamics.slope[sample].row(i));
+                *row *= self.after(update);
+                row[n + i] += 1.0;
+            }
             Sensor::Acceleration(i) => row.tr_copy_from(&dynamics.slope[sample].row(i)),
             Sensor::Instrument(place) => {
                 let sensor = self.readings.instruments[place].sensor;
@@ -257,9 +281,9 @@ impl<'a> Whitener<'a> {
             let direct = self.direct(sample, mix);
             while next < self.updates.len() && self.updates[next].sample as usize == sample {
                 let update = &self.updates[next];
-                self.predict_reading(sample, update.sensor, (&state, &direct), &mut innovation);
+                self.predict_reading(update, mix, (&state, &direct), &mut innovation);
                 innovation.neg_mut();
-                if let (Some(reading), Some(data)) = (self.reading(sample, update.sensor), data) {
+                if let (Some(reading), Some(data)) = (self.reading(update), data) {
                     innovation[data] += reading;
                 }
                 let gain = self.gain(next);
@@ -330,22 +354,40 @@ impl<'a> Whitener<'a> {
     /// What the departure, and the columns at once, would make a sensor read.
     pub(super) fn predict_reading(
         &self,
-        sample: usize,
-        sensor: Sensor,
+        update: &Update,
+        mix: &Mix<'_>,
         (state, direct): (&DMatrix<f64>, &Direct),
         reading: &mut DVector<f64>,
     ) {
         let n = self.dynamics.coordinate_count();
+        let sample = update.sample as usize;
+        let after = self.after(update);
+        // What a sensor that is early or late reads is known by the row of the log.
+        let elsewhere = (update.reading != update.sample)
+            .then(|| self.dynamics.sensed.of(update.reading as usize, mix));
+        let sensed = elsewhere.as_ref().unwrap_or(&direct.sensed).as_ref();
         for (column, reading) in reading.iter_mut().enumerate() {
+            let accelerated = |i: usize| {
+                let slope = &self.dynamics.slope[sample];
+                let each = (0..3 * n).map(|j| slope[(i, j)] * state[(j, column)]);
+                each.sum::<f64>()
+            };
             // What the departure shows, and where what columns change at once stands.
-            let (moved, row) = match sensor {
-                Sensor::Position(i) => (state[(i, column)], Some(i)),
-                Sensor::Velocity(i) => (state[(n + i, column)], Some(n + i)),
+            let (moved, row) = match update.sensor {
+                Sensor::Position(i) => {
+                    let later = after * state[(n + i, column)];
+                    (state[(i, column)] + later, Some(i))
+                }
+                Sensor::Velocity(i) => {
+                    let later = match after == 0.0 {
+                        true => 0.0,
+                        false => after * accelerated(i),
+                    };
+                    (state[(n + i, column)] + later, Some(n + i))
+                }
                 Sensor::Acceleration(i) => {
-                    let slope = &self.dynamics.slope[sample];
-                    let shown = (0..3 * n).map(|j| slope[(i, j)] * state[(j, column)]);
                     let at_once = direct.acceleration.as_ref().map_or(0.0, |a| a[(i, column)]);
-                    (shown.sum::<f64>() + at_once, Some(2 * n + i))
+                    (accelerated(i) + at_once, Some(2 * n + i))
                 }
                 Sensor::Instrument(place) => {
                     let sensor = self.readings.instruments[place].sensor;
@@ -361,22 +403,23 @@ impl<'a> Whitener<'a> {
                     (shown.sum::<f64>() + at_once, None)
                 }
             };
-            let sensed = direct.sensed.as_ref().zip(row);
-            *reading = moved + sensed.map_or(0.0, |(sensed, row)| sensed[(row, column)]);
+            let at_once = sensed.zip(row);
+            *reading = moved + at_once.map_or(0.0, |(sensed, row)| sensed[(row, column)]);
         }
     }
 
-    pub(super) fn reading(&self, sample: usize, sensor: Sensor) -> Option<f64> {
-        match sensor {
-            Sensor::Position(i) => Some(self.readings.position[i][sample]),
-            Sensor::Velocity(i) => self.readings.velocity[i].as_ref().map(|v| v[sample]),
-            Sensor::Acceleration(i) => self.readings.acceleration[i].as_ref().map(|a| a[sample]),
+    pub(super) fn reading(&self, update: &Update) -> Option<f64> {
+        let row = update.reading as usize;
+        match update.sensor {
+            Sensor::Position(i) => Some(self.readings.position[i][row]),
+            Sensor::Velocity(i) => self.readings.velocity[i].as_ref().map(|v| v[row]),
+            Sensor::Acceleration(i) => self.readings.acceleration[i].as_ref().map(|a| a[row]),
             Sensor::Instrument(place) => {
                 let reading = &self.readings.instruments[place];
-                let shown = self.dynamics.shown[sample].values[(reading.sensor, 0)];
-                Some(reading.near(shown, sample))
+                let shown = self.dynamics.shown[row].values[(reading.sensor, 0)];
+                Some(reading.near(shown, row))
             }
-            Sensor::Closure(row) => Some(-self.dynamics.closed.residual[sample][row]),
+            Sensor::Closure(place) => Some(-self.dynamics.closed.residual[row][place]),
         }
     }
 }

@@ -8,7 +8,7 @@ use super::sensor_memory::SensorMemory;
 use super::unmeasured::Echo;
 use crate::log::{Record, Warning, evenly_spread, stretches};
 use crate::machine::{History, States, shifted};
-use crate::regression::{CORRELATION, Hold, Readings, derivative, divided};
+use crate::regression::{CORRELATION, Hold, Moments, Readings, derivative, divided};
 use crate::smooth::{ChannelNoise, SmoothError, Smoothed, smooth_measured};
 use nalgebra::DVector;
 use std::ops::Range;
@@ -193,6 +193,9 @@ impl Observed {
         let channels = |i: usize| (&read.q[i][..], &read.v[i][..], &read.slope[i][..]);
         let mut readings = self.plain_readings();
         readings.doubt.clone_from(&read.doubt);
+        let moments =
+            |ahead: &Vec<f64>| (!ahead.is_empty()).then(|| Moments::new(&self.curve.t, ahead));
+        readings.moments = read.ahead.iter().map(moments).collect();
         for i in 0..self.record.q.len() {
             let (q, v, slope) = channels(i);
             readings.position[i] = beside(&self.record.q[i], q, slope);
@@ -207,10 +210,18 @@ impl Observed {
             let others = [&self.record.dq[i], &self.record.ddq[i]];
             let channels = 1 + others.iter().filter(|channel| channel.is_some()).count();
             readings.log_slope += channels as f64 * log_slope;
-            // What is read of the acceleration beyond the acceleration itself.
-            let (curve_v, t) = (&self.curve.v[i], &self.curve.t);
-            let beyond: Vec<f64> = v.iter().zip(curve_v).map(|(read, v)| read - v).collect();
-            let beyond = derivative(t, &beyond);
+            let [rate, acceleration] = [0, 1].map(|derivative| &read.motion[derivative][i]);
+            // What is read of the acceleration beyond the acceleration itself at the sample next to it.
+            let beyond: Vec<f64> = v.iter().zip(rate).map(|(read, v)| read - v).collect();
+            let mut beyond = derivative(&self.curve.t, &beyond);
+            if let Some(moments) = &readings.moments[i] {
+                let there = acceleration.iter().zip(moments.nearest());
+                let later = there.map(|(there, &sample)| there - accelerations[i][sample]);
+                beyond
+                    .iter_mut()
+                    .zip(later)
+                    .for_each(|(b, later)| *b += later);
+            }
             let corrected = |y: &Vec<f64>| y.iter().zip(&beyond).map(|(y, b)| y - b).collect();
             readings.acceleration[i] = self.record.ddq[i].as_ref().map(corrected);
         }
@@ -236,6 +247,7 @@ impl Observed {
             acceleration: self.record.ddq.clone(),
             acceleration_sd: self.white_equivalent(2),
             doubt: Default::default(),
+            moments: Vec::new(),
             aside: self.record.aside.clone(),
             instruments: self
                 .record

@@ -382,7 +382,7 @@ fn limited(
 mod tests {
     use super::*;
     use crate::trace::dictionary::{Ranges, Source};
-    use crate::trace::wheel::{WHEEL, rectangular, traced};
+    use crate::trace::wheel::{WHEEL, begun, named, rectangular, traced};
     use dynamics_codegen::Library;
     use std::collections::BTreeMap;
     use std::fmt::Write;
@@ -413,6 +413,57 @@ mod tests {
                 miss < 3.0 * estimate.std && miss < 0.05 * truth,
                 "{name}: {estimate:?}"
             );
+        }
+    }
+
+    /// A late sensor shows the motion some samples before, and not between these: `y(t) = q(t - τ)` with
+    /// `τ` of 2.46 samples. Its readings move the curve there; where they moved it at the samples of
+    /// their stamps, each step made it rougher and less likely.
+    #[test]
+    fn readings_of_a_late_sensor_move_the_curve_where_they_were_made() {
+        const LATE: f64 = 0.0123;
+        let mut text = String::from("t,q_angle,dq_angle,ddq_angle,u_motor\n");
+        let mut noise = rectangular(6);
+        let waves = [(0.5, 4.0), (0.1, 11.0)];
+        let motion = |t: f64| {
+            let each = waves.iter().map(|(a, w)| {
+                let (sine, cosine) = (w * t).sin_cos();
+                [a * sine, a * w * cosine, -a * w * w * sine]
+            });
+            each.fold([0.0; 3], |sum, wave| [0, 1, 2].map(|i| sum[i] + wave[i]))
+        };
+        for k in 0..1500 {
+            let t = 0.005 * f64::from(k);
+            let [q, v, a] = motion(t - LATE);
+            let read = [q + 4e-4 * noise(), v + 4e-3 * noise(), a + 0.4 * noise()];
+            let torque = 0.02 * motion(t)[2];
+            writeln!(text, "{t},{},{},{},{torque}", read[0], read[1], read[2]).unwrap();
+        }
+        let columns: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
+        // With positions alone, with velocities, and with accelerations.
+        for channels in 1..=3 {
+            let row = |row: &Vec<&str>| [&row[..=channels], &row[4..]].concat().join(",");
+            let log: Vec<String> = columns.iter().map(row).collect();
+            let (dictionary, start) = begun(WHEEL, &log.join("\n"), ["angle", "motor"]);
+            let late = [named(&dictionary, "time_shift(angle)")];
+            let parameter = dictionary.candidates[late[0]].parameters[0];
+            let mut there = start;
+            there.values[parameter] = 0.011;
+            let count = there.observed.curve.len();
+            there.observed.move_in_time(0, &vec![0.011; count]);
+            let found = refine(&dictionary, &late, &mut there, Effort::FULL).unwrap();
+            let (tau, sd) = (
+                there.values[parameter],
+                found.estimate.covariance[(0, 0)].sqrt(),
+            );
+            assert!(
+                sd < 1e-4 && (tau - LATE).abs() < 3.0 * sd,
+                "{channels}: {tau} ± {sd}"
+            );
+            let mut moved = there.clone();
+            let kept = refine_curve(&dictionary, &late, &mut moved).unwrap();
+            let apart = kept.estimate.cost - found.estimate.cost;
+            assert!(apart.abs() < SMALL_IMPROVEMENT, "{channels}: {apart}");
         }
     }
 
