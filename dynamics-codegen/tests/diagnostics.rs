@@ -54,6 +54,8 @@ fn names() {
             "functions of other languages",
             "let a = if(x, 1, 2); let b = pow(m, 2); let c = log(2);"
         ),
+        ("a case", "let a = if(x > 0, 1, 2);"),
+        ("a comparison in parentheses", "let a = (x < 0)*2;"),
         ("a product without its sign", "let a = m(x + 1);"),
         ("too many arguments", "let a = sin(1, 2);"),
         ("force on an unknown coordinate", "force y = 1;"),

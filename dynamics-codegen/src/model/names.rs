@@ -5,7 +5,7 @@
 
 use super::sensor::{ENCODERS, MOMENTARY_VECTORS};
 use crate::source::Span;
-use crate::syntax::{Expr, ExprKind, Name, PortKind};
+use crate::syntax::{CASES, Expr, ExprKind, Name, PortKind};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What a plain word stands for.
@@ -115,10 +115,7 @@ pub(super) const FUNCTIONS: [(&str, usize); 35] = [
 
 /// Functions of other languages, with what stands for them.
 pub(super) const NO_FUNCTIONS: [(&str, &str); 3] = [
-    (
-        "if",
-        "cases are written with `step(x)`, 1 where x is positive and 0 elsewhere, or with `min`, `max`, `abs` and `sign`; a constraint may come and go: `constraint c when x: …`",
-    ),
+    ("if", CASES),
     ("log", "the natural logarithm is `ln(x)`"),
     ("pow", "a power is written `x^y`"),
 ];

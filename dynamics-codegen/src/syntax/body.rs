@@ -137,7 +137,7 @@ pub(super) fn triple(stream: &mut Stream<'_>) -> Parsed<[Expr; 3]> {
     while !inner.input.is_empty() {
         parts.push(expression(&mut inner)?);
         if !inner.input.is_empty() && !inner.eat(',') {
-            return inner.unexpected("an operator, `,` or `)`");
+            return inner.no_operator(", `,` or `)`");
         }
     }
     let span = here.to(stream.passed(paren.span.close()));

@@ -178,7 +178,7 @@ fn parenthesised(stream: &mut Stream<'_>, depth: usize) -> Parsed<Expr> {
     let mut inner = stream.inside(&content);
     let mut result = sum(&mut inner, depth + 1)?;
     if !inner.input.is_empty() {
-        return inner.unexpected("an operator or `)`");
+        return inner.no_operator(" or `)`");
     }
     stream.passed(paren.span.close());
     result.span = here.to(stream.previous());
@@ -193,7 +193,7 @@ fn arguments(stream: &mut Stream<'_>, depth: usize) -> Parsed<(Vec<Expr>, crate:
     while !inner.input.is_empty() {
         arguments.push(sum(&mut inner, depth + 1)?);
         if !inner.input.is_empty() && !inner.eat(',') {
-            return inner.unexpected("an operator, `,` or `)`");
+            return inner.no_operator(", `,` or `)`");
         }
     }
     let close = stream.passed(paren.span.close());

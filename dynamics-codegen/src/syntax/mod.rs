@@ -13,6 +13,7 @@ mod table;
 
 pub use ast::*;
 pub(crate) use lexical::LONGEST_WORD;
+pub(crate) use stream::CASES;
 
 use crate::diagnostic::Diagnostic;
 use crate::file::Limit;

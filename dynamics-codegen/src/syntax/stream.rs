@@ -8,6 +8,9 @@ use syn::ext::IdentExt;
 use syn::parse::{ParseBuffer, ParseStream};
 use syn::spanned::Spanned;
 
+/// What stands for a choice between cases.
+pub(crate) const CASES: &str = "cases are written with `step(x)`, 1 where x is positive and 0 elsewhere, or with `min`, `max`, `abs` and `sign`; a constraint may come and go: `constraint c when x: …`";
+
 /// What the parsing functions return; `Err` holds the first thing that is
 /// wrong with the statement at hand.
 pub(super) type Parsed<T> = Result<T, Box<Diagnostic>>;
@@ -169,8 +172,7 @@ impl<'a> Stream<'a> {
         };
         let error = Diagnostic::error(span, format!("expected `{punctuation}` after {after_what}"))
             .label(format!("expected `{punctuation}`"));
-        let compares = ['<', '>', '='].into_iter().any(|sign| self.at(sign));
-        Err(Box::new(if punctuation == ';' && compares {
+        Err(Box::new(if punctuation == ';' && self.compares() {
             error.help("what must be equal is a constraint: `constraint name: left == right;`")
         } else {
             error
@@ -260,6 +262,20 @@ impl<'a> Stream<'a> {
         Err(Box::new(
             Diagnostic::error(self.here(), format!("expected {expected}")).label("found this"),
         ))
+    }
+
+    /// The error that an expression goes on with something else than an operator or what was expected.
+    pub fn no_operator<T>(&self, expected: &str) -> Parsed<T> {
+        let found = self.unexpected(&format!("an operator{expected}"));
+        match self.compares() {
+            true => found.map_err(|error| Box::new(error.help(CASES))),
+            false => found,
+        }
+    }
+
+    /// Whether a comparison comes next.
+    fn compares(&self) -> bool {
+        ['<', '>', '='].into_iter().any(|sign| self.at(sign))
     }
 
     /// Text of the doc comments that come next.
