@@ -173,29 +173,53 @@ fn nothing_missing_is_not_said_above_an_error_that_is_large() {
     assert!(outcome.warnings.iter().any(told), "{:?}", outcome.warnings);
 }
 
-/// A torque that is held from one stamp to the next, 5 ms late, where stamps are irregular. That
-/// the sensor is early by as much is the same.
-#[test]
-fn a_held_input_that_is_late_is_found_under_stamps_that_jitter() {
+/// What is said of a torque that is held from one stamp to the next, 5 ms late, where stamps are irregular.
+fn said_of_late(torque: impl Fn(f64) -> f64) -> Outcome {
     let mut random = ChaCha8Rng::seed_from_u64(8);
     let mut stamps = even(2400);
     for t in &mut stamps[1..] {
         *t *= 0.5;
         *t += 0.003 * (random.random::<f64>() - 0.5);
     }
-    let lively = |t: f64| torque(t) + 2.0 * (11.0 * t).sin() + 2.0 * (23.0 * t).sin();
     let held = |t: f64, _: f64| {
         let sent = stamps.partition_point(|&stamp| stamp <= t - 0.005);
-        lively(stamps[sent.max(1) - 1])
+        torque(stamps[sent.max(1) - 1])
     };
-    let outcome = said(&table(&stamps, lively, held, 4), false);
+    let outcome = said(&table(&stamps, &torque, held, 4), false);
     let found = found(&outcome);
+    // That the sensor is early by as much is the same.
     assert!(
         matches!(found[..], ["input_delay" | "time_shift"]),
         "{found:?}"
     );
+    outcome
+}
+
+#[test]
+fn a_held_input_that_is_late_is_found_under_stamps_that_jitter() {
+    let lively = |t: f64| torque(t) + 2.0 * (11.0 * t).sin() + 2.0 * (23.0 * t).sin();
+    let outcome = said_of_late(lively);
     let tau = &outcome.findings[0].parameters["tau"];
     let error = (tau.value - 0.005).abs();
     assert!(error < 2.0 * tau.std && error < 5e-4, "{tau:?}");
     assert_eq!(outcome.input_hold_is, HoldIs::Found);
+}
+
+/// What a slow torque does between samples is within the noise: drawn straight it is half a sample later.
+/// Both times are said, and the standard deviation covers both.
+#[test]
+fn a_held_input_that_is_slow_has_two_times() {
+    let outcome = said_of_late(torque);
+    let tau = &outcome.findings[0].parameters["tau"];
+    assert_eq!(outcome.input_hold_is, HoldIs::Undecided);
+    let otherwise: Vec<f64> = outcome.if_held_otherwise.into_values().collect();
+    let [otherwise] = otherwise[..] else {
+        panic!("{otherwise:?}");
+    };
+    let times = [tau.value.min(otherwise), tau.value.max(otherwise)];
+    for (time, expected) in times.into_iter().zip([0.005, 0.0075]) {
+        assert!((time - expected).abs() < 3e-4, "{times:?}");
+        let apart = (tau.value - expected).abs();
+        assert!(apart < 2.0 * tau.std && tau.std < 3e-3, "{tau:?}");
+    }
 }
