@@ -207,6 +207,7 @@ impl Whitener<'_> {
         let mut state = self.begin(0, &mix);
         let mut after = state.clone();
         let mut shown = DVector::zeros(1);
+        let mut row = DVector::zeros(state.nrows());
         let mut predicted = Vec::with_capacity(self.dynamics.t.len());
         let mut next = 0;
         for sample in 0..self.dynamics.t.len() {
@@ -214,7 +215,8 @@ impl Whitener<'_> {
             let direct = self.direct(sample, &mix);
             while next < self.updates.len() && self.updates[next].sample as usize == sample {
                 let update = &self.updates[next];
-                self.predict_reading(update, &mix, (&state, &direct), &mut shown);
+                let read = (&mut row, &mut shown);
+                self.predict_reading(update, &mix, (&state, &direct), read);
                 let reading = self.reading(update).unwrap_or(shown[0]);
                 let mut column = state.column_mut(0);
                 column.axpy(reading - shown[0], &self.gain(next), 1.0);

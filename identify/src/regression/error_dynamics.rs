@@ -2,6 +2,7 @@
 
 use super::closed::{Closed, Missed};
 use super::in_time::in_time;
+use super::moments::Moments;
 use super::sensed::Sensed;
 use super::shooting::{Shot, is_unresolved, shoot};
 use super::shown::{Derivatives, Places, Shown, shown};
@@ -82,6 +83,8 @@ pub struct ErrorDynamics {
     pub sensed: Sensed,
     /// What the model's sensors show, per sample; empty if a log has none of them.
     pub shown: Vec<Shown>,
+    /// When the model's sensors were read, or nothing: at the stamps.
+    pub moments: Vec<Option<Moments>>,
     /// What holonomic constraints say about the curve.
     pub closed: Closed,
 }
@@ -204,7 +207,7 @@ impl ErrorDynamics {
         let mut last = local(&mut curve.slice(end..end + 1), 2, end - 1..end)?.remove(0);
         all.slope.push(with_mobility(&last));
         all.shown.extend(last.shown.take());
-        in_time(&mut all.shown, &curve.t, mover, columns);
+        all.moments = in_time(&mut all.shown, &curve.t, mover, columns);
         missed.push(last.missed(&holonomic));
         all.acceleration.push(last.acceleration);
         all.closed = Closed::new(columns, curve, missed);
@@ -230,6 +233,7 @@ impl ErrorDynamics {
             columns,
             sensed: Sensed::default(),
             shown: Vec::new(),
+            moments: Vec::new(),
             closed: Closed::default(),
         };
         let mut missed = Vec::with_capacity(samples);

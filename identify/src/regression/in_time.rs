@@ -4,16 +4,24 @@
 //! is late.
 
 use super::error_dynamics::{Columns, Mover};
+use super::moments::Moments;
 use super::sensed::derivative;
 use super::shown::Shown;
 use crate::log::segments;
 
 /// Moves what is shown along a curve to the times that readings are of: values, what a departure
-/// changes of them, and what columns do, those among them that say how late a sensor is.
-pub(super) fn in_time(shown: &mut [Shown], t: &[f64], mover: Mover<'_>, columns: &[Columns<'_>]) {
+/// changes of them, and what columns do, those among them that say how late a sensor is. Says when each
+/// sensor was read.
+pub(super) fn in_time(
+    shown: &mut [Shown],
+    t: &[f64],
+    mover: Mover<'_>,
+    columns: &[Columns<'_>],
+) -> Vec<Option<Moments>> {
     let Some(instruments) = mover.instruments.filter(|_| !shown.is_empty()) else {
-        return;
+        return Vec::new();
     };
+    let mut moments = vec![None; instruments.count()];
     let leads = instruments.leads(mover.parameters);
     let told = told_by(columns);
     for sensor in 0..instruments.count() {
@@ -32,6 +40,7 @@ pub(super) fn in_time(shown: &mut [Shown], t: &[f64], mover: Mover<'_>, columns:
         let then = |column: &[f64]| mixed(&weights, column);
         if lead != 0.0 {
             move_rows(shown, sensor, &then);
+            moments[sensor] = Some(Moments::new(t, &vec![lead; t.len()]));
         }
         for (shown, rate) in shown.iter_mut().zip(then(&rate_of_value)) {
             for (column, by) in &rates {
@@ -39,6 +48,7 @@ pub(super) fn in_time(shown: &mut [Shown], t: &[f64], mover: Mover<'_>, columns:
             }
         }
     }
+    moments
 }
 
 /// The columns, counted behind the values, that say how late sensors are, with what they change of

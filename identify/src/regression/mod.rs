@@ -20,6 +20,7 @@ mod gram;
 mod in_time;
 mod innovations;
 mod moments;
+mod observation;
 mod process_noise;
 mod readings;
 mod sensed;

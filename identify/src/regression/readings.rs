@@ -34,26 +34,25 @@ pub struct Readings {
 }
 
 impl Readings {
-    /// Every sensor of the `n` coordinates that was read next to a sample, which of its readings that was,
-    /// and how noisy it is.
+    /// Every sensor of the `n` coordinates, and of the model, that was read next to a sample, which of its
+    /// readings that was, and how noisy it is. `of_model` says when the model's sensors were read.
     pub(super) fn each(
         &self,
         n: usize,
         sample: usize,
+        of_model: &[Option<Moments>],
         update: &mut impl FnMut(Sensor, usize, f64),
     ) {
         for i in 0..n {
-            match self.moments.get(i) {
-                Some(Some(moments)) => {
-                    let made = moments.at(sample).iter();
-                    made.for_each(|&reading| self.each_of(i, reading, update));
-                }
-                _ => self.each_of(i, sample, update),
+            for &row in made_at(&self.moments, i, &[sample]) {
+                self.each_of(i, row, update);
             }
         }
         for (place, reading) in self.instruments.iter().enumerate() {
-            if reading.is_new(sample) {
-                update(Sensor::Instrument(place), sample, reading.sd);
+            for &row in made_at(of_model, reading.sensor, &[sample]) {
+                if reading.is_new(row) {
+                    update(Sensor::Instrument(place), row, reading.sd);
+                }
             }
         }
     }
@@ -77,11 +76,17 @@ impl Readings {
             update(Sensor::Acceleration(i), reading, self.acceleration_sd[i]);
         }
     }
+}
 
-    /// Seconds from the sample next to which a reading of a coordinate was made to that.
-    pub(super) fn after(&self, i: usize, reading: usize) -> f64 {
-        let moments = self.moments.get(i).and_then(Option::as_ref);
-        moments.map_or(0.0, |moments| moments.after(reading))
+/// The readings of a sensor that were made next to a sample: its own, if all are on time.
+fn made_at<'a>(
+    moments: &'a [Option<Moments>],
+    sensor: usize,
+    sample: &'a [usize; 1],
+) -> &'a [usize] {
+    match moments.get(sensor) {
+        Some(Some(moments)) => moments.at(sample[0]),
+        _ => sample,
     }
 }
 

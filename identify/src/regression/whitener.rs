@@ -24,7 +24,7 @@ pub(super) struct Update {
 /// The filter's gains along the log; the same for the data and every column.
 pub struct Whitener<'a> {
     pub(super) dynamics: &'a ErrorDynamics,
-    readings: &'a Readings,
+    pub(super) readings: &'a Readings,
     pub(super) updates: Vec<Update>,
     /// What the filter makes of a unit of each innovation, `3n` numbers after the other.
     gains: Vec<f64>,
@@ -64,7 +64,7 @@ impl<'a> Whitener<'a> {
                 };
                 whitener.update(update, &mut covariance, (&mut row, &mut column));
             };
-            readings.each(n, sample, &mut update);
+            readings.each(n, sample, &dynamics.moments, &mut update);
             for (row, &sd) in noise.closure_sd.iter().enumerate() {
                 update(Sensor::Closure(row), sample, sd);
             }
@@ -160,54 +160,6 @@ impl<'a> Whitener<'a> {
         blocks.into_iter().map(of).collect()
     }
 
-    /// The entry of `δ` that a reading shows, if it shows one alone.
-    pub(super) fn unit_row(&self, update: &Update) -> Option<usize> {
-        let place = match update.sensor {
-            Sensor::Position(i) => i,
-            Sensor::Velocity(i) => self.dynamics.coordinate_count() + i,
-            Sensor::Acceleration(_) | Sensor::Instrument(_) | Sensor::Closure(_) => return None,
-        };
-        (self.after(update) == 0.0).then_some(place)
-    }
-
-    /// Seconds from the sample of a reading of a position or a velocity to when it was made.
-    fn after(&self, update: &Update) -> f64 {
-        match update.sensor {
-            Sensor::Position(i) | Sensor::Velocity(i) => {
-                self.readings.after(i, update.reading as usize)
-            }
-            Sensor::Acceleration(_) | Sensor::Instrument(_) | Sensor::Closure(_) => 0.0,
-        }
-    }
-
-    /// `h` of a reading, `z = h·δ`. A time `τ` after a sample it shows `δq + τ δv` and `δv + τ δa`.
-    pub(super) fn write_slope(&self, update: &Update, row: &mut DVector<f64>) {
-        let dynamics = self.dynamics;
-        let n = dynamics.coordinate_count();
-        let sample = update.sample as usize;
-        row.fill(0.0);
-        match update.sensor {
-            Sensor::Position(i) => {
-                row[i] = 1.0;
-                row[n + i] = self.after(update);
-            }
-            Sensor::Velocity(i) => {
-                row.tr_copy_from(&dynamics.slope[sample].row(i));
-                *row *= self.after(update);
-                row[n + i] += 1.0;
-            }
-            Sensor::Acceleration(i) => row.tr_copy_from(&dynamics.slope[sample].row(i)),
-            Sensor::Instrument(place) => {
-                let sensor = self.readings.instruments[place].sensor;
-                row.tr_copy_from(&dynamics.shown[sample].slope.row(sensor));
-            }
-            Sensor::Closure(i) => {
-                let gradient = dynamics.closed.gradient[sample].row(i);
-                row.rows_mut(0, n).tr_copy_from(&gradient);
-            }
-        }
-    }
-
     /// Number of the model's sensors that the log has.
     pub fn instrument_count(&self) -> usize {
         self.readings.instruments.len()
@@ -277,11 +229,13 @@ impl<'a> Whitener<'a> {
         let mut after = state.clone();
         let mut next = 0;
         let mut innovation = DVector::zeros(count);
+        let mut row = DVector::zeros(state.nrows());
         for sample in 0..self.dynamics.t.len() {
             let direct = self.direct(sample, mix);
             while next < self.updates.len() && self.updates[next].sample as usize == sample {
                 let update = &self.updates[next];
-                self.predict_reading(update, mix, (&state, &direct), &mut innovation);
+                let read = (&mut row, &mut innovation);
+                self.predict_reading(update, mix, (&state, &direct), read);
                 innovation.neg_mut();
                 if let (Some(reading), Some(data)) = (self.reading(update), data) {
                     innovation[data] += reading;
@@ -327,18 +281,6 @@ impl<'a> Whitener<'a> {
         std::mem::swap(state, after);
     }
 
-    /// What the columns make sensors read at once.
-    pub(super) fn direct(&self, sample: usize, mix: &Mix<'_>) -> Direct {
-        let senses_acceleration = self.readings.acceleration.iter().any(Option::is_some);
-        Direct {
-            acceleration: senses_acceleration.then(|| mix.of(&self.dynamics.acceleration[sample])),
-            shown: (!self.readings.instruments.is_empty())
-                .then(|| mix.of(&self.dynamics.shown[sample].values)),
-            sensed: self.dynamics.sensed.of(sample, mix),
-            closed: self.dynamics.closed.of(sample, mix),
-        }
-    }
-
     /// The departure where nothing came before: none, or, where columns change what is read,
     /// such that it is read as it was.
     pub(super) fn begin(&self, sample: usize, mix: &Mix<'_>) -> DMatrix<f64> {
@@ -350,90 +292,6 @@ impl<'a> Whitener<'a> {
         }
         state
     }
-
-    /// What the departure, and the columns at once, would make a sensor read.
-    pub(super) fn predict_reading(
-        &self,
-        update: &Update,
-        mix: &Mix<'_>,
-        (state, direct): (&DMatrix<f64>, &Direct),
-        reading: &mut DVector<f64>,
-    ) {
-        let n = self.dynamics.coordinate_count();
-        let sample = update.sample as usize;
-        let after = self.after(update);
-        // What a sensor that is early or late reads is known by the row of the log.
-        let elsewhere = (update.reading != update.sample)
-            .then(|| self.dynamics.sensed.of(update.reading as usize, mix));
-        let sensed = elsewhere.as_ref().unwrap_or(&direct.sensed).as_ref();
-        for (column, reading) in reading.iter_mut().enumerate() {
-            let accelerated = |i: usize| {
-                let slope = &self.dynamics.slope[sample];
-                let each = (0..3 * n).map(|j| slope[(i, j)] * state[(j, column)]);
-                each.sum::<f64>()
-            };
-            // What the departure shows, and where what columns change at once stands.
-            let (moved, row) = match update.sensor {
-                Sensor::Position(i) => {
-                    let later = after * state[(n + i, column)];
-                    (state[(i, column)] + later, Some(i))
-                }
-                Sensor::Velocity(i) => {
-                    let later = match after == 0.0 {
-                        true => 0.0,
-                        false => after * accelerated(i),
-                    };
-                    (state[(n + i, column)] + later, Some(n + i))
-                }
-                Sensor::Acceleration(i) => {
-                    let at_once = direct.acceleration.as_ref().map_or(0.0, |a| a[(i, column)]);
-                    (accelerated(i) + at_once, Some(2 * n + i))
-                }
-                Sensor::Instrument(place) => {
-                    let sensor = self.readings.instruments[place].sensor;
-                    let slope = &self.dynamics.shown[sample].slope;
-                    let shown = (0..3 * n).map(|j| slope[(sensor, j)] * state[(j, column)]);
-                    let at_once = direct.shown.as_ref().map_or(0.0, |y| y[(sensor, column)]);
-                    (shown.sum::<f64>() + at_once, None)
-                }
-                Sensor::Closure(i) => {
-                    let gradient = &self.dynamics.closed.gradient[sample];
-                    let shown = (0..n).map(|j| gradient[(i, j)] * state[(j, column)]);
-                    let at_once = direct.closed.as_ref().map_or(0.0, |c| c[(i, column)]);
-                    (shown.sum::<f64>() + at_once, None)
-                }
-            };
-            let at_once = sensed.zip(row);
-            *reading = moved + at_once.map_or(0.0, |(sensed, row)| sensed[(row, column)]);
-        }
-    }
-
-    pub(super) fn reading(&self, update: &Update) -> Option<f64> {
-        let row = update.reading as usize;
-        match update.sensor {
-            Sensor::Position(i) => Some(self.readings.position[i][row]),
-            Sensor::Velocity(i) => self.readings.velocity[i].as_ref().map(|v| v[row]),
-            Sensor::Acceleration(i) => self.readings.acceleration[i].as_ref().map(|a| a[row]),
-            Sensor::Instrument(place) => {
-                let reading = &self.readings.instruments[place];
-                let shown = self.dynamics.shown[row].values[(reading.sensor, 0)];
-                Some(reading.near(shown, row))
-            }
-            Sensor::Closure(place) => Some(-self.dynamics.closed.residual[row][place]),
-        }
-    }
-}
-
-/// What columns make sensors read without a departure.
-pub(super) struct Direct {
-    /// Accelerations, `n×count`, where these are measured.
-    acceleration: Option<DMatrix<f64>>,
-    /// What the model's sensors show, `s×count`, where the log has some of them.
-    shown: Option<DMatrix<f64>>,
-    /// What is read of a motion that stays as it is, `3n×count`.
-    sensed: Option<DMatrix<f64>>,
-    /// How much farther off constraints are, `m×count`.
-    closed: Option<DMatrix<f64>>,
 }
 
 /// Columns whitened at once.
@@ -462,7 +320,7 @@ impl Mix<'_> {
         }
     }
 
-    fn of(&self, all: &DMatrix<f64>) -> DMatrix<f64> {
+    pub(super) fn of(&self, all: &DMatrix<f64>) -> DMatrix<f64> {
         let mut mixed = DMatrix::zeros(all.nrows(), self.count());
         self.add(all, mixed.rows_mut(0, all.nrows()));
         mixed
