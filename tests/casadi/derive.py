@@ -25,9 +25,10 @@ from models import LINEARISED, MODELS
 
 HERE = Path(__file__).resolve().parent
 SEED = 20240601
-# What differs between processors: a share of an array's size, and rounding of what is naught
+# What differs between processors: a share of an array's size, as much as the tests allow, for a platform
+# on three arms is put together in other digits by each (1.8e-11 was seen), and rounding of what is naught
 # (the four-bar's closure is the sum of lengths of about a metre).
-TOLERANCE = 1e-11
+TOLERANCE = 1e-10
 ROUNDING = 1e-14
 # a state whose equilibrated saddle-point matrix is worse conditioned is drawn again:
 # the figures shall be right to about 1e-13, whichever solver the reader uses
