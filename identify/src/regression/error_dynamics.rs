@@ -83,7 +83,7 @@ pub struct ErrorDynamics {
     pub sensed: Sensed,
     /// What the model's sensors show, per sample; empty if a log has none of them.
     pub shown: Vec<Shown>,
-    /// When the model's sensors were read, or nothing: at the stamps.
+    /// When each of the model's sensors was read, or nothing: at the stamps.
     pub moments: Vec<Option<Moments>>,
     /// What holonomic constraints say about the curve.
     pub closed: Closed,

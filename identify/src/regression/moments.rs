@@ -18,7 +18,7 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Of readings that were made `ahead` seconds after their stamps `t`.
+    /// Of `n` readings that were made `ahead` seconds after their `n` stamps `t`, s, which increase.
     pub fn new(t: &[f64], ahead: &[f64]) -> Self {
         let mut moments = Self::default();
         for range in segments(t) {

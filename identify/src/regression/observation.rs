@@ -97,20 +97,20 @@ impl Whitener<'_> {
         let logged = update.reading as usize;
         // What a sensor that is early or late reads is known by the row of the log.
         let is_elsewhere = update.reading != update.sample;
-        let (at_once, place) = match update.sensor {
+        let place = match update.sensor {
             Sensor::Instrument(place) => {
                 let shown = is_elsewhere.then(|| self.shown(logged, mix));
                 let sensor = self.readings.instruments[place].sensor;
                 return add(shown.as_ref().unwrap_or(&direct.shown), sensor, reading);
             }
             Sensor::Closure(place) => return add(&direct.closed, place, reading),
-            Sensor::Position(i) => (None, i),
-            Sensor::Velocity(i) => (None, n + i),
-            Sensor::Acceleration(i) => (Some((&direct.acceleration, i)), 2 * n + i),
+            Sensor::Position(i) => i,
+            Sensor::Velocity(i) => n + i,
+            Sensor::Acceleration(i) => {
+                add(&direct.acceleration, i, reading);
+                2 * n + i
+            }
         };
-        if let Some((accelerations, i)) = at_once {
-            add(accelerations, i, reading);
-        }
         let sensed = is_elsewhere.then(|| self.dynamics.sensed.of(logged, mix));
         add(sensed.as_ref().unwrap_or(&direct.sensed), place, reading);
     }
