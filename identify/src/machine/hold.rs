@@ -50,6 +50,14 @@ impl Signal<'_> {
         (self.u[k] + slope * (t - self.t[k]), slope)
     }
 
+    /// Its value and its slope at `t`, where it jumps those after it: a value that stays has no slope.
+    pub fn at(&self, t: f64) -> (f64, f64) {
+        match self.hold {
+            Hold::Linear => self.linear(t, false),
+            Hold::Previous => (self.sample(t, false).map_or(self.u[0], |k| self.u[k]), 0.0),
+        }
+    }
+
     /// The value just in front of `t`.
     fn stays(&self, t: f64) -> f64 {
         self.sample(t, true).map_or(self.u[0], |k| self.u[k])

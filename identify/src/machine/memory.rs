@@ -210,6 +210,26 @@ impl Machine {
         self.remember_for(curve, hold, parameters, None)
     }
 
+    /// The same as accelerometers feel it: a late input that is held counts by what it is at the sample, not
+    /// by its mean behind it.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn felt(
+        &self,
+        curve: &States,
+        hold: Hold,
+        parameters: &[f64],
+    ) -> Result<States, SolveError> {
+        if !self.remembers() || curve.len() < 2 {
+            return self.remember(curve, hold, parameters);
+        }
+        Ok(States {
+            memory: self.trail(curve, hold, parameters, None)?.felt(),
+            ..curve.clone()
+        })
+    }
+
     /// As [`Machine::remember`], with the slopes that `tape` asks for.
     ///
     /// # Errors
@@ -225,21 +245,7 @@ impl Machine {
         if !self.remembers() || curve.len() < 2 {
             return Ok(self.completed(curve, parameters).unwrap_or(all));
         }
-        let trail = self.trail(curve, hold, parameters, tape)?;
-        let last = curve.len() - 2;
-        let extend = |columns: &[Vec<f64>], ends: &[Vec<f64>]| -> Vec<Vec<f64>> {
-            let pairs = columns.iter().zip(ends);
-            pairs
-                .map(|(column, end)| column.iter().copied().chain([end[last]]).collect())
-                .collect()
-        };
-        let [start, _, end] = &trail.nodes;
-        all.memory = Memory {
-            delayed: extend(&start.delayed, &end.delayed),
-            delay_rate: extend(&start.delay_rate, &end.delay_rate),
-            z: extend(&start.z, &end.z),
-            slopes: extend(&start.slopes, &end.slopes),
-        };
+        all.memory = self.trail(curve, hold, parameters, tape)?.samples();
         Ok(all)
     }
 
@@ -300,6 +306,25 @@ impl Machine {
         nodes
     }
 
+    /// Delayed inputs at the instants `along`; `t` and `u` say what the inputs were.
+    fn momentary(
+        &self,
+        (t, u): (&[f64], &[Vec<f64>]),
+        along: &[f64],
+        hold: Hold,
+        parameters: &[f64],
+    ) -> Memory {
+        let mut momentary = Memory::default();
+        for (input, tau) in self.delays(parameters) {
+            let u = &u[input];
+            let signal = Signal { t, u, hold };
+            let (values, rates) = along.iter().map(|&at| signal.at(at - tau)).unzip();
+            momentary.delayed.push(values);
+            momentary.delay_rate.push(rates);
+        }
+        momentary
+    }
+
     /// Memory along a curve, with the slopes that `tape` asks for.
     ///
     /// # Errors
@@ -355,6 +380,7 @@ impl Machine {
         }
         Ok(Trail {
             nodes: nodes.map(|states| states.memory),
+            momentary: self.momentary((t, u), &curve.t, hold, parameters),
         })
     }
 }

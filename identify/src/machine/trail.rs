@@ -41,11 +41,13 @@ impl Memory {
     }
 }
 
-/// Memory at the start, the middle and the end of every interval of a curve.
+/// Memory at the start, the middle and the end of every interval of a curve, and at its samples.
 #[derive(Debug, Clone, Default)]
 pub struct Trail {
     /// Per node, in this order.
     pub nodes: [Memory; 3],
+    /// Delayed inputs at the samples.
+    pub(super) momentary: Memory,
 }
 
 impl Trail {
@@ -58,6 +60,35 @@ impl Trail {
         let [start, middle, end] = &self.nodes;
         Self {
             nodes: [start.pick(&starts), middle.pick(&starts), end.pick(&ends)],
+            momentary: self.momentary.pick(samples),
+        }
+    }
+
+    /// Memory at the samples: of a late input that stays at its values the mean over the interval behind.
+    pub fn samples(&self) -> Memory {
+        let [start, _, end] = &self.nodes;
+        let extended = |columns: &[Vec<f64>], ends: &[Vec<f64>]| -> Vec<Vec<f64>> {
+            let pairs = columns.iter().zip(ends);
+            let with_last = |(column, end): (&Vec<f64>, &Vec<f64>)| {
+                column.iter().copied().chain(end.last().copied()).collect()
+            };
+            pairs.map(with_last).collect()
+        };
+        Memory {
+            delayed: extended(&start.delayed, &end.delayed),
+            delay_rate: extended(&start.delay_rate, &end.delay_rate),
+            z: extended(&start.z, &end.z),
+            slopes: extended(&start.slopes, &end.slopes),
+        }
+    }
+
+    /// The same as what is read at the samples feels it: of a late input that stays at its values the
+    /// present one.
+    pub fn felt(&self) -> Memory {
+        Memory {
+            delayed: self.momentary.delayed.clone(),
+            delay_rate: self.momentary.delay_rate.clone(),
+            ..self.samples()
         }
     }
 

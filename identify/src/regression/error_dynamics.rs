@@ -207,9 +207,16 @@ impl ErrorDynamics {
         let mut last = local(&mut curve.slice(end..end + 1), 2, end - 1..end)?.remove(0);
         all.slope.push(with_mobility(&last));
         all.shown.extend(last.shown.take());
-        all.moments = in_time(&mut all.shown, &curve.t, mover, columns);
         missed.push(last.missed(&holonomic));
         all.acceleration.push(last.acceleration);
+        if let Some((states, memories)) = trails.at_jumps(curve) {
+            let felt = locals(mover, columns, &states, &memories)?.into_iter();
+            let (accelerations, shown): (_, Vec<_>) =
+                felt.map(|l| (l.acceleration, l.shown)).unzip();
+            all.acceleration = accelerations;
+            all.shown = shown.into_iter().flatten().collect();
+        }
+        all.moments = in_time(&mut all.shown, &curve.t, mover, columns);
         all.closed = Closed::new(columns, curve, missed);
         all.sensed = Sensed::new(columns, curve, &all.accelerations());
         Ok(all)

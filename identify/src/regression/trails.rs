@@ -1,7 +1,7 @@
 //! What machines remember along a curve.
 
 use super::error_dynamics::{Columns, Mover};
-use crate::machine::{Hold, Memory, SolveError, States, Trail};
+use crate::machine::{Hold, Machine, Memory, SolveError, States, Trail};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -12,6 +12,8 @@ pub(super) struct Trails {
     /// Of the other machine, for blocks that do not care for its states.
     other: Trail,
     blocks: Vec<BlockTrail>,
+    /// Whether an input is late and held.
+    jumps: bool,
 }
 
 enum BlockTrail {
@@ -50,7 +52,13 @@ impl Trails {
                 })
             })
             .collect::<Result<_, SolveError>>()?;
+        let machines = columns
+            .iter()
+            .map(|block| (block.machine, block.parameters));
+        let mut machines = machines.chain([(machine, mover.parameters)]);
+        let is_late = |(machine, values): (&Machine, &[f64])| !machine.delays(values).is_empty();
         Ok(Self {
+            jumps: hold == Hold::Previous && machines.any(is_late),
             own,
             other: other.transpose()?.unwrap_or_default(),
             blocks,
@@ -69,6 +77,23 @@ impl Trails {
             trail.nodes[node].slice(range.clone())
         };
         self.blocks.iter().map(slice).collect()
+    }
+
+    /// The curve's samples as what is read there feels them, and the memory of each block, where that is
+    /// not what moves the machines behind them: a late input that is held jumps.
+    pub fn at_jumps(&self, curve: &States) -> Option<(States, Vec<Memory>)> {
+        let memory = |block: &BlockTrail| match block {
+            BlockTrail::Own => self.own.felt(),
+            BlockTrail::Other => self.other.felt(),
+            BlockTrail::Particular(trail) => trail.felt(),
+        };
+        self.jumps.then(|| {
+            let states = States {
+                memory: self.own.felt(),
+                ..curve.clone()
+            };
+            (states, self.blocks.iter().map(memory).collect())
+        })
     }
 
     /// The same some shares of the way into some intervals.

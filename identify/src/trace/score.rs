@@ -265,10 +265,13 @@ impl Scoring<'_> {
     /// A curve with what the machine remembers there, and with inputs as the accelerations of the
     /// record show them: filtered, a sample sees both sides of a jump.
     fn along(&self, record: &Record, curve: &States) -> Result<States, SolveError> {
+        if as_measured(record) {
+            return self.machine.felt(curve, self.hold, self.values);
+        }
         let along = self.machine.remember(curve, self.hold, self.values)?;
         Ok(match self.hold {
-            Hold::Previous if !as_measured(record) => along.between_jumps(&record.segments()),
-            _ => along,
+            Hold::Previous => along.between_jumps(&record.segments()),
+            Hold::Linear => along,
         })
     }
 

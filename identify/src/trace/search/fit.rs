@@ -2,13 +2,14 @@
 //! first may rest too early.
 
 use super::hypothesis::Hypothesis;
+use super::jumps::beside_jumps;
 use super::score::{evidence, prior};
 use crate::machine::SolveError;
 use crate::regression::{Hold, ProcessNoise};
 use crate::trace::dictionary::Dictionary;
 use crate::trace::estimate::Observed;
 use crate::trace::linearised::first_noise;
-use crate::trace::refine::{Effort, Estimate, Explanation, refine};
+use crate::trace::refine::{Effort, Estimate, Explanation, Refined, refine};
 use crate::trace::settings::{SAME_FIT, SHARP_STEPS, SHARPENINGS, SHARPER, TIE};
 use rayon::prelude::*;
 
@@ -114,6 +115,16 @@ pub fn fit_with(
     explanation.observed.hold = hypothesis.hold;
     let candidates = hypothesis.candidates();
     let refined = refine(dictionary, candidates, &mut explanation, effort)?;
+    let bar = effort.bar.min(refined.estimate.cost);
+    let others = beside_jumps(dictionary, hypothesis, &explanation).into_par_iter();
+    let others = others.filter_map(|mut start| {
+        let refined = refine(dictionary, candidates, &mut start, Effort { bar, ..effort });
+        Some((refined.ok()?, start))
+    });
+    let others: Vec<(Refined, Explanation)> = others.collect();
+    let (refined, explanation) = (others.into_iter().chain([(refined, explanation)]))
+        .min_by(|(a, _), (b, _)| a.estimate.cost.total_cmp(&b.estimate.cost))
+        .expect("at least one");
     let prior = prior(dictionary, hypothesis, &explanation);
     Ok(Fitted {
         score: prior + evidence(dictionary, &explanation, &refined),

@@ -13,6 +13,7 @@ mod discrepancy;
 mod explored;
 mod fit;
 mod hypothesis;
+mod jumps;
 mod lateness;
 mod moves;
 mod neighbourhood;

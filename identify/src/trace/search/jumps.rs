@@ -1,0 +1,44 @@
+//! Other places to begin where an accelerometer feels the jumps of a late input.
+//!
+//! An input that stays at its value and is late by `τ` jumps at whole samples: what an accelerometer reads
+//! at a sample is of one value for all `τ` within a sample, and of the next one beyond. No slope says so,
+//! and forces that nothing explains make up for a value that is off by one: a fit may end in the wrong
+//! sample, or beside the jump between two.
+
+use super::channel::timed_input;
+use super::hypothesis::Hypothesis;
+use crate::log::median_step;
+use crate::regression::Hold;
+use crate::trace::dictionary::Dictionary;
+use crate::trace::refine::Explanation;
+
+/// By how many samples another start is later.
+const LATER: [f64; 4] = [-1.0, -0.5, 0.5, 1.0];
+
+/// The end of a fit with one delay moved into its neighbouring samples.
+pub fn beside_jumps(
+    dictionary: &Dictionary,
+    hypothesis: &Hypothesis,
+    found: &Explanation,
+) -> Vec<Explanation> {
+    let record = &found.observed.record;
+    let feels_jumps = record.ddq.iter().any(Option::is_some) || !record.readings().is_empty();
+    if hypothesis.hold != Hold::Previous || !feels_jumps {
+        return Vec::new();
+    }
+    let step = median_step(&record.t);
+    let bounds = &dictionary.machine.compiled.model.parameters;
+    let moved = |parameter: usize| {
+        let times = LATER.map(|samples| found.values[parameter] + samples * step);
+        let is_possible =
+            move |time: &f64| (bounds[parameter].lower..=bounds[parameter].upper).contains(time);
+        times.into_iter().filter(is_possible).map(move |time| {
+            let mut there = found.clone();
+            there.values[parameter] = time;
+            there
+        })
+    };
+    let terms = hypothesis.candidates().iter();
+    let delays = terms.filter_map(|&term| timed_input(dictionary, term));
+    delays.flat_map(moved).collect()
+}
