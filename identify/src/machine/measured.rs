@@ -34,9 +34,9 @@ pub struct Measured {
     pub slope: Vec<Vec<f64>>,
     /// How much later the motion is that is read, s; empty where sensors are on time.
     pub ahead: Vec<Vec<f64>>,
-    /// By how much the position and the velocity there may be off, where that is outside of what is known
-    /// of the motion; empty where sensors are on time.
-    pub doubt: [Vec<Vec<f64>>; 2],
+    /// By how much the position, the velocity and the acceleration there may be off, where that is outside of
+    /// what is known of the motion; empty where sensors are on time.
+    pub doubt: [Vec<Vec<f64>>; 3],
     /// Velocities and accelerations of the motion that is read.
     pub motion: [Vec<Vec<f64>>; 2],
     /// Per sensing variable, `∂q/∂s`.
@@ -108,7 +108,7 @@ impl Sensors {
         let (mut there, mut acceleration) = (states.clone(), accelerations.to_vec());
         let mut leads = Vec::new();
         let mut ahead = vec![Vec::new(); n];
-        let mut doubt = [vec![Vec::new(); n], vec![Vec::new(); n]];
+        let mut doubt = [0, 1, 2].map(|_| vec![Vec::new(); n]);
         if let Some(lead) = &self.lead {
             leads = lead.evaluate_all(&columns(states, accelerations, parameters), states.len());
             let slopes = leads.split_off(n);

@@ -8,14 +8,14 @@ pub(crate) struct Shifted {
     pub q: Vec<f64>,
     pub v: Vec<f64>,
     pub a: Vec<f64>,
-    /// By how much positions and velocities may be off where there is no sample on the other side;
-    /// zero between samples.
-    pub doubt: [Vec<f64>; 2],
+    /// By how much positions, velocities and accelerations may be off where there is no sample on the other
+    /// side; zero between samples.
+    pub doubt: [Vec<f64>; 3],
 }
 
 /// Coordinate `i` of `states`, whose accelerations are `a`, at `t + by`, sample by sample: by
 /// cubics between samples, and by Taylor's series where there is no sample on the other side: what that
-/// leaves out, `j h³/6` and `j h²/2` with the usual jerk `j`, is not known.
+/// leaves out, `j h³/6`, `j h²/2` and `j h` with the usual jerk `j`, is not known.
 pub(crate) fn shifted(states: &States, i: usize, a: &[f64], by: &[f64]) -> Shifted {
     let (t, q, v) = (&states.t, &states.q[i], &states.v[i]);
     let longest = longest_step(t);
@@ -23,7 +23,7 @@ pub(crate) fn shifted(states: &States, i: usize, a: &[f64], by: &[f64]) -> Shift
         q: Vec::with_capacity(t.len()),
         v: Vec::with_capacity(t.len()),
         a: Vec::with_capacity(t.len()),
-        doubt: [vec![0.0; t.len()], vec![0.0; t.len()]],
+        doubt: [0, 1, 2].map(|_| vec![0.0; t.len()]),
     };
     let steps = t.windows(2).zip(a.windows(2));
     let within = steps.filter(|(t, _)| t[1] - t[0] <= longest);
@@ -50,6 +50,7 @@ pub(crate) fn shifted(states: &States, i: usize, a: &[f64], by: &[f64]) -> Shift
             let x = q[near] + h * (v[near] + 0.5 * h * a[near]);
             result.doubt[0][k] = jerk * h.abs().powi(3) / 6.0;
             result.doubt[1][k] = jerk * h * h / 2.0;
+            result.doubt[2][k] = jerk * h.abs();
             (x, v[near] + h * a[near], a[near])
         };
         result.q.push(x);
@@ -92,6 +93,8 @@ mod tests {
                 let is_outside = !(0.0..=t[199]).contains(&(t[k] + by));
                 assert_eq!(moved.doubt[0][k] > 0.0, is_outside, "{k}");
                 assert!(miss < 2.0 * moved.doubt[0][k] + 1e-6, "{k}: {miss}");
+                let miss = (moved.a[k] + 25.0 * (5.0 * (t[k] + by)).sin()).abs();
+                assert!(miss < 2.0 * moved.doubt[2][k] + 1e-2, "{k}: {miss}");
             }
         }
     }

@@ -18,9 +18,9 @@ pub struct Readings {
     pub acceleration: Vec<Option<Vec<f64>>>,
     /// Standard deviation of the acceleration sensors.
     pub acceleration_sd: Vec<f64>,
-    /// What is not known of positions and velocities where they were read, beside the sensors' noise: per
-    /// coordinate, a value per sample or nothing.
-    pub doubt: [Vec<Vec<f64>>; 2],
+    /// What is not known of positions, velocities and accelerations where they were read, beside the
+    /// sensors' noise: per coordinate, a value per sample of the beginning or nothing.
+    pub doubt: [Vec<Vec<f64>>; 3],
     /// When sensors were read, per coordinate, or nothing: at the stamps.
     pub moments: Vec<Option<Moments>>,
     /// Samples that no sensor read.
@@ -34,6 +34,18 @@ pub struct Readings {
 }
 
 impl Readings {
+    /// Doubts what sensors of one derivative of the positions read still more: per coordinate, from the
+    /// first sample on.
+    pub fn doubt_more(&mut self, derivative: usize, more: Vec<Vec<f64>>) {
+        let doubt = &mut self.doubt[derivative];
+        doubt.resize(doubt.len().max(more.len()), Vec::new());
+        for (doubt, more) in doubt.iter_mut().zip(more) {
+            doubt.resize(doubt.len().max(more.len()), 0.0);
+            let pairs = doubt.iter_mut().zip(more);
+            pairs.for_each(|(doubt, more)| *doubt = doubt.hypot(more));
+        }
+    }
+
     /// Every sensor of the `n` coordinates, and of the model, that was read next to a sample, which of its
     /// readings that was, and how noisy it is. `of_model` says when the model's sensors were read.
     pub(super) fn each(
@@ -60,7 +72,7 @@ impl Readings {
     /// The same of one coordinate and one row of the log.
     fn each_of(&self, i: usize, reading: usize, update: &mut impl FnMut(Sensor, usize, f64)) {
         let [q, v, a] = self.aside.of(i).map(|flags| !is_aside(flags, reading));
-        let [beside_q, beside_v] = self.doubt.each_ref().map(|doubt| {
+        let [beside_q, beside_v, beside_a] = self.doubt.each_ref().map(|doubt| {
             let own = doubt.get(i).and_then(|own| own.get(reading));
             own.copied().unwrap_or(0.0)
         });
@@ -73,7 +85,8 @@ impl Readings {
             update(Sensor::Velocity(i), reading, sd);
         }
         if a && self.acceleration[i].is_some() {
-            update(Sensor::Acceleration(i), reading, self.acceleration_sd[i]);
+            let sd = self.acceleration_sd[i].hypot(beside_a);
+            update(Sensor::Acceleration(i), reading, sd);
         }
     }
 }

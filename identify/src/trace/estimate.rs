@@ -180,12 +180,25 @@ impl Observed {
     /// What the sensors of `focus`, with these of the dictionary's values, read beside the
     /// curve, along which the accelerations are those given.
     pub fn readings(&self, focus: &Focus, values: &[f64], accelerations: &[Vec<f64>]) -> Readings {
-        if !focus.machine.has_sensor_errors() {
-            return self.plain_readings();
-        }
         let values = focus.values(values);
-        let states = focus.machine.at_rest(&self.curve, &values);
-        let read = focus.sensors.read(&states, accelerations, &values);
+        let mut readings = match focus.machine.has_sensor_errors() {
+            true => self.corrected_readings(focus, &values, accelerations),
+            false => self.plain_readings(),
+        };
+        if self.record.ddq.iter().any(Option::is_some) {
+            readings.doubt_more(2, self.doubt_of_past(focus, &values));
+        }
+        readings
+    }
+
+    fn corrected_readings(
+        &self,
+        focus: &Focus,
+        values: &[f64],
+        accelerations: &[Vec<f64>],
+    ) -> Readings {
+        let states = focus.machine.at_rest(&self.curve, values);
+        let read = focus.sensors.read(&states, accelerations, values);
         let beside = |y: &[f64], x: &[f64], slope: &[f64]| {
             let apart: Vec<f64> = y.iter().zip(x).map(|(y, x)| y - x).collect();
             divided(&apart, slope)

@@ -27,6 +27,7 @@ mod misread;
 mod nested;
 mod one_clock;
 mod outcome;
+mod past;
 mod patch;
 mod places;
 mod progress;
