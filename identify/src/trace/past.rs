@@ -22,6 +22,7 @@ impl Observed {
             return Vec::new();
         }
         let states = self.curve.slice(0..count);
+        // Where the machine cannot move, what linearises its motion there says so.
         let Ok(known) = machine.felt(&states, self.hold, values) else {
             return Vec::new();
         };
