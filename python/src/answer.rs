@@ -3,13 +3,17 @@
 use crate::batch;
 use crate::error::{Error, unsolved};
 use crate::free::solve;
+use crate::machine_code::MachineCode;
 use crate::model::Model;
 use crate::place::{Array, Place, fill};
-use crate::terms::{Given, Wanted};
+use crate::terms::{Given, Ready, Wanted};
 use dynamics_codegen::derive::Term;
 use identify::machine::{Motion, SolveError};
 use pyo3::prelude::*;
 use std::ops::Range;
+
+/// States whose equations of motion stay in a core's nearest cache until they are solved.
+const NEAR: usize = 64;
 
 impl Model {
     /// A term at every state.
@@ -57,21 +61,36 @@ impl Model {
         let tape = |term| self.equations.tape(Wanted::Term(term));
         let mass = tape(Term::MassMatrix).map_err(Error::new_err)?;
         let force = tape(Term::Force).map_err(Error::new_err)?;
-        let (given, code) = (place.given(&self.values), self.code.as_deref());
+        let given = place.given(&self.values);
         let n = self.equations.coordinates.len();
         fill(place.q.py(), &place.batch, &[n], |out, width| {
             let work = |range: Range<usize>, rows: &mut [f64]| {
-                let equations = &self.equations;
-                let mut masses = vec![0.0; range.len() * n * n];
-                equations.evaluate(&mass, code, &given, range.clone(), &mut masses);
-                equations.evaluate(&force, code, &given, range.clone(), rows);
-                match solve(n, &masses, rows) {
+                let is_solved = match self.code.as_deref() {
+                    Some(code) => solved_by(code, &given, &range, rows, n),
+                    None => self.solved([&mass, &force], &given, &range, rows, n),
+                };
+                match is_solved {
                     true => Ok(()),
                     false => self.move_each(&given, range, rows, n, &accelerations),
                 }
             };
             batch::run(place.q.py(), out, width, parallel, work, unsolved)
         })
+    }
+
+    /// Puts `M⁻¹ Q` of the tapes of `M` and `Q` into rows; says whether it could at all states.
+    fn solved(
+        &self,
+        [mass, force]: [&Ready; 2],
+        given: &Given<'_>,
+        range: &Range<usize>,
+        rows: &mut [f64],
+        n: usize,
+    ) -> bool {
+        let mut masses = vec![0.0; range.len() * n * n];
+        (self.equations).evaluate(mass, None, given, range.clone(), &mut masses);
+        (self.equations).evaluate(force, None, given, range.clone(), rows);
+        solve(n, masses.chunks(n * n).zip(rows.chunks_mut(n)))
     }
 
     /// Fills rows with what motions say, `width` numbers each.
@@ -114,4 +133,31 @@ impl Model {
 /// Accelerations of a motion.
 pub fn accelerations(motion: &Motion, row: &mut [f64]) {
     row.copy_from_slice(motion.acceleration.as_slice());
+}
+
+/// Puts `M⁻¹ Q` of machine code into rows; says whether it could at all states.
+fn solved_by(
+    code: &MachineCode,
+    given: &Given<'_>,
+    range: &Range<usize>,
+    rows: &mut [f64],
+    n: usize,
+) -> bool {
+    let both = n * n + n;
+    let mut equations = vec![0.0; NEAR.min(range.len()) * both];
+    rows.chunks_mut(NEAR * n).enumerate().all(|(k, rows)| {
+        let (first, count) = (range.start + k * NEAR, rows.len() / n);
+        let equations = &mut equations[..count * both];
+        let is_there = code.equation_of_motion(given, &(first..first + count), equations);
+        let states = equations.chunks(both).zip(rows.chunks_mut(n));
+        is_there
+            && solve(
+                n,
+                states.map(|(equation, row)| {
+                    let (mass, force) = equation.split_at(n * n);
+                    row.copy_from_slice(force);
+                    (mass, row)
+                }),
+            )
+    })
 }

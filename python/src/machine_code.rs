@@ -27,6 +27,8 @@ const TERMS: [Term; 10] = [
     Term::ConstraintResidual,
     Term::ConstraintRate,
 ];
+/// `M` and `Q` of a model without constraints, one behind the other: shared parts are computed once.
+const EQUATION: &str = "equation_of_motion";
 /// What makes the numbers those of the tapes, and a library of the file.
 const OPTIONS: [&str; 5] = [
     "-ffp-contract=off",
@@ -44,12 +46,21 @@ struct Input {
     stride: usize,
 }
 
+/// An emitted function in a loop.
+struct Looped {
+    name: &'static str,
+    /// Numbers per state.
+    size: usize,
+    takes_acceleration: bool,
+}
+
 /// `count` states: parameters, `t, q, v, u, a`, and where the results go.
 type Loop = unsafe extern "C" fn(usize, *const f64, *const Input, *mut f64);
 
 /// The loops of one model.
 pub struct MachineCode {
-    loops: HashMap<Term, Loop>,
+    /// By the functions' names.
+    loops: HashMap<&'static str, Loop>,
     /// Positions, coordinates, inputs and parameters.
     sizes: [usize; 4],
     /// The loops stand in it.
@@ -98,23 +109,36 @@ impl MachineCode {
         let wished: Functions = "inverse_dynamics".parse().unwrap_or_default();
         let emission = Emission::new(compiled, &model.name, &wished)
             .map_err(|_| Failure::Model("the model has no inverse dynamics"))?;
-        let terms: Vec<Term> = TERMS.into_iter().filter(|&term| shape(term) > 0).collect();
+        let n = model.coordinates.len();
+        let terms = TERMS.into_iter().map(|term| Looped {
+            name: term.name(),
+            size: shape(term),
+            takes_acceleration: term.takes_acceleration(),
+        });
+        let mut functions: Vec<Looped> = terms.filter(|term| term.size > 0).collect();
+        if model.constraints.is_empty() {
+            functions.push(Looped {
+                name: EQUATION,
+                size: n * n + n,
+                takes_acceleration: false,
+            });
+        }
         let sizes = [
             model.positions().len(),
-            model.coordinates.len(),
+            n,
             model.inputs.len(),
             model.parameters.len(),
         ];
         let files = emission.c();
-        let text = loops(&emission.c_prefix(), &files[1].name, sizes, &terms, &shape);
+        let text = loops(&emission.c_prefix(), &files[1].name, sizes, &functions);
         let folder = tempfile::tempdir()?;
         let library = build(folder.path(), &files, &text, compiler, options)?;
         let mut found = HashMap::new();
-        for &term in &terms {
+        for function in &functions {
             // SAFETY: the text that was just compiled defines a function of this name and type.
-            let symbol = unsafe { library.get::<Loop>(term.name()) };
+            let symbol = unsafe { library.get::<Loop>(function.name) };
             let symbol = symbol.map_err(|error| Failure::Compiler(error.to_string()))?;
-            found.insert(term, *symbol);
+            found.insert(function.name, *symbol);
         }
         Ok(Self {
             loops: found,
@@ -131,7 +155,22 @@ impl MachineCode {
         range: &Range<usize>,
         rows: &mut [f64],
     ) -> bool {
-        let Some(run) = self.loops.get(&term) else {
+        self.run(term.name(), given, range, rows)
+    }
+
+    /// Fills rows with `M`, row by row, and `Q` behind it, at a range of the states; says whether it can, which
+    /// it can of a model without constraints.
+    pub fn equation_of_motion(
+        &self,
+        given: &Given<'_>,
+        range: &Range<usize>,
+        rows: &mut [f64],
+    ) -> bool {
+        self.run(EQUATION, given, range, rows)
+    }
+
+    fn run(&self, name: &str, given: &Given<'_>, range: &Range<usize>, rows: &mut [f64]) -> bool {
+        let Some(run) = self.loops.get(name) else {
             return false;
         };
         let [positions, n, k, p] = self.sizes;
@@ -174,13 +213,12 @@ impl MachineCode {
     }
 }
 
-/// The text of a loop per term around the emitted functions.
+/// The text of a loop around each emitted function.
 fn loops(
     prefix: &str,
     source: &str,
     [positions, n, k, p]: [usize; 4],
-    terms: &[Term],
-    shape: &impl Fn(Term) -> usize,
+    functions: &[Looped],
 ) -> String {
     let mut text = format!(
         "#include \"{source}\"\n#include <stddef.h>\n#include <string.h>\n\n\
@@ -190,8 +228,12 @@ fn loops(
     if k > 0 {
         fields.push(("u", k));
     }
-    for &term in terms {
-        let (name, size) = (term.name(), shape(term));
+    for &Looped {
+        name,
+        size,
+        takes_acceleration,
+    } in functions
+    {
         let mut body = String::new();
         for (index, (field, width)) in fields.iter().enumerate() {
             let of = match *field {
@@ -205,7 +247,7 @@ fn loops(
                  memcpy({of}, in[{index}].values + i * in[{index}].stride, {width} * sizeof(double));"
             );
         }
-        let (before, argument) = match term.takes_acceleration() {
+        let (before, argument) = match takes_acceleration {
             true => (
                 format!(
                     "        if (in[4].values) \
