@@ -368,6 +368,9 @@ mod tests {
     /// what that leaves is no law, and does not say that it is another hysteresis.
     #[test]
     fn a_friction_that_remembers_keeps_its_name_beside_a_force_without_one() {
+        if left_out::too_slow() {
+            return;
+        }
         let (mut noise, mut push) = (rectangular(6), rectangular(7));
         let (mut bent, mut force) = (0.0, 0.0);
         let mut text = String::from("t,q_angle,u_motor\n");

