@@ -163,7 +163,7 @@ impl<'a> Search<'a> {
 
     /// Fits terms, begun with values, before anything else, beside the model as `given` under each assumption about
     /// inputs.
-    fn try_first(
+    pub(super) fn try_first(
         &mut self,
         first: &[(Vec<usize>, Vec<f64>)],
         given: Vec<Arc<Fitted>>,
@@ -303,7 +303,7 @@ impl<'a> Search<'a> {
                 return;
             }
             let terms = best.hypothesis.candidates().iter();
-            let without = terms.map(|&term| self.without(&best, term));
+            let without = terms.map(|&term| self.without(&best, &[term]));
             self.try_all(&best, without.collect());
             if self.best().hypothesis == best.hypothesis {
                 return;
@@ -320,7 +320,7 @@ impl<'a> Search<'a> {
         for given in &self.given {
             self.explored.replace(self.dictionary, Arc::clone(given));
         }
-        self.try_all(&best, vec![self.without(&best, term)]);
+        self.try_all(&best, vec![self.without(&best, &[term])]);
         self.question();
     }
 
@@ -334,11 +334,11 @@ impl<'a> Search<'a> {
         nameless.filter(|_| terms.len() > 1 && !self.is_over())
     }
 
-    /// A hypothesis without one of its terms, to be fitted in any case.
-    fn without(&self, of: &Fitted, term: usize) -> Proposal {
+    /// A hypothesis without some of its terms, to be fitted in any case.
+    fn without(&self, of: &Fitted, terms: &[usize]) -> Proposal {
         Proposal {
-            hypothesis: of.hypothesis.exchange(&[term], &[]),
-            values: self.dictionary.without(&[term], &of.explanation.values),
+            hypothesis: of.hypothesis.exchange(terms, &[]),
+            values: self.dictionary.without(terms, &of.explanation.values),
             promise: 0.0,
             within_reach: f64::NEG_INFINITY,
         }
@@ -501,8 +501,19 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        for fitted in self.improved(from, tried) {
-            self.explored.add(self.dictionary, Arc::new(fitted));
+        let improved = self.improved(from, tried).into_iter().map(Arc::new);
+        let improved: Vec<Arc<Fitted>> = improved.collect();
+        for fitted in &improved {
+            self.explored.add(self.dictionary, Arc::clone(fitted));
+        }
+        // What came to nothing beside another term has shown that one alone, which may not have been tried: it
+        // promised less.
+        for fitted in improved {
+            let idle = fitted.idle(self.dictionary);
+            if !idle.is_empty() && fitted.score < self.best().score && !self.is_over() {
+                let alone = self.without(&fitted, &idle);
+                self.try_all(&fitted, vec![alone]);
+            }
         }
     }
 
