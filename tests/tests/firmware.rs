@@ -225,6 +225,9 @@ fn run_rust(target: Option<&str>) -> String {
 /// `no_std` Rust: bit by bit what it computes on the host.
 #[test]
 fn rust_on_a_cortex_m4() {
+    if left_out::too_slow() {
+        return;
+    }
     if lacks_rust() {
         return;
     }
