@@ -5,7 +5,7 @@ use super::error::TraceError;
 use super::outcome::Split;
 use super::run::Request;
 use super::unmeasured::estimated;
-use crate::log::{Gauge, Log, MINIMUM_SAMPLES, Record, Warning, evenly_spread};
+use crate::log::{Gauge, Log, LogError, MINIMUM_SAMPLES, Record, Warning, evenly_spread};
 use crate::regression::Hold;
 use dynamics_codegen::Compiled;
 use dynamics_codegen::syntax::PortKind;
@@ -68,17 +68,20 @@ fn shortened(mut record: Record) -> Record {
     record
 }
 
+/// The columns of a log that a model reads.
+///
+/// # Errors
+/// If one that it needs is missing or of no use.
+pub(super) fn selected(log: &Log, plain: &Compiled) -> Result<Record, LogError> {
+    let model = &plain.model;
+    let coordinates: Vec<String> = model.coordinates.iter().map(|c| c.name.clone()).collect();
+    let inputs: Vec<String> = model.inputs.iter().map(|u| u.name.clone()).collect();
+    log.select_sensed(&coordinates, &inputs, &Gauge::of(model))
+}
+
 /// What to learn from and what to judge by.
 fn split(request: &Request<'_>, plain: &Compiled) -> Result<(Record, Record, Split), TraceError> {
-    let coordinates: Vec<String> = plain
-        .model
-        .coordinates
-        .iter()
-        .map(|c| c.name.clone())
-        .collect();
-    let inputs: Vec<String> = plain.model.inputs.iter().map(|u| u.name.clone()).collect();
-    let gauges = Gauge::of(&plain.model);
-    let select = |log: &Log| log.select_sensed(&coordinates, &inputs, &gauges);
+    let select = |log: &Log| selected(log, plain);
     let whole = select(request.train)?;
     let (train, test, method) = match request.test {
         Some(test) => (whole, select(test)?, "a log of its own".to_string()),

@@ -70,7 +70,7 @@ pub(crate) use places::places_of;
 pub use progress::{Ended, Progress, Silent, Stage};
 pub use remaining::{Remaining, RemainingForce};
 pub(crate) use roles::{Role, Roles};
-pub use run::{Request, trace};
+pub use run::{Request, smoothed, trace};
 pub use score::{Errors, RolloutErrors, Score};
 pub(crate) use score::{deviation, errors, filtered, inner_samples};
 pub use separate::SeparatingMotion;

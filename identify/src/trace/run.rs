@@ -12,14 +12,15 @@ use super::error::TraceError;
 use super::estimate::Observed;
 use super::finding::Verdict;
 use super::learn::{Learner, Learnt};
-use super::logs::Logs;
+use super::logs::{Logs, selected};
 use super::microscope::View;
 use super::misread;
 use super::outcome::Outcome;
 use super::progress::{Progress, Silent, Stage};
 use super::score::Score;
+use super::unmeasured::estimated;
 use super::waves::missing;
-use crate::log::{Log, said_of};
+use crate::log::{Log, Record, said_of};
 use crate::machine::Machine;
 use crate::regression::Hold;
 use dynamics_codegen::{Compiled, Library};
@@ -211,6 +212,26 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         ..outcome
     };
     Ok(advised(outcome, request))
+}
+
+/// The log that a request would learn from, whole, with estimates of the positions \[rad or m\] and velocities (per
+/// second) of all coordinates that no column measures: a Kalman smoother through the model, from its sensors, its
+/// constraints and the inputs, beside forces without a name as large as the log demands. Measured coordinates stay as
+/// they were read. Inputs are drawn straight between samples unless the request says that they are held.
+///
+/// # Errors
+/// As of [`trace`], and if the sensors do not determine a coordinate.
+pub fn smoothed(request: &Request<'_>) -> Result<Record, TraceError> {
+    let source = Source {
+        name: request.model_name,
+        text: request.model_text,
+        library: request.library,
+        parameters: &request.parameters,
+    };
+    let plain = source.compile().map_err(Box::new)?;
+    check_overrides(&plain, &request.parameters)?;
+    let record = selected(request.train, &plain)?;
+    estimated(&source, record, request.hold.unwrap_or(Hold::Linear))
 }
 
 /// An outcome that says what to do next.

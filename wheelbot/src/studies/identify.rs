@@ -3,10 +3,11 @@
 //! after.
 
 use super::push::{DIRECTIONS, survived};
+use super::record::{MODEL, written};
 use super::study::{Chart, Finding, Motion, Study, StudyError, Table};
 use crate::design::{Standing, designed_for};
 use crate::excitation::Excitation;
-use crate::robot::{self, PITCH, REACTION, ROLL, WHEEL, Wheelbot, X, Y};
+use crate::robot::{PITCH, REACTION, ROLL, WHEEL, Wheelbot, X, Y};
 use crate::sensing::Sensing;
 use crate::trial::{Outcome, Row, Trial, rms};
 use dynamics_codegen::{Library, compile};
@@ -15,14 +16,8 @@ use identify::trace::{Finding as Traced, Request, trace};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use std::fmt::Write;
 use wheelbot_firmware::Gains;
 
-/// The model that is traced, and its name in messages.
-const MODEL: (&str, &str) = (
-    "models/wheelbot.model",
-    include_str!("../../../models/wheelbot.model"),
-);
 /// How far the centre of mass is off at least and at most, m.
 const OFFSET: [f64; 2] = [0.003, 0.006];
 /// How long the logs are that are learnt from and judged by, s.
@@ -145,8 +140,7 @@ impl Truth {
         own.is_some_and(|own| (own.value - self.offset).abs() < RIGHT * own.std)
     }
 
-    /// A log as the robot writes it while it balances and swings. Instruments are read when the torques
-    /// of the tick act.
+    /// A log as the robot writes it while it balances and swings.
     fn log(
         &self,
         which: usize,
@@ -157,25 +151,12 @@ impl Truth {
         trial.plant = self.plant;
         trial.excitations = swings(which);
         let rows = trial.run(sensing)?.rows;
-        let mut text = String::from("t,u_reaction,u_wheel");
-        for sensor in &compile(MODEL.0, MODEL.1, &Library::builtin())?
-            .model
-            .sensors
-        {
-            text = text + "," + &sensor.name;
-        }
-        for row in &rows {
-            let read = sensing.numbers(&robot::shown(&self.plant, &row.state, row.inputs)?);
-            let numbers = [row.t, row.inputs[0], row.inputs[1]]
-                .into_iter()
-                .chain(read);
-            let cells: Vec<String> = numbers.map(|number| number.to_string()).collect();
-            let _ = write!(text, "\n{}", cells.join(","));
-        }
-        Ok(Log::from_bytes(
+        written(
             ["train.csv", "test.csv"][which],
-            text.as_bytes(),
-        )?)
+            &self.plant,
+            &rows,
+            sensing,
+        )
     }
 }
 

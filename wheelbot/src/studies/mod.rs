@@ -9,6 +9,7 @@ pub mod jump;
 pub mod pirouette;
 pub mod plan;
 pub mod push;
+mod record;
 mod replay;
 pub mod study;
 mod terms;
