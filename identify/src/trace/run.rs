@@ -92,12 +92,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
         parameters: &request.parameters,
     };
     progress.enter(Stage::Columns, &[]);
-    let plain = source.compile().map_err(Box::new)?;
-    check_overrides(&plain, &request.parameters)?;
-    if let Some(pose) = plain.model.poses.first() {
-        let body = pose.name.clone();
-        return Err(TraceError::Floats { body });
-    }
+    let plain = as_given(&source)?;
     let logs = Logs::of(request, &source, &plain)?;
     let plain = Machine::new(plain);
     let misread = misread::misread(misread::Look {
@@ -228,10 +223,21 @@ pub fn smoothed(request: &Request<'_>) -> Result<Record, TraceError> {
         library: request.library,
         parameters: &request.parameters,
     };
-    let plain = source.compile().map_err(Box::new)?;
-    check_overrides(&plain, &request.parameters)?;
+    let plain = as_given(&source)?;
     let record = selected(request.train, &plain)?;
     estimated(&source, record, request.hold.unwrap_or(Hold::Linear))
+}
+
+/// The model as given, if a log can be held against it.
+fn as_given(source: &Source<'_>) -> Result<Compiled, TraceError> {
+    let plain = source.compile().map_err(Box::new)?;
+    check_overrides(&plain, source.parameters)?;
+    match plain.model.poses.first() {
+        Some(pose) => Err(TraceError::Floats {
+            body: pose.name.clone(),
+        }),
+        None => Ok(plain),
+    }
 }
 
 /// An outcome that says what to do next.
