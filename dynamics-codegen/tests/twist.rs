@@ -214,6 +214,18 @@ fn constraints_hold_the_same() {
     );
 }
 
+/// With rates a body has the components of its twist by their names, too: expressions of its pose and its rates.
+#[test]
+fn a_twist_has_its_names_with_rates_too() {
+    let rest = "output a = base_vx; output b = base_vy; output c = base_vz;
+        output d = base_wx; output e = base_wy; output f = base_wz;";
+    let values = state();
+    for velocities in ["twist", "rates"] {
+        let found = Machine::new(velocities, rest).at(Item::of(Term::Outputs), &values);
+        near(&found, &V[..6], velocities);
+    }
+}
+
 fn refused(options: &str, rest: &str) -> String {
     let mut library = Library::builtin();
     library.add_file("arm.urdf", "arm.urdf", ARM);

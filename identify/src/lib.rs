@@ -60,15 +60,19 @@
 //! | [`smooth`] | position, velocity, acceleration, with uncertainty | `log` |
 //! | [`machine`] | a model on tapes: accelerations, roll-outs, linearisation | `log`, `smooth` |
 //! | `regression` | the linear equation of the departure from a log, whitened; least squares | the three above |
+//! | `robot_options` | options of a robot description, written anew | |
+//! | `floating` | models whose bodies float by their twists, held against logs by rates | `log`, `robot_options` |
 //! | [`trace`] | the search for what is missing, and its judgement | all above |
 //! | [`fit`] | inertias, friction and loads from measured torques | all above |
 //! | [`report`] | summaries, changes to the model, pages | all above |
 
 pub mod fit;
+mod floating;
 pub mod log;
 pub mod machine;
 mod number;
 mod regression;
 pub mod report;
+mod robot_options;
 pub mod smooth;
 pub mod trace;

@@ -25,7 +25,6 @@ pub fn fit_logs(
     choices: (String, Vec<String>, bool),
     call: String,
 ) -> PyResult<Report> {
-    model.refuse_twist()?;
     let (inertia, leave_out, trust_columns) = choices;
     let inertia = match inertia.as_str() {
         "fixed" => Inertia::Fixed,

@@ -67,7 +67,6 @@ pub fn trace_logs(
     trust_columns: bool,
     call: String,
 ) -> PyResult<Report> {
-    model.refuse_twist()?;
     if !(horizon > 0.0 && horizon.is_finite()) {
         let message = format!("`horizon={horizon}` is not a duration; give seconds, such as 0.5");
         return Err(Error::new_err(message));

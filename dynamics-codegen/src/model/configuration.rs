@@ -101,6 +101,19 @@ impl Model {
         self.poses.iter().find(|pose| pose.moves_by(coordinate))
     }
 
+    /// Whether a coordinate is a component of a unit quaternion, along which alone nothing moves.
+    pub fn is_of_quaternion(&self, coordinate: usize) -> bool {
+        let mut joints = self.tree.bodies.iter().map(|body| &body.joint);
+        joints.any(|joint| {
+            let quaternion = match joint {
+                tree::Joint::Ball(quaternion) => quaternion,
+                tree::Joint::Floating(floating) => &floating.quaternion,
+                _ => return false,
+            };
+            quaternion.iter().any(|c| c.index == coordinate)
+        })
+    }
+
     /// Where each pose's seven positions begin in `q`, and its six velocities in `v`.
     pub fn pose_places(&self) -> Vec<[usize; 2]> {
         let before = self.poses.iter().enumerate();

@@ -1,16 +1,44 @@
 //! What floats in a robot description, by seven coordinates and their rates or by a twist, and what turns in a ball
 //! joint.
 
+use super::builder::Builder;
 use super::configuration::{POSE, Pose, TWIST};
+use super::lower::Lowered;
 use super::names::Binding;
+use super::quantity::{Measure, Quantity};
 use super::robot::Assembly;
 use super::{Constraint, ConstraintKind};
 use crate::diagnostic::Diagnostic;
 use crate::dimension::Dimension;
+use crate::graph::SymbolId;
 use crate::robot::{Joint, Losses};
 use crate::source::Span;
 use crate::syntax::Name;
 use crate::tree;
+
+impl Builder<'_> {
+    /// What a name says of a body that floats by seven coordinates and their rates, as if it floated by its twist:
+    /// `hull_wx`, its angular velocity along its own x axis.
+    pub(super) fn component_of_twist(&mut self, name: &str) -> Lowered {
+        let (of, ending) = name.rsplit_once('_')?;
+        let component = TWIST.iter().position(|(c, _)| *c == ending)?;
+        let coordinates = &self.model.coordinates;
+        let names: Vec<String> = POSE.iter().map(|(c, _)| format!("{of}_{c}")).collect();
+        let mut windows = coordinates.windows(names.len());
+        let pose =
+            windows.find(|window| window.iter().zip(&names).all(|(c, name)| c.name == *name))?;
+        let symbols: Vec<[SymbolId; 2]> = pose.iter().map(|c| [c.position, c.velocity]).collect();
+        let graph = &mut self.model.graph;
+        let quaternion = [3, 4, 5, 6].map(|k| graph.var(symbols[k][0]));
+        let position_rate = [0, 1, 2].map(|k| graph.var(symbols[k][1]));
+        let quaternion_rate = [3, 4, 5, 6].map(|k| graph.var(symbols[k][1]));
+        let twist = tree::twist_of(graph, quaternion, position_rate, quaternion_rate);
+        Some(Quantity {
+            expr: twist[component],
+            measure: Measure::of(Dimension::of_unit(TWIST[component].1)).rate(),
+        })
+    }
+}
 
 impl Assembly<'_, '_> {
     /// A joint that is free, by its twist.

@@ -15,6 +15,9 @@ impl Builder<'_> {
         if self.unreadable_base || self.scope.is_unreadable(name) {
             return None;
         }
+        if let Some(component) = self.component_of_twist(name) {
+            return Some(component);
+        }
         if self.sees_sensor(name) {
             return self.refuse_reading(name, span);
         }

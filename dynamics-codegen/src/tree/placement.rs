@@ -325,6 +325,27 @@ pub fn pose_rates(g: &mut Graph, quaternion: [ExprId; 4], twist: [ExprId; 6]) ->
     [x, y, z, qx, qy, qz, qw]
 }
 
+/// The twist `v, ω` of a body along whose pose positions and quaternion change at these rates:
+/// `Rᵀ(η) ẋ`, then `2 E(η) η̇`.
+pub fn twist_of(
+    g: &mut Graph,
+    quaternion: [ExprId; 4],
+    position_rate: [ExprId; 3],
+    quaternion_rate: [ExprId; 4],
+) -> [ExprId; 6] {
+    let rotation = quaternion_rotation(g, quaternion);
+    let [vx, vy, vz] = [0, 1, 2].map(|k| {
+        let column = rotation.map(|row| row[k]);
+        vector::dot(g, column, position_rate)
+    });
+    let map = quaternion_map(g, quaternion);
+    let [wx, wy, wz] = map.map(|row| {
+        let products = [0, 1, 2, 3].map(|k| g.mul(row[k], quaternion_rate[k]));
+        g.sum(products)
+    });
+    [vx, vy, vz, wx, wy, wz]
+}
+
 /// The rotation of a unit quaternion `x, y, z, w`.
 fn quaternion_rotation(g: &mut Graph, [x, y, z, w]: [ExprId; 4]) -> Matrix {
     let v = [x, y, z];

@@ -16,6 +16,9 @@ use rayon::prelude::*;
 pub(super) const BLOCKS: usize = 12;
 /// More equations than this say no more.
 const MOST_SAMPLES: usize = 20_000;
+/// Share of what the inputs exert that no force is known better than to: along a direction in which nothing
+/// happens errors of rounding would count as forces.
+const EXACTLY: f64 = 1e-5;
 
 /// `r = X x` along a log.
 #[derive(Debug, Clone)]
@@ -330,10 +333,12 @@ impl Equations {
         forces
     }
 
-    /// Root mean squares of forces in the directions that are fitted.
+    /// Root mean squares of forces in the directions that are fitted, where they are as much as can be measured.
     fn scale_of(&self, forces: &[Vec<f64>]) -> Vec<f64> {
+        let exerted = self.exerted.iter().map(|force| rms(force));
+        let least = EXACTLY * exerted.fold(f64::MIN_POSITIVE / EXACTLY, f64::max);
         let Some(first) = self.free.first() else {
-            return forces.iter().map(|f| positive(rms(f))).collect();
+            return forces.iter().map(|f| rms(f).max(least)).collect();
         };
         let along = |k: usize| -> Vec<f64> {
             let each = self.free.iter().enumerate();
@@ -344,9 +349,8 @@ impl Equations {
             })
             .collect()
         };
-        (0..first.ncols())
-            .map(|k| positive(rms(&along(k))))
-            .collect()
+        let directions = 0..first.ncols();
+        directions.map(|k| rms(&along(k)).max(least)).collect()
     }
 
     /// Root mean square of what is left, per coordinate.
@@ -433,8 +437,4 @@ fn fastest_of(v: &[Vec<f64>]) -> Vec<f64> {
     v.iter()
         .map(|v| v.iter().fold(0.0_f64, |m, x| m.max(x.abs())))
         .collect()
-}
-
-fn positive(x: f64) -> f64 {
-    x.max(f64::MIN_POSITIVE)
 }

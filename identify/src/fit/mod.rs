@@ -46,6 +46,7 @@ pub use page::page;
 pub(crate) use page::{percent, rows};
 pub use written::{Source, Unwritable, written};
 
+use crate::floating::{ByRates, Unrated};
 use crate::log::{Gauge, Log, LogError, Record, said_of};
 use crate::machine::{Machine, SolveError};
 use crate::number::short;
@@ -53,7 +54,7 @@ use crate::smooth::SmoothError;
 use crate::trace::TraceError;
 use columns::Columns;
 use correction::Correction;
-use dynamics_codegen::{Compiled, Model, Report};
+use dynamics_codegen::{Compiled, Report};
 use efforts::no_forces;
 use equations::Equations;
 use estimate::{Estimate, Signs, estimate};
@@ -224,11 +225,13 @@ pub enum FitError {
     /// The equation of motion has no solution somewhere along the log.
     #[error("the model cannot be evaluated along the log: {0}")]
     Solve(#[from] SolveError),
-    /// A body floats by its twist.
-    #[error("{}", crate::trace::floats(.body))]
+    /// The model says what cannot be said of a body that floats by the rates of its pose.
+    #[error("{}", crate::trace::unrated(.body, .report))]
     Floats {
         /// Which.
         body: String,
+        /// What the compiler says.
+        report: Box<Report>,
     },
     /// Nothing measured.
     #[error(
@@ -302,23 +305,40 @@ const GUARD: f64 = 0.5;
 /// # Errors
 /// If log and model cannot be used together.
 pub fn fit(request: &Request<'_>) -> Result<Fit, FitError> {
-    Ok(learn(request)?.0)
+    by_rates(request, |request| Ok(learn(request)?.0))
 }
 
-/// A log is read against positions that each have a velocity.
-fn refuse_floating(model: &Model) -> Result<(), FitError> {
-    match model.poses.first() {
-        None => Ok(()),
-        Some(pose) => Err(FitError::Floats {
-            body: pose.name.clone(),
-        }),
-    }
+/// Works on a request; where bodies float by their twists, by the rates of their poses.
+fn by_rates<T>(
+    request: &Request<'_>,
+    work: impl FnOnce(&Request<'_>) -> Result<T, FitError>,
+) -> Result<T, FitError> {
+    let (source, model) = (request.source, &request.compiled.model);
+    let text = (source.name, source.text, source.library);
+    let by_rates = ByRates::of(text, model, (request.train, request.test));
+    let by_rates = by_rates.map_err(|Unrated { body, report }| FitError::Floats {
+        body,
+        report: Box::new(report),
+    })?;
+    let Some(by_rates) = by_rates else {
+        return work(request);
+    };
+    work(&Request {
+        source: Source {
+            text: &by_rates.text,
+            ..source
+        },
+        compiled: &by_rates.compiled,
+        parameters: &by_rates.values(model, request.parameters),
+        train: &by_rates.train,
+        test: by_rates.test.as_ref(),
+        ..request.clone()
+    })
 }
 
 /// As [`fit`], with what it adds to the equation of motion.
 fn learn(request: &Request<'_>) -> Result<(Fit, Correction), FitError> {
     let model = &request.compiled.model;
-    refuse_floating(model)?;
     if model.inputs.is_empty() {
         return Err(FitError::NoInput);
     }

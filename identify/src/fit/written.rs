@@ -3,6 +3,7 @@
 use super::groups::Coefficient;
 use super::point::of_unit_mass;
 use super::{Fit, Inertia, InertialParameter, Request, Term, Value};
+use crate::floating::as_given;
 use crate::number::short;
 use crate::trace::{Finding, ParameterEstimate, patch, with_losses};
 use dynamics_codegen::derive::STANDARD;
@@ -99,9 +100,11 @@ pub fn written(fit: &Fit, request: &Request<'_>) -> Result<String, Unwritable> {
     if text == source.text {
         return Ok(text);
     }
-    compile(source.name, &text, source.library)
-        .map(|_| text)
-        .map_err(|report| Unwritable::Model(Box::new(report)))
+    let written = match model.poses.is_empty() {
+        true => compile(source.name, &text, source.library).map(|_| text),
+        false => as_given(source.name, &text, source.library),
+    };
+    written.map_err(|report| Unwritable::Model(Box::new(report)))
 }
 
 fn log_name(request: &Request<'_>) -> String {

@@ -30,9 +30,9 @@ impl<'a> Figures<'a> {
     }
 
     fn unit(&self, name: &str) -> String {
-        let mut coordinates = self.model.coordinates.iter();
-        let found = coordinates.find(|c| c.name == name);
-        stated_unit(found.map_or("", |c| &c.unit))
+        let mut positions = self.model.positions().into_iter();
+        let found = positions.find(|c| c.name == name);
+        stated_unit(&found.map_or(String::new(), |c| c.unit))
     }
 
     /// `[unit]` of the missing force in a coordinate.

@@ -39,12 +39,12 @@ pub fn fit_html(page: &FitPage<'_>) -> Result<String, PageError> {
     let template = environment.get_template("fitted.html")?;
     let figures = |draw: &dyn Fn(&Curves, &ForceSeries, &str) -> Result<Figure, ChartError>| {
         let each = fit.curves.coordinates.iter().map(|series| {
-            let mut coordinates = model.coordinates.iter();
-            let own = coordinates.find(|c| c.name == series.name);
+            let mut positions = model.positions().into_iter();
+            let own = positions.find(|c| c.name == series.name);
             draw(
                 &fit.curves,
                 series,
-                &stated_unit(own.map_or("", |c| &c.unit)),
+                &stated_unit(&own.map_or(String::new(), |c| c.unit)),
             )
         });
         each.collect::<Result<Vec<Figure>, ChartError>>()

@@ -220,12 +220,8 @@ fn rows(outcome: &Outcome, model: &Model) -> Vec<Row> {
         }
     };
     let one = || "1".to_string();
-    let units = || {
-        model
-            .coordinates
-            .iter()
-            .map(|c| (&c.name, stated_unit(&c.unit)))
-    };
+    let positions = model.positions();
+    let units = || positions.iter().map(|c| (&c.name, stated_unit(&c.unit)));
     let mut rows = vec![row("acceleration, share of its scale", one(), true, &|s| {
         s.acceleration.total
     })];
@@ -323,7 +319,7 @@ pub(super) fn diff_lines(diff: &str) -> Vec<[&str; 2]> {
 /// Sensor, its noise and unit.
 fn noise(outcome: &Outcome, model: &Model) -> Vec<[String; 3]> {
     let mut rows = Vec::new();
-    for coordinate in &model.coordinates {
+    for coordinate in &model.positions() {
         let unit = stated_unit(&coordinate.unit);
         for (prefix, per) in [("q", ""), ("dq", "/s"), ("ddq", "/s²")] {
             let name = format!("{prefix}_{}", coordinate.name);

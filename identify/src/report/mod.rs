@@ -180,7 +180,8 @@ fn table(outcome: &Outcome, model: &Model) -> Vec<String> {
     row("acceleration, share of its scale".into(), &|s| {
         s.acceleration.total
     });
-    for coordinate in model.coordinates.iter().filter(|_| !by_forces) {
+    let positions = model.positions();
+    for coordinate in positions.iter().filter(|_| !by_forces) {
         let unit = stated_unit(&coordinate.unit);
         let name = &coordinate.name;
         row(format!("  {name}, {unit}/s^2"), &|s| {
@@ -188,7 +189,7 @@ fn table(outcome: &Outcome, model: &Model) -> Vec<String> {
         });
     }
     row("force, share of its scale".into(), &|s| s.force.total);
-    for coordinate in model.coordinates.iter().filter(|_| by_forces) {
+    for coordinate in positions.iter().filter(|_| by_forces) {
         let unit = force_unit(&stated_unit(&coordinate.unit));
         let name = &coordinate.name;
         row(format!("  {name}, {unit}"), &|s| at(&s.force, name));

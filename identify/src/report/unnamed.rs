@@ -19,9 +19,9 @@ pub(super) fn sentences(unnamed: &Unnamed, is_left: bool, model: &Model) -> Vec<
 
 fn sentence(force: &UnnamedForce, model: &Model) -> String {
     let unit = |name: &str| {
-        let mut coordinates = model.coordinates.iter();
-        let unit = coordinates.find(|c| c.name == name).map(|c| &c.unit);
-        force_unit(&stated_unit(unit.map_or("", |unit| unit)))
+        let mut positions = model.positions().into_iter();
+        let unit = positions.find(|c| c.name == name).map(|c| c.unit);
+        force_unit(&stated_unit(&unit.unwrap_or_default()))
     };
     // A past may stand there several times, forgotten over different ways.
     let mut on: Vec<&str> = Vec::new();

@@ -4,9 +4,9 @@
 //! leaves open whether they are parameters (`urdf "arm.urdf";`), they are where effects do not
 //! explain the log; in the model that is written only those are that have another value.
 
+use crate::robot_options::{description, with_choice, with_option};
 use dynamics_codegen::model::Described;
-use dynamics_codegen::source::Sources;
-use dynamics_codegen::syntax::{RobotOption, Statement, StatementKind, parse, written_name};
+use dynamics_codegen::syntax::{RobotOption, written_name};
 
 /// The options that make parameters of a description's numbers.
 const OPTIONS: [&str; 2] = ["parameters", "origins"];
@@ -50,54 +50,11 @@ pub(super) fn with_described(text: &str, number: &Described) -> String {
 
 /// The model in which the losses that its description states act in these joints only.
 pub(crate) fn with_losses(text: &str, joints: &[String]) -> String {
-    let Some((statement, options)) = description(text) else {
-        return text.to_string();
-    };
     let names: Vec<String> = joints.iter().map(|name| written_name(name)).collect();
-    let value = match names.is_empty() {
-        true => "ignore".to_string(),
-        false => names.join(", "),
-    };
-    let given = options.iter().find(|option| option.name.text == LOSSES);
-    let ends = given.and_then(|given| Some((given.values.first()?, given.values.last()?)));
-    match ends {
-        Some((first, last)) => {
-            let (before, after) = (&text[..first.span.start], &text[last.span.end..]);
-            format!("{before}{value}{after}")
-        }
-        None => with_option(text, &statement, LOSSES, &value),
+    match names.is_empty() {
+        true => with_choice(text, LOSSES, "ignore"),
+        false => with_choice(text, LOSSES, &names.join(", ")),
     }
-}
-
-/// The statement that names a robot description, and its options.
-fn description(text: &str) -> Option<(Statement, Vec<RobotOption>)> {
-    let mut sources = Sources::new();
-    let id = sources.add("model", text);
-    let (file, _) = parse(&sources, id);
-    let mut statements = file?.statements.into_iter();
-    statements.find_map(|statement| match &statement.kind {
-        StatementKind::Robot { options, .. } => {
-            let options = options.clone();
-            Some((statement, options))
-        }
-        _ => None,
-    })
-}
-
-/// The statement with one more option in its braces.
-fn with_option(text: &str, statement: &Statement, option: &str, value: &str) -> String {
-    let (before, rest) = text.split_at(statement.span.start);
-    let (own, after) = rest.split_at(statement.span.end - statement.span.start);
-    let own = own.trim_end().trim_end_matches(';').trim_end();
-    let own = match own.strip_suffix('}') {
-        Some(open) => {
-            let open = open.trim_end();
-            let end = if open.ends_with([';', '{']) { "" } else { ";" };
-            format!("{open}{end} {option}: {value}; }}")
-        }
-        None => format!("{own} {{ {option}: {value}; }}"),
-    };
-    format!("{before}{own}{after}")
 }
 
 #[cfg(test)]

@@ -49,11 +49,13 @@ pub enum TraceError {
         /// What it may be, in words.
         bounds: String,
     },
-    /// A body floats by its twist.
-    #[error("{}", floats(.body))]
+    /// The model says what cannot be said of a body that floats by the rates of its pose.
+    #[error("{}", unrated(.body, .report))]
     Floats {
         /// Which.
         body: String,
+        /// What the compiler says.
+        report: Box<Report>,
     },
     /// The log does not obey a constraint of the model.
     #[error(
@@ -164,10 +166,10 @@ pub(super) fn sensors_of(record: &Record) -> String {
     each.join(", ")
 }
 
-/// Why a log is not read against a body that floats by its twist.
-pub(crate) fn floats(body: &str) -> String {
+/// Why a log is not held against a model whose bodies float by their twists.
+pub(crate) fn unrated(body: &str, report: &Report) -> String {
     format!(
-        "`{body}` floats by its twist, and a log is read against positions that each have a velocity \
-         of their own: leave `velocities: twist` out of the model, or write `velocities: rates`"
+        "`{body}` floats by its twist, and logs are held against the rates of its pose (`velocities: rates`), of \
+         which the model cannot say the same:\n{report}"
     )
 }

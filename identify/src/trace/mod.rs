@@ -52,12 +52,12 @@ pub(crate) mod swing;
 mod unmeasured;
 mod waves;
 #[cfg(test)]
-mod wheel;
+pub(crate) mod wheel;
 
 pub use advice::Advice;
 pub(crate) use described::with_losses;
 pub use error::TraceError;
-pub(crate) use error::floats;
+pub(crate) use error::unrated;
 pub(crate) use finding::with_places;
 pub use finding::{Finding, ParameterEstimate, Rival, Verdict};
 pub(crate) use forces::force_floor;

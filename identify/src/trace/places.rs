@@ -89,7 +89,12 @@ fn longer(model: &Model, all: &[String], chosen: &[String], again: bool) -> Vec<
 fn names(model: &Model, kind: PortKind, sensors: &[String]) -> Vec<String> {
     let coordinates = || model.coordinates.iter().map(|c| c.name.clone());
     match kind {
-        PortKind::Coordinate => coordinates().collect(),
+        // A component of a quaternion is a choice of numbers: no force has it for a place.
+        PortKind::Coordinate => {
+            let all = model.coordinates.iter().enumerate();
+            let places = all.filter(|(index, _)| !model.is_of_quaternion(*index));
+            places.map(|(_, c)| c.name.clone()).collect()
+        }
         PortKind::Reading => coordinates().chain(sensors.iter().cloned()).collect(),
         PortKind::Sensor => sensors.to_vec(),
         // A board whose sensors nobody reads is mounted as it is.

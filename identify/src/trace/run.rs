@@ -20,6 +20,7 @@ use super::progress::{Progress, Silent, Stage};
 use super::score::Score;
 use super::unmeasured::estimated;
 use super::waves::missing;
+use crate::floating::{ByRates, Unrated, as_given};
 use crate::log::{Log, Record, said_of};
 use crate::machine::Machine;
 use crate::regression::Hold;
@@ -76,6 +77,46 @@ impl<'a> Request<'a> {
             progress: &Silent,
         }
     }
+
+    /// The model, as text.
+    fn source(&self) -> Source<'_> {
+        Source {
+            name: self.model_name,
+            text: self.model_text,
+            library: self.library,
+            parameters: &self.parameters,
+        }
+    }
+
+    /// The model as given, with values that it may have.
+    fn compiled(&self) -> Result<Compiled, TraceError> {
+        let plain = self.source().compile().map_err(Box::new)?;
+        check_overrides(&plain, &self.parameters)?;
+        Ok(plain)
+    }
+
+    /// Model and logs by the rates of poses, if bodies float by their twists.
+    fn by_rates(&self, plain: &Compiled) -> Result<Option<ByRates>, TraceError> {
+        let source = (self.model_name, self.model_text, self.library);
+        let by_rates = ByRates::of(source, &plain.model, (self.train, self.test));
+        by_rates.map_err(|Unrated { body, report }| TraceError::Floats {
+            body,
+            report: Box::new(report),
+        })
+    }
+
+    /// The same request by the rates of poses.
+    fn with<'b>(&self, by_rates: &'b ByRates) -> Request<'b>
+    where
+        'a: 'b,
+    {
+        Request {
+            model_text: &by_rates.text,
+            train: &by_rates.train,
+            test: by_rates.test.as_ref(),
+            ..self.clone()
+        }
+    }
 }
 
 /// Finds what the model lacks.
@@ -84,15 +125,23 @@ impl<'a> Request<'a> {
 /// If the log, the model or the two together cannot be used; each error says the
 /// place and the mend.
 pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
-    let progress = request.progress;
-    let source = Source {
-        name: request.model_name,
-        text: request.model_text,
-        library: request.library,
-        parameters: &request.parameters,
+    request.progress.enter(Stage::Columns, &[]);
+    let plain = request.compiled()?;
+    let Some(by_rates) = request.by_rates(&plain)? else {
+        return traced(request, plain);
     };
-    progress.enter(Stage::Columns, &[]);
-    let plain = as_given(&source)?;
+    let compiled = by_rates.compiled.clone();
+    let mut outcome = traced(&request.with(&by_rates), compiled)?;
+    let text = &outcome.patched_model;
+    outcome.patched_model =
+        as_given(request.model_name, text, request.library).map_err(Box::new)?;
+    Ok(outcome)
+}
+
+/// What a model lacks that is compiled, whose positions each have a velocity of their own.
+fn traced(request: &Request<'_>, plain: Compiled) -> Result<Outcome, TraceError> {
+    let progress = request.progress;
+    let source = request.source();
     let logs = Logs::of(request, &source, &plain)?;
     let plain = Machine::new(plain);
     let misread = misread::misread(misread::Look {
@@ -212,32 +261,24 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
 /// The log that a request would learn from, whole, with estimates of the positions \[rad or m\] and velocities (per
 /// second) of all coordinates that no column measures: a Kalman smoother through the model, from its sensors, its
 /// constraints and the inputs, beside forces without a name as large as the log demands. Measured coordinates stay as
-/// they were read. Inputs are drawn straight between samples unless the request says that they are held.
+/// they were read. Inputs are drawn straight between samples unless the request says that they are held. A body that
+/// floats by its twist has the seven positions of its pose and their rates.
 ///
 /// # Errors
 /// As of [`trace`], and if the sensors do not determine a coordinate.
 pub fn smoothed(request: &Request<'_>) -> Result<Record, TraceError> {
-    let source = Source {
-        name: request.model_name,
-        text: request.model_text,
-        library: request.library,
-        parameters: &request.parameters,
-    };
-    let plain = as_given(&source)?;
-    let record = selected(request.train, &plain)?;
-    estimated(&source, record, request.hold.unwrap_or(Hold::Linear))
+    let plain = request.compiled()?;
+    match request.by_rates(&plain)? {
+        None => smooth(request, &plain),
+        Some(by_rates) => smooth(&request.with(&by_rates), &by_rates.compiled),
+    }
 }
 
-/// The model as given, if a log can be held against it.
-fn as_given(source: &Source<'_>) -> Result<Compiled, TraceError> {
-    let plain = source.compile().map_err(Box::new)?;
-    check_overrides(&plain, source.parameters)?;
-    match plain.model.poses.first() {
-        Some(pose) => Err(TraceError::Floats {
-            body: pose.name.clone(),
-        }),
-        None => Ok(plain),
-    }
+/// The log of a request as a compiled model reads it, whose positions each have a velocity of their own.
+fn smooth(request: &Request<'_>, plain: &Compiled) -> Result<Record, TraceError> {
+    let record = selected(request.train, plain)?;
+    let hold = request.hold.unwrap_or(Hold::Linear);
+    estimated(&request.source(), record, hold)
 }
 
 /// An outcome that says what to do next.

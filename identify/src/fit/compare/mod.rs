@@ -21,7 +21,7 @@ mod process;
 
 pub use page::page;
 
-use super::{Correction, Fit, FitError, Request, learn, split};
+use super::{Correction, Fit, FitError, Request, by_rates, learn, split};
 use crate::machine::{Machine, SolveError};
 use crate::trace::Errors;
 use along::{Along, Predicted};
@@ -146,6 +146,14 @@ pub struct Comparison {
 /// # Errors
 /// If log and model cannot be used together.
 pub fn compare(
+    request: &Request<'_>,
+    settings: &Settings,
+) -> Result<(Option<Fit>, Comparison), FitError> {
+    by_rates(request, |request| compared(request, settings))
+}
+
+/// The comparison with a model whose positions each have a velocity of their own.
+fn compared(
     request: &Request<'_>,
     settings: &Settings,
 ) -> Result<(Option<Fit>, Comparison), FitError> {

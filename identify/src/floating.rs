@@ -1,0 +1,350 @@
+//! Bodies that float by their twists, held against logs by the rates of their poses.
+//!
+//! A log is read against positions that each have a velocity of their own. A body that floats by its twist
+//! (`velocities: twist`) has seven positions for six velocities; with `velocities: rates` the same machine has
+//! seven of each, and a constraint holds its quaternion at unit length. Logs are read against that, and what is
+//! found is written into the model as it was given, where it can be said there.
+
+use crate::log::Log;
+use crate::robot_options::with_choice;
+use dynamics_codegen::model::Pose;
+use dynamics_codegen::{Compiled, Library, Model, Report, compile};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use std::collections::BTreeMap;
+
+/// The option that says which velocities a floating body has.
+const OPTION: &str = "velocities";
+/// Endings of the names of a pose's positions.
+const POSITIONS: [&str; 7] = ["x", "y", "z", "qx", "qy", "qz", "qw"];
+/// Endings of the names of a twist's components.
+const TWIST: [&str; 6] = ["vx", "vy", "vz", "wx", "wy", "wz"];
+
+/// A model and its logs, by the rates of poses.
+#[derive(Debug)]
+pub(crate) struct ByRates {
+    /// The model's text.
+    pub text: String,
+    /// The same, compiled.
+    pub compiled: Compiled,
+    /// The log to learn from, with rates of poses beside twists.
+    pub train: Log,
+    /// The log to judge by, if there is one, likewise.
+    pub test: Option<Log>,
+}
+
+/// Why a model whose bodies float by their twists cannot be held against a log.
+#[derive(Debug)]
+pub(crate) struct Unrated {
+    /// A body that does.
+    pub body: String,
+    /// What the compiler says of the model by rates.
+    pub report: Report,
+}
+
+impl ByRates {
+    /// A model, as text and compiled, and its logs, if bodies in it float by their twists.
+    ///
+    /// # Errors
+    /// If the model says what it can say of a twist alone, such as an effect on one of its components.
+    pub fn of(
+        (name, text, library): (&str, &str, &Library),
+        model: &Model,
+        (train, test): (&Log, Option<&Log>),
+    ) -> Result<Option<Self>, Unrated> {
+        let Some(first) = model.poses.first() else {
+            return Ok(None);
+        };
+        let text = with_choice(text, OPTION, "rates");
+        let compiled = compile(name, &text, library).map_err(|report| Unrated {
+            body: first.name.clone(),
+            report,
+        })?;
+        let rated = |log: &Log| {
+            let mut log = log.clone();
+            for pose in &model.poses {
+                add_rates(&mut log, pose);
+            }
+            log
+        };
+        Ok(Some(Self {
+            text,
+            compiled,
+            train: rated(train),
+            test: test.map(rated),
+        }))
+    }
+
+    /// Values of the parameters of a model with the same ones, in the order of this one.
+    pub fn values(&self, of: &Model, values: &[f64]) -> Vec<f64> {
+        let given = of.parameters.iter().map(|p| &p.name).zip(values);
+        let given: BTreeMap<&String, &f64> = given.collect();
+        let own = &self.compiled.model.parameters;
+        let own = own
+            .iter()
+            .map(|p| given.get(&p.name).map_or(p.nominal, |&&x| x));
+        own.collect()
+    }
+}
+
+/// A model that something was written into, whose bodies floated by their twists: as it was, or by rates if what was
+/// written cannot be said of twists, such as an effect on a coordinate of the pose.
+///
+/// # Errors
+/// If it compiles neither way.
+pub(crate) fn as_given(name: &str, text: &str, library: &Library) -> Result<String, Report> {
+    let by_twists = with_choice(text, OPTION, "twist");
+    match compile(name, &by_twists, library) {
+        Ok(_) => Ok(by_twists),
+        Err(_) => {
+            let by_rates = with_choice(text, OPTION, "rates");
+            compile(name, &by_rates, library).map(|_| by_rates)
+        }
+    }
+}
+
+/// Adds columns of the rates of a pose to a log that has its twist: `ẋ = R v` and `η̇ = ½ η ⊗ (ω, 0)`; and of
+/// their rates, `ẍ = R (v̇ + ω × v)` and `η̈ = ½ (η ⊗ (ω̇, 0) + η̇ ⊗ (ω, 0))`, if it has the twist's. Columns
+/// that are there stay.
+fn add_rates(log: &mut Log, pose: &Pose) {
+    let columns = |prefix: &str, endings: &[&str]| {
+        let name = |ending: &&str| format!("{prefix}_{}_{ending}", pose.name);
+        let column = |ending| log.channels.get(&name(ending)).cloned();
+        endings
+            .iter()
+            .map(column)
+            .collect::<Option<Vec<Vec<f64>>>>()
+    };
+    let (Some(q), Some(twist)) = (columns("q", &POSITIONS), columns("dq", &TWIST)) else {
+        return;
+    };
+    let changes = columns("ddq", &TWIST);
+    let mut rates = vec![Vec::with_capacity(log.t.len()); POSITIONS.len()];
+    let mut accelerations = rates.clone();
+    let three = |of: &[Vec<f64>], k: usize| Vector3::new(of[0][k], of[1][k], of[2][k]);
+    for k in 0..log.t.len() {
+        let eta = Quaternion::new(q[6][k], q[3][k], q[4][k], q[5][k]);
+        let turned = UnitQuaternion::from_quaternion(eta);
+        let (v, w) = (three(&twist, k), three(&twist[3..], k));
+        let turning = 0.5 * eta * Quaternion::from_imag(w);
+        add(&mut rates, turned * v, turning);
+        if let Some(changes) = &changes {
+            let (dv, dw) = (three(changes, k), three(&changes[3..], k));
+            let of_turning = eta * Quaternion::from_imag(dw) + turning * Quaternion::from_imag(w);
+            add(
+                &mut accelerations,
+                turned * (dv + w.cross(&v)),
+                0.5 * of_turning,
+            );
+        }
+    }
+    let mut keep = |prefix: &str, columns: Vec<Vec<f64>>| {
+        for (ending, column) in POSITIONS.iter().zip(columns) {
+            let name = format!("{prefix}_{}_{ending}", pose.name);
+            log.channels.entry(name).or_insert(column);
+        }
+    };
+    keep("dq", rates);
+    if changes.is_some() {
+        keep("ddq", accelerations);
+    }
+}
+
+/// One more sample of what a position and a quaternion `x, y, z, w` change by.
+fn add(columns: &mut [Vec<f64>], position: Vector3<f64>, quaternion: Quaternion<f64>) {
+    let row = position.iter().chain(quaternion.coords.iter());
+    columns
+        .iter_mut()
+        .zip(row)
+        .for_each(|(column, &x)| column.push(x));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::{Inertia, Request, Source, fit, written};
+    use crate::trace::wheel::rectangular;
+    use crate::trace::{self, Verdict};
+    use std::fmt::Write;
+
+    const HULL: &str = r#"<robot name="hull">
+  <link name="hull"><inertial><mass value="5"/>
+    <inertia ixx="0.08" ixy="0" ixz="0" iyy="0.09" iyz="0" izz="0.1"/></inertial></link>
+  <link name="rotor"><inertial><mass value="0.5"/>
+    <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.02"/></inertial></link>
+  <joint name="wheel" type="continuous"><parent link="hull"/><child link="rotor"/><axis xyz="0 0 1"/></joint>
+</robot>"#;
+
+    const MODEL: &str = "\
+model hull;
+urdf \"hull.urdf\" { base: floating; velocities: twist; }
+gravity (0, 0, 0);
+output spin = hull_wz;
+";
+
+    fn library() -> Library {
+        let mut library = Library::builtin();
+        library.add_file("hull.urdf", "hull.urdf", HULL);
+        library
+    }
+
+    /// A hull that floats straight on and turns against its wheel, `ψ = −I_w/(I_h + I_w) θ`, whose bearing brakes
+    /// by 0.03 N·m·s: in closed form, by its twist.
+    fn log() -> Log {
+        let (of_hull, of_wheel) = (0.1, 0.02);
+        let share = -of_wheel / (of_hull + of_wheel);
+        let mut text = String::from("t");
+        for ending in POSITIONS {
+            write!(text, ",q_hull_{ending}").unwrap();
+        }
+        text.push_str(",q_wheel");
+        for ending in TWIST {
+            write!(text, ",dq_hull_{ending}").unwrap();
+        }
+        text.push_str(",u_wheel\n");
+        let mut random = rectangular(4);
+        for k in 0..1200 {
+            let t = 0.01 * f64::from(k);
+            let wheel = 3.0 * (1.1 * t).sin() + (3.7 * t).sin();
+            let rate = 3.3 * (1.1 * t).cos() + 3.7 * (3.7 * t).cos();
+            let change = -3.63 * (1.1 * t).sin() - 13.69 * (3.7 * t).sin();
+            let (turn, spin) = (share * wheel, share * rate);
+            let motor = of_wheel * (1.0 + share) * change + 0.03 * rate;
+            let (sine, cosine) = (0.5 * turn).sin_cos();
+            let pose = [0.2 * t, -0.1 * t, 0.05 * t, 0.0, 0.0, sine, cosine, wheel];
+            let (x, y) = (0.2, -0.1);
+            let forward = x * turn.cos() + y * turn.sin();
+            let left = y * turn.cos() - x * turn.sin();
+            let twist = [forward, left, 0.05, 0.0, 0.0, spin];
+            write!(text, "{t}").unwrap();
+            for x in pose.into_iter().chain(twist) {
+                write!(text, ",{}", x + 1e-4 * random()).unwrap();
+            }
+            writeln!(text, ",{motor}").unwrap();
+        }
+        Log::from_bytes("hull.csv", text.as_bytes()).unwrap()
+    }
+
+    /// On a circle of radius 2, forwards and turning by one radian per second.
+    #[test]
+    fn a_twist_says_what_a_pose_changes_by() {
+        let pose: [fn(f64) -> f64; 7] = [
+            |t| 2.0 * t.sin(),
+            |t| 2.0 - 2.0 * t.cos(),
+            |_| 0.0,
+            |_| 0.0,
+            |_| 0.0,
+            |t| (0.5 * t).sin(),
+            |t| (0.5 * t).cos(),
+        ];
+        let times = || (0..60).map(|k| 0.1 * f64::from(k));
+        let mut columns = vec![("t".to_string(), times().collect::<Vec<f64>>())];
+        for (ending, at) in POSITIONS.iter().zip(pose) {
+            columns.push((format!("q_hull_{ending}"), times().map(at).collect()));
+        }
+        for (k, ending) in TWIST.iter().enumerate() {
+            let value = [2.0, 0.0, 0.0, 0.0, 0.0, 1.0][k];
+            columns.push((format!("dq_hull_{ending}"), vec![value; 60]));
+            columns.push((format!("ddq_hull_{ending}"), vec![0.0; 60]));
+        }
+        let mut log = Log::from_columns("circle", columns, None).unwrap();
+        let compiled = compile("hull.model", MODEL, &library()).unwrap();
+        add_rates(&mut log, &compiled.model.poses[0]);
+        let rates: [fn(f64) -> [f64; 2]; 4] = [
+            |t| [2.0 * t.cos(), -2.0 * t.sin()],
+            |t| [2.0 * t.sin(), 2.0 * t.cos()],
+            |t| [0.5 * (0.5 * t).cos(), -0.25 * (0.5 * t).sin()],
+            |t| [-0.5 * (0.5 * t).sin(), -0.25 * (0.5 * t).cos()],
+        ];
+        for (ending, expected) in ["x", "y", "qz", "qw"].iter().zip(rates) {
+            for (k, t) in times().enumerate() {
+                let at = |prefix| log.channels[&format!("{prefix}_hull_{ending}")][k];
+                let [rate, change] = expected(t);
+                assert!((at("dq") - rate).abs() < 1e-12, "{ending} at {t}");
+                assert!((at("ddq") - change).abs() < 1e-12, "{ending} at {t}");
+            }
+        }
+    }
+
+    #[test]
+    fn friction_is_fitted_where_a_body_floats_by_its_twist() {
+        let (library, log) = (library(), log());
+        let compiled = compile("hull.model", MODEL, &library).unwrap();
+        let source = Source {
+            name: "hull.model",
+            text: MODEL,
+            library: &library,
+        };
+        let request = Request {
+            inertia: Inertia::Fixed,
+            ..Request::new(source, &compiled, &[], &log)
+        };
+        let found = fit(&request).unwrap();
+        assert_eq!(found.terms.len(), 1, "{:?}", found.terms);
+        assert_eq!(found.terms[0].on, ["wheel"]);
+        let viscous = found.terms[0].coefficients["viscous"];
+        assert!(
+            (viscous.value - 0.03).abs() < 3.0 * viscous.std,
+            "{viscous:?}"
+        );
+        let text = written(&found, &request).unwrap();
+        assert!(
+            text.starts_with(MODEL) && text.contains("effect viscous(wheel)"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn friction_is_found_where_a_body_floats_by_its_twist() {
+        if left_out::too_slow() {
+            return;
+        }
+        let (library, log) = (library(), log());
+        let outcome =
+            trace::trace(&trace::Request::new("hull.model", MODEL, &library, &log)).unwrap();
+        assert_eq!(outcome.verdict, Verdict::Effect);
+        let [finding] = &outcome.findings[..] else {
+            panic!("{:?}", outcome.findings);
+        };
+        assert_eq!(
+            (&finding.effect[..], &finding.on[..]),
+            ("viscous", &["wheel".to_string()][..])
+        );
+        let d = &finding.parameters["d"];
+        assert!((d.value - 0.03).abs() < 3.0 * d.std, "{d:?}");
+        assert!(
+            outcome.patched_model.starts_with(MODEL),
+            "{}",
+            outcome.patched_model
+        );
+    }
+
+    /// A spring between hull and world pulls at a position, which a twist has no name for.
+    #[test]
+    fn what_acts_on_a_pose_is_written_with_rates() {
+        let library = library();
+        let written = |effect: &str| {
+            let text = format!("{MODEL}effect {effect};\n");
+            as_given("hull.model", &text, &library).unwrap()
+        };
+        assert!(written("viscous(wheel)").starts_with(MODEL));
+        assert!(written("spring(hull_x)").contains("velocities: rates;"));
+    }
+
+    #[test]
+    fn what_acts_on_a_twist_is_refused() {
+        let (library, log) = (library(), log());
+        let text = format!("{MODEL}force hull_wz = 0.1;\n");
+        let error =
+            trace::trace(&trace::Request::new("hull.model", &text, &library, &log)).unwrap_err();
+        insta::assert_snapshot!(error.to_string(), @r"
+        `hull` floats by its twist, and logs are held against the rates of its pose (`velocities: rates`), of which the model cannot say the same:
+        error: there is no coordinate named `hull_wz`
+         --> hull.model:5:7
+          |
+        5 | force hull_wz = 0.1;
+          |       ^^^^^^^
+          |
+        help: did you mean `hull_qz`?
+        ");
+    }
+}
