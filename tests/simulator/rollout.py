@@ -111,10 +111,12 @@ def feedback(system, q, v, driven, centre, stiffness, damping, speed):
 
 
 @njit()
-def rate_of(system, p, m, driven, kinds, targets, numbers, q, v, t, z, nodes, k, fraction, late,
+def rate_of(system, p, m, driven, kinds, targets, numbers, q, v, t, z, nodes, k, fraction, middle, late,
             first_order, nameless):
-    """(a, dz/dt, lambda, acting input) at one instant within interval k."""
-    commanded, acting = acting_input(nodes, k, fraction, late, first_order, kinds, targets, numbers, z)
+    """(a, dz/dt, lambda, acting input) at one instant within interval k; commands that are held are those
+    in the middle of the step, in which none of them jumps."""
+    moment = fraction if first_order else middle
+    commanded, acting = acting_input(nodes, k, moment, late, first_order, kinds, targets, numbers, z)
     a, multipliers = acceleration(system, p, m, driven, kinds, targets, numbers, q, v, t, acting, z,
                                   nameless[k] + (nameless[k + 1] - nameless[k]) * fraction)
     dz = np.zeros(len(kinds))
@@ -145,9 +147,10 @@ def simulate(system, p, m, driven, kinds, targets, numbers, q0, v0, open_loop, g
     Z, L = np.zeros((count, len(kinds))), np.empty((count, m))
     q, v, z = q0.copy(), v0.copy(), np.zeros(len(kinds))
     late = delays(nu, kinds, targets, numbers, step)
+    # where in an interval commands jump that are held and late: no step goes over a jump
+    jumps = np.zeros(0) if first_order else late - np.floor(late + 1e-9)
     for k in range(count):
         stretch = jitter[k + 1] - jitter[k]
-        h = (step + stretch) / substeps
         fb = feedback(system, q + noise_q[k], v + noise_v[k], driven, gains[0], gains[1], gains[2],
                       speeds[k])
         if k == 0 or not first_order:
@@ -159,28 +162,38 @@ def simulate(system, p, m, driven, kinds, targets, numbers, q0, v0, open_loop, g
                 if kinds[e] == INPUT_LAG or kinds[e] == BACKLASH:
                     z[e] = nodes[0, targets[e]]
         for s in range(substeps):
-            f0, t = s / substeps, (k + s / substeps) * step + (jitter[k] + s / substeps * stretch)
-            a1, g1, lam, acting = rate_of(system, p, m, driven, kinds, targets, numbers, q, v, t, z,
-                                          nodes, k, f0, late, first_order, nameless)
-            if s == 0:
-                Q[k], V[k], Acc[k], U[k], Z[k], L[k] = q, v, a1, acting, z, lam
-                if k == count - 1:
-                    return Q, V, Acc, nodes[:count], U, Z, L
-            fh, f1, th, t1 = f0 + 0.5 / substeps, f0 + 1.0 / substeps, t + h / 2, t + h
-            v2 = v + h / 2 * a1
-            a2, g2, _, _ = rate_of(system, p, m, driven, kinds, targets, numbers, q + h / 2 * v, v2, th,
-                                   z + h / 2 * g1, nodes, k, fh, late, first_order, nameless)
-            v3 = v + h / 2 * a2
-            a3, g3, _, _ = rate_of(system, p, m, driven, kinds, targets, numbers, q + h / 2 * v2, v3, th,
-                                   z + h / 2 * g2, nodes, k, fh, late, first_order, nameless)
-            v4 = v + h * a3
-            a4, g4, _, _ = rate_of(system, p, m, driven, kinds, targets, numbers, q + h * v3, v4, t1,
-                                   z + h * g3, nodes, k, f1, late, first_order, nameless)
-            q = q + h / 6 * (v + 2 * v2 + 2 * v3 + v4)
-            v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
-            z = z + h / 6 * (g1 + 2 * g2 + 2 * g3 + g4)
-            if m > 0 and projected:
-                project(system, p, m, q, v, t1, kinds, targets, numbers)
+            begin, last = s / substeps, s / substeps + 1.0 / substeps
+            f0 = begin
+            while f0 < last:
+                f1, h = last, (step + stretch) / substeps
+                for jump in jumps:
+                    if f0 + 1e-9 < jump < f1 - 1e-9:
+                        f1 = jump
+                if f0 > begin or f1 < last:
+                    h = (f1 - f0) * (step + stretch)
+                t, fh = (k + f0) * step + (jitter[k] + f0 * stretch), f0 + 0.5 * (f1 - f0)
+                th, t1 = t + h / 2, t + h
+                a1, g1, lam, acting = rate_of(system, p, m, driven, kinds, targets, numbers, q, v, t, z,
+                                              nodes, k, f0, fh, late, first_order, nameless)
+                if f0 == 0.0:
+                    Q[k], V[k], Acc[k], U[k], Z[k], L[k] = q, v, a1, acting, z, lam
+                    if k == count - 1:
+                        return Q, V, Acc, nodes[:count], U, Z, L
+                v2 = v + h / 2 * a1
+                a2, g2, _, _ = rate_of(system, p, m, driven, kinds, targets, numbers, q + h / 2 * v, v2, th,
+                                       z + h / 2 * g1, nodes, k, fh, fh, late, first_order, nameless)
+                v3 = v + h / 2 * a2
+                a3, g3, _, _ = rate_of(system, p, m, driven, kinds, targets, numbers, q + h / 2 * v2, v3, th,
+                                       z + h / 2 * g2, nodes, k, fh, fh, late, first_order, nameless)
+                v4 = v + h * a3
+                a4, g4, _, _ = rate_of(system, p, m, driven, kinds, targets, numbers, q + h * v3, v4, t1,
+                                       z + h * g3, nodes, k, f1, fh, late, first_order, nameless)
+                q = q + h / 6 * (v + 2 * v2 + 2 * v3 + v4)
+                v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+                z = z + h / 6 * (g1 + 2 * g2 + 2 * g3 + g4)
+                if m > 0 and projected:
+                    project(system, p, m, q, v, t1, kinds, targets, numbers)
+                f0 = f1
         for e in range(len(kinds)):
             if kinds[e] == BACKLASH:  # within a sample a command goes one way only
                 j = targets[e]
