@@ -285,9 +285,11 @@ fn every_crate_is_on_the_map_and_under_the_lints() {
 }
 
 /// The parts of `identify`, each of which uses those before it alone.
-const PARTS_OF_IDENTIFY: [&str; 8] = [
+const PARTS_OF_IDENTIFY: [&str; 10] = [
     "number",
+    "robot_options",
     "log",
+    "floating",
     "smooth",
     "machine",
     "regression",

@@ -52,7 +52,7 @@ pub(crate) mod swing;
 mod unmeasured;
 mod waves;
 #[cfg(test)]
-pub(crate) mod wheel;
+mod wheel;
 
 pub use advice::Advice;
 pub(crate) use described::with_losses;

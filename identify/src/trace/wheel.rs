@@ -92,7 +92,7 @@ pub(super) fn named(dictionary: &Dictionary, name: &str) -> usize {
 }
 
 /// An encoder's rectangular noise, from −0.5 to 0.5, by a linear congruence.
-pub(crate) fn rectangular(seed: u64) -> impl FnMut() -> f64 {
+pub(super) fn rectangular(seed: u64) -> impl FnMut() -> f64 {
     let mut random = seed;
     move || {
         random = random
