@@ -9,7 +9,7 @@ use crate::log::Log;
 use crate::robot_options::with_choice;
 use dynamics_codegen::model::Pose;
 use dynamics_codegen::{Compiled, Library, Model, Report, compile};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Quaternion, SVector, UnitQuaternion, Vector3, Vector4};
 use std::collections::BTreeMap;
 
 /// The option that says which velocities a floating body has.
@@ -102,60 +102,64 @@ pub(crate) fn as_given(name: &str, text: &str, library: &Library) -> Result<Stri
     }
 }
 
-/// Adds columns of the rates of a pose to a log that has its twist: `ẋ = R v` and `η̇ = ½ η ⊗ (ω, 0)`; and of
-/// their rates, `ẍ = R (v̇ + ω × v)` and `η̈ = ½ (η ⊗ (ω̇, 0) + η̇ ⊗ (ω, 0))`, if it has the twist's. Columns
-/// that are there stay.
+/// Adds columns of the rates of a pose to a log that has its twist, or its linear or its angular velocity alone:
+/// `ẋ = R v` and `η̇ = ½ η ⊗ (ω, 0)`; and of their rates, `ẍ = R (v̇ + ω × v)` and
+/// `η̈ = ½ (η ⊗ (ω̇, 0) + η̇ ⊗ (ω, 0))`. Columns that are there stay.
 fn add_rates(log: &mut Log, pose: &Pose) {
-    let columns = |prefix: &str, endings: &[&str]| {
-        let name = |ending: &&str| format!("{prefix}_{}_{ending}", pose.name);
-        let column = |ending| log.channels.get(&name(ending)).cloned();
-        endings
-            .iter()
-            .map(column)
-            .collect::<Option<Vec<Vec<f64>>>>()
+    let name = |prefix: &str, ending: &str| format!("{prefix}_{}_{ending}", pose.name);
+    let columns = |log: &Log, prefix: &str, endings: &[&str]| {
+        let column = |ending: &&str| log.channels.get(&name(prefix, ending)).cloned();
+        endings.iter().map(column).collect::<Option<Vec<_>>>()
     };
-    let (Some(q), Some(twist)) = (columns("q", &POSITIONS), columns("dq", &TWIST)) else {
+    let Some(quaternion) = columns(log, "q", &POSITIONS[3..]) else {
         return;
     };
-    let changes = columns("ddq", &TWIST);
-    let mut rates = vec![Vec::with_capacity(log.t.len()); POSITIONS.len()];
-    let mut accelerations = rates.clone();
-    let three = |of: &[Vec<f64>], k: usize| Vector3::new(of[0][k], of[1][k], of[2][k]);
-    for k in 0..log.t.len() {
-        let eta = Quaternion::new(q[6][k], q[3][k], q[4][k], q[5][k]);
-        let turned = UnitQuaternion::from_quaternion(eta);
-        let (v, w) = (three(&twist, k), three(&twist[3..], k));
-        let turning = 0.5 * eta * Quaternion::from_imag(w);
-        add(&mut rates, turned * v, turning);
-        if let Some(changes) = &changes {
-            let (dv, dw) = (three(changes, k), three(&changes[3..], k));
-            let of_turning = eta * Quaternion::from_imag(dw) + turning * Quaternion::from_imag(w);
-            add(
-                &mut accelerations,
-                turned * (dv + w.cross(&v)),
-                0.5 * of_turning,
-            );
-        }
-    }
-    let mut keep = |prefix: &str, columns: Vec<Vec<f64>>| {
-        for (ending, column) in POSITIONS.iter().zip(columns) {
-            let name = format!("{prefix}_{}_{ending}", pose.name);
-            log.channels.entry(name).or_insert(column);
+    let samples = 0..log.t.len();
+    let [linear, angular] = [&TWIST[..3], &TWIST[3..]].map(|endings| {
+        ["dq", "ddq"].map(|prefix| {
+            let columns = columns(log, prefix, endings)?;
+            let vector = |k: usize| Vector3::from_fn(|i, _| columns[i][k]);
+            Some(samples.clone().map(vector).collect::<Vec<_>>())
+        })
+    });
+    let eta = |k: usize| Quaternion::from(Vector4::from_fn(|i, _| quaternion[i][k]));
+    let turned = |k: usize, vector: Vector3<f64>| UnitQuaternion::new_normalize(eta(k)) * vector;
+    let spun =
+        |quaternion: Quaternion<f64>, w: Vector3<f64>| 0.5 * quaternion * Quaternion::from_imag(w);
+    let ([v, dv], [w, dw]) = (&linear, &angular);
+    let mut keep = |prefix: &str, endings: &[&str], columns: Vec<Vec<f64>>| {
+        for (ending, column) in endings.iter().zip(columns) {
+            log.channels.entry(name(prefix, ending)).or_insert(column);
         }
     };
-    keep("dq", rates);
-    if changes.is_some() {
-        keep("ddq", accelerations);
+    if let Some(v) = v {
+        let each = samples.clone().map(|k| turned(k, v[k]));
+        keep("dq", &POSITIONS[..3], transposed(each));
+    }
+    if let Some(w) = w {
+        let each = samples.clone().map(|k| spun(eta(k), w[k]).coords);
+        keep("dq", &POSITIONS[3..], transposed(each));
+    }
+    if let (Some(v), Some(w), Some(dv)) = (v, w, dv) {
+        let each = samples
+            .clone()
+            .map(|k| turned(k, dv[k] + w[k].cross(&v[k])));
+        keep("ddq", &POSITIONS[..3], transposed(each));
+    }
+    if let (Some(w), Some(dw)) = (w, dw) {
+        let each = samples.map(|k| (spun(eta(k), dw[k]) + spun(spun(eta(k), w[k]), w[k])).coords);
+        keep("ddq", &POSITIONS[3..], transposed(each));
     }
 }
 
-/// One more sample of what a position and a quaternion `x, y, z, w` change by.
-fn add(columns: &mut [Vec<f64>], position: Vector3<f64>, quaternion: Quaternion<f64>) {
-    let row = position.iter().chain(quaternion.coords.iter());
+/// A column per component of vectors.
+fn transposed<const N: usize>(vectors: impl Iterator<Item = SVector<f64, N>>) -> Vec<Vec<f64>> {
+    let mut columns = vec![Vec::new(); N];
+    for vector in vectors {
+        let pairs = columns.iter_mut().zip(vector.iter());
+        pairs.for_each(|(column, &x)| column.push(x));
+    }
     columns
-        .iter_mut()
-        .zip(row)
-        .for_each(|(column, &x)| column.push(x));
 }
 
 #[cfg(test)]
@@ -205,9 +209,21 @@ output spin = hull_wz;
             columns.push((format!("dq_hull_{ending}"), vec![value; 60]));
             columns.push((format!("ddq_hull_{ending}"), vec![0.0; 60]));
         }
-        let mut log = Log::from_columns("circle", columns, None).unwrap();
         let compiled = compile("hull.model", MODEL, &library()).unwrap();
-        add_rates(&mut log, &compiled.model.poses[0]);
+        let pose = &compiled.model.poses[0];
+        let rated = |columns: Vec<(String, Vec<f64>)>| {
+            let mut log = Log::from_columns("circle", columns, None).unwrap();
+            add_rates(&mut log, pose);
+            log
+        };
+        let log = rated(columns.clone());
+        // A gyroscope alone says how the quaternion changes.
+        columns.retain(|(name, _)| !name.starts_with("dq_hull_v"));
+        let turning = rated(columns);
+        let rates_of =
+            |log: &Log| ["dq_hull_qz", "ddq_hull_qw"].map(|name| log.channels[name].clone());
+        assert_eq!(rates_of(&turning), rates_of(&log));
+        assert!(!turning.channels.contains_key("dq_hull_x"));
         let rates: [fn(f64) -> [f64; 2]; 4] = [
             |t| [2.0 * t.cos(), -2.0 * t.sin()],
             |t| [2.0 * t.sin(), 2.0 * t.cos()],
