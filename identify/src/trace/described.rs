@@ -61,7 +61,7 @@ pub(crate) fn with_losses(text: &str, joints: &[String]) -> String {
 mod tests {
     use super::*;
     use crate::log::Log;
-    use crate::trace::{Progress, Request, Stage, Verdict, trace};
+    use crate::trace::{Ended, Progress, Request, Stage, Verdict, trace};
     use dynamics_codegen::Library;
     use std::fmt::Write;
     use std::sync::Mutex;
@@ -161,6 +161,39 @@ mod tests {
         );
         let compiled = dynamics_codegen::compile("arm", patched, &library).unwrap();
         assert_eq!(compiled.model.parameters.len(), 3);
+    }
+
+    /// A search without time. Each begins with fits of the model as given, of which no robot has many to spare.
+    #[derive(Debug)]
+    struct Over(Stages);
+
+    impl Progress for Over {
+        fn enter(&self, stage: Stage, found: &[String]) {
+            self.0.enter(stage, found);
+        }
+
+        fn notice(&self, _: &str) {}
+
+        fn ended(&self) -> Option<Ended> {
+            Some(Ended::TimeLimit)
+        }
+    }
+
+    #[test]
+    fn a_search_that_is_over_is_not_begun_anew() {
+        let mut library = Library::builtin();
+        library.add_file("arm.urdf", "arm.urdf", ARM);
+        let (log, over) = (log(0.37), Over(Stages::default()));
+        let request = Request {
+            progress: &over,
+            ..Request::new("arm", "model arm; urdf \"arm.urdf\";", &library, &log)
+        };
+        let outcome = trace(&request).unwrap();
+        assert_eq!(outcome.unfinished, Some(Ended::TimeLimit));
+        let stages = over.0.0.lock().unwrap();
+        let fits = stages.iter().filter(|(stage, _)| *stage == Stage::Fit);
+        // What inputs carry, and one search.
+        assert_eq!(fits.count(), 2, "{stages:?}");
     }
 
     #[test]

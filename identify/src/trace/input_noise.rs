@@ -7,6 +7,7 @@
 
 use super::dictionary::Dictionary;
 use super::estimate::Observed;
+use super::progress::Progress;
 use super::score::deviation;
 use super::search::{Fitted, as_given};
 use super::settings::{MARGIN, SEARCHED};
@@ -79,7 +80,7 @@ impl Observed {
     }
 
     /// The same log without noise of its inputs that the machine did not feel: of all that have
-    /// noise, or else of one after the other, where the model as given says so.
+    /// noise, or else of one after the other, where the model as given says so, and time is left to ask.
     ///
     /// # Errors
     /// If the equation of motion cannot be solved along the curve.
@@ -87,6 +88,7 @@ impl Observed {
         &self,
         dictionary: &Dictionary,
         free_hold: bool,
+        progress: &dyn Progress,
     ) -> Result<Self, SolveError> {
         let record = &self.record;
         let mut noisy = quiet(record, 0..record.u.len());
@@ -107,11 +109,18 @@ impl Observed {
         };
         let as_logged = score(&[])?;
         let all: Vec<&Quiet> = noisy.iter().collect();
+        let is_over = || progress.ended().is_some();
+        if is_over() {
+            return Ok(self.clone());
+        }
         if score(&all)? < as_logged - MARGIN {
             return Ok(self.with_inputs(&all));
         }
         let (mut felt, mut best) = (Vec::new(), as_logged);
         for &one in all.iter().filter(|_| all.len() > 1) {
+            if is_over() {
+                break;
+            }
             felt.push(one);
             match score(&felt)? {
                 better if better < best - MARGIN => best = better,
@@ -197,6 +206,7 @@ impl Observed {
 #[cfg(test)]
 mod tests {
     use crate::trace::Verdict;
+    use crate::trace::progress::Silent;
     use crate::trace::wheel::{WHEEL, begun, rectangular, traced};
     use std::fmt::Write;
 
@@ -224,7 +234,7 @@ mod tests {
 
     fn sd_of_input(log: &str) -> f64 {
         let (dictionary, start) = begun(WHEEL, log, ["angle", "motor"]);
-        let felt = start.observed.as_felt(&dictionary, true).unwrap();
+        let felt = start.observed.as_felt(&dictionary, true, &Silent).unwrap();
         felt.input_noise[0].taken
     }
 

@@ -110,7 +110,7 @@ impl Learner<'_> {
         let is_settled = basis == Basis::Forces && is_plain(&dictionary, &selection);
         let is_suspicious =
             !is_settled && (selection.forces_remain() || selection.terms.len() > FEW_TERMS);
-        let described = match is_suspicious && !immobile && self.progress.ended().is_none() {
+        let described = match is_suspicious && !immobile && !self.is_over() {
             true => {
                 let is_better = |other: &Selection| {
                     other.explains_with_less(&selection) || other.leaves_much_less(&selection)
@@ -128,6 +128,10 @@ impl Learner<'_> {
             selection,
             basis,
         }))
+    }
+
+    fn is_over(&self) -> bool {
+        self.progress.ended().is_some()
     }
 
     /// Whether what was found in forces leaves less of them than what was found in motion, and
@@ -195,7 +199,8 @@ impl Learner<'_> {
             Ok(explained) => return Some(explained),
             Err(_) => {}
         }
-        if leaves_nearly_nothing(forces)
+        if self.is_over()
+            || leaves_nearly_nothing(forces)
             || forces.terms.len() >= MAX_TERMS
             || self.foretells_clearly(dictionary, forces)
         {
@@ -210,7 +215,7 @@ impl Learner<'_> {
     fn in_few_terms(&self, dictionary: &Dictionary) -> Result<Explained, SolveError> {
         let few = self.by_motion(dictionary, None, FEW_TERMS)?;
         if few.forces_remain()
-            && self.progress.ended().is_none()
+            && !self.is_over()
             && let Some(described) = self.by_description(Selection::leaves_nothing, FEW_TERMS)
         {
             return Ok(Explained::Described(Box::new(described)));
@@ -228,7 +233,9 @@ impl Learner<'_> {
         let mut begun = None;
         if opened(self.source.text).is_some() {
             match self.in_few_terms(dictionary)? {
-                Explained::AsGiven(few) if few.forces_remain() => begun = Some(few),
+                Explained::AsGiven(few) if few.forces_remain() && !self.is_over() => {
+                    begun = Some(few)
+                }
                 explained => return Ok(explained),
             }
         }

@@ -179,7 +179,7 @@ fn traced(request: &Request<'_>, plain: Compiled) -> Result<Outcome, TraceError>
     check_measured(&dictionary, &observed)?;
     progress.enter(Stage::Fit, &[]);
     // A model that cannot move says nothing of what moves it; its forces may be in balance.
-    let felt = observed.as_felt(&dictionary, request.hold.is_none());
+    let felt = observed.as_felt(&dictionary, request.hold.is_none(), progress);
     let felt = felt.unwrap_or_else(|_| observed.clone());
     let learner = Learner {
         source,

@@ -229,6 +229,7 @@ mod tests {
     use super::*;
     use crate::trace::Verdict;
     use crate::trace::linearised::{first_noise, linearised};
+    use crate::trace::progress::Silent;
     use crate::trace::wheel::{WHEEL, begun, rectangular, traced};
     use std::fmt::Write;
 
@@ -259,7 +260,7 @@ mod tests {
     #[test]
     fn forces_weaker_than_a_torques_noise_are_not_searched_for() {
         let (dictionary, start) = begun(WHEEL, &noisy_torque(), ["angle", "motor"]);
-        let felt = start.observed.as_felt(&dictionary, false).unwrap();
+        let felt = start.observed.as_felt(&dictionary, false, &Silent).unwrap();
         let taken = felt.input_noise[0].taken;
         assert!(taken > 0.0);
         let dynamics = linearised(&dictionary.focus(&[]), &felt, &start.values).unwrap();

@@ -107,6 +107,9 @@ impl<'a> Search<'a> {
             &[observed.hold]
         };
         for &hold in holds {
+            if search.is_over() && !search.given.is_empty() {
+                break;
+            }
             let given = Arc::new(given_with(dictionary, observed, hold, noise)?);
             search.explored.add(dictionary, Arc::clone(&given));
             search.given.push(given);

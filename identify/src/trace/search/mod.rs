@@ -73,6 +73,7 @@ pub fn select(task: Task<'_>, mut observed: Observed) -> Result<Answer, SolveErr
     search.try_closing(closing, &measured)?;
     search.run()?;
     if search.best().leaves_forces()
+        && task.progress.ended().is_none()
         && let Some(correlation) = discrepancy::correlation(dictionary, search.best())?
     {
         observed.correlation.clone_from(&correlation);
