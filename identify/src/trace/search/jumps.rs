@@ -11,12 +11,9 @@ use crate::log::median_step;
 use crate::regression::Hold;
 use crate::trace::dictionary::Dictionary;
 use crate::trace::refine::Explanation;
+use crate::trace::settings::LATER;
 
-/// By how many samples another start is later. With none, the held drive of a pendulum that is 13 ms late,
-/// at 200 Hz, ends at 17.9 ms.
-const LATER: [f64; 4] = [-1.0, -0.5, 0.5, 1.0];
-
-/// The end of a fit, each time with one of its delays moved by `LATER`; none where nothing feels jumps.
+/// The end of a fit, each time with one of its delays moved by [`LATER`]; none where nothing feels jumps.
 pub fn beside_jumps(
     dictionary: &Dictionary,
     hypothesis: &Hypothesis,

@@ -1,10 +1,7 @@
 //! Whether terms stand on their own.
 
 use super::fit::Fitted;
-
-/// Standard errors, of both fits together, by which a value may change where another term is left out (no
-/// unit). Without it a wrong inertia and a spring were written for a friction that had lost its name.
-const SAME: f64 = 3.0;
+use crate::trace::settings::SAME_VALUE;
 
 /// Whether what is left of a hypothesis without a term makes up for it: then its values are no longer what
 /// they were beside it.
@@ -21,7 +18,7 @@ pub fn makes_up(before: &Fitted, left: &Fitted) -> bool {
         let pair = known(before, parameter).zip(known(left, parameter));
         pair.is_some_and(|((before, one), (left, other))| {
             // What the log does not determine has no variance.
-            one > 0.0 && other > 0.0 && (left - before).powi(2) > SAME.powi(2) * (one + other)
+            one > 0.0 && other > 0.0 && (left - before).powi(2) > SAME_VALUE.powi(2) * (one + other)
         })
     })
 }
