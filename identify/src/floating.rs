@@ -7,17 +7,13 @@
 
 use crate::log::Log;
 use crate::robot_options::with_choice;
-use dynamics_codegen::model::Pose;
+use dynamics_codegen::model::{POSE, Pose, TWIST};
 use dynamics_codegen::{Compiled, Library, Model, Report, compile};
 use nalgebra::{Quaternion, SVector, UnitQuaternion, Vector3, Vector4};
 use std::collections::BTreeMap;
 
 /// The option that says which velocities a floating body has.
 const OPTION: &str = "velocities";
-/// Endings of the names of a pose's positions.
-const POSITIONS: [&str; 7] = ["x", "y", "z", "qx", "qy", "qz", "qw"];
-/// Endings of the names of a twist's components.
-const TWIST: [&str; 6] = ["vx", "vy", "vz", "wx", "wy", "wz"];
 
 /// A model and its logs, by the rates of poses.
 #[derive(Debug)]
@@ -107,11 +103,11 @@ pub(crate) fn as_given(name: &str, text: &str, library: &Library) -> Result<Stri
 /// `η̈ = ½ (η ⊗ (ω̇, 0) + η̇ ⊗ (ω, 0))`. Columns that are there stay.
 fn add_rates(log: &mut Log, pose: &Pose) {
     let name = |prefix: &str, ending: &str| format!("{prefix}_{}_{ending}", pose.name);
-    let columns = |log: &Log, prefix: &str, endings: &[&str]| {
-        let column = |ending: &&str| log.channels.get(&name(prefix, ending)).cloned();
+    let columns = |log: &Log, prefix: &str, endings: &[(&str, &str)]| {
+        let column = |(ending, _): &(&str, &str)| log.channels.get(&name(prefix, ending)).cloned();
         endings.iter().map(column).collect::<Option<Vec<_>>>()
     };
-    let Some(quaternion) = columns(log, "q", &POSITIONS[3..]) else {
+    let Some(quaternion) = columns(log, "q", &POSE[3..]) else {
         return;
     };
     let samples = 0..log.t.len();
@@ -127,28 +123,28 @@ fn add_rates(log: &mut Log, pose: &Pose) {
     let spun =
         |quaternion: Quaternion<f64>, w: Vector3<f64>| 0.5 * quaternion * Quaternion::from_imag(w);
     let ([v, dv], [w, dw]) = (&linear, &angular);
-    let mut keep = |prefix: &str, endings: &[&str], columns: Vec<Vec<f64>>| {
-        for (ending, column) in endings.iter().zip(columns) {
+    let mut keep = |prefix: &str, endings: &[(&str, &str)], columns: Vec<Vec<f64>>| {
+        for ((ending, _), column) in endings.iter().zip(columns) {
             log.channels.entry(name(prefix, ending)).or_insert(column);
         }
     };
     if let Some(v) = v {
         let each = samples.clone().map(|k| turned(k, v[k]));
-        keep("dq", &POSITIONS[..3], transposed(each));
+        keep("dq", &POSE[..3], transposed(each));
     }
     if let Some(w) = w {
         let each = samples.clone().map(|k| spun(eta(k), w[k]).coords);
-        keep("dq", &POSITIONS[3..], transposed(each));
+        keep("dq", &POSE[3..], transposed(each));
     }
     if let (Some(v), Some(w), Some(dv)) = (v, w, dv) {
         let each = samples
             .clone()
             .map(|k| turned(k, dv[k] + w[k].cross(&v[k])));
-        keep("ddq", &POSITIONS[..3], transposed(each));
+        keep("ddq", &POSE[..3], transposed(each));
     }
     if let (Some(w), Some(dw)) = (w, dw) {
         let each = samples.map(|k| (spun(eta(k), dw[k]) + spun(spun(eta(k), w[k]), w[k])).coords);
-        keep("ddq", &POSITIONS[3..], transposed(each));
+        keep("ddq", &POSE[3..], transposed(each));
     }
 }
 
@@ -166,20 +162,8 @@ fn transposed<const N: usize>(vectors: impl Iterator<Item = SVector<f64, N>>) ->
 mod tests {
     use super::*;
 
-    const HULL: &str = r#"<robot name="hull">
-  <link name="hull"><inertial><mass value="5"/>
-    <inertia ixx="0.08" ixy="0" ixz="0" iyy="0.09" iyz="0" izz="0.1"/></inertial></link>
-  <link name="rotor"><inertial><mass value="0.5"/>
-    <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.02"/></inertial></link>
-  <joint name="wheel" type="continuous"><parent link="hull"/><child link="rotor"/><axis xyz="0 0 1"/></joint>
-</robot>"#;
-
-    const MODEL: &str = "\
-model hull;
-urdf \"hull.urdf\" { base: floating; velocities: twist; }
-gravity (0, 0, 0);
-output spin = hull_wz;
-";
+    const HULL: &str = include_str!("../tests/floating/hull.urdf");
+    const MODEL: &str = include_str!("../tests/floating/hull.model");
 
     fn library() -> Library {
         let mut library = Library::builtin();
@@ -201,10 +185,10 @@ output spin = hull_wz;
         ];
         let times = || (0..60).map(|k| 0.1 * f64::from(k));
         let mut columns = vec![("t".to_string(), times().collect::<Vec<f64>>())];
-        for (ending, at) in POSITIONS.iter().zip(pose) {
+        for ((ending, _), at) in POSE.iter().zip(pose) {
             columns.push((format!("q_hull_{ending}"), times().map(at).collect()));
         }
-        for (k, ending) in TWIST.iter().enumerate() {
+        for (k, (ending, _)) in TWIST.iter().enumerate() {
             let value = [2.0, 0.0, 0.0, 0.0, 0.0, 1.0][k];
             columns.push((format!("dq_hull_{ending}"), vec![value; 60]));
             columns.push((format!("ddq_hull_{ending}"), vec![0.0; 60]));

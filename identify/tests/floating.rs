@@ -1,25 +1,14 @@
 //! Logs held against models whose bodies float by their twists.
 
+use dynamics_codegen::model::{POSE, TWIST};
 use dynamics_codegen::{Library, compile};
 use identify::fit::{Inertia, Request, Source, fit, written};
 use identify::log::Log;
 use identify::trace::{self, Verdict};
 use std::fmt::Write;
 
-const HULL: &str = r#"<robot name="hull">
-  <link name="hull"><inertial><mass value="5"/>
-    <inertia ixx="0.08" ixy="0" ixz="0" iyy="0.09" iyz="0" izz="0.1"/></inertial></link>
-  <link name="rotor"><inertial><mass value="0.5"/>
-    <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.02"/></inertial></link>
-  <joint name="wheel" type="continuous"><parent link="hull"/><child link="rotor"/><axis xyz="0 0 1"/></joint>
-</robot>"#;
-
-const MODEL: &str = "\
-model hull;
-urdf \"hull.urdf\" { base: floating; velocities: twist; }
-gravity (0, 0, 0);
-output spin = hull_wz;
-";
+const HULL: &str = include_str!("floating/hull.urdf");
+const MODEL: &str = include_str!("floating/hull.model");
 
 fn library() -> Library {
     let mut library = Library::builtin();
@@ -33,11 +22,11 @@ fn log() -> Log {
     let (of_hull, of_wheel) = (0.1, 0.02);
     let share = -of_wheel / (of_hull + of_wheel);
     let mut text = String::from("t");
-    for ending in ["x", "y", "z", "qx", "qy", "qz", "qw"] {
+    for (ending, _) in POSE {
         write!(text, ",q_hull_{ending}").unwrap();
     }
     text.push_str(",q_wheel");
-    for ending in ["vx", "vy", "vz", "wx", "wy", "wz"] {
+    for (ending, _) in TWIST {
         write!(text, ",dq_hull_{ending}").unwrap();
     }
     text.push_str(",u_wheel\n");

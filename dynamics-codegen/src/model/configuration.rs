@@ -33,7 +33,7 @@ pub const POSE: [(&str, &str); 7] = [
 ];
 
 /// Endings of the names of a twist's coordinates, with the units of what they are the rates of.
-pub(super) const TWIST: [(&str, &str); 6] = [
+pub const TWIST: [(&str, &str); 6] = [
     ("vx", "m"),
     ("vy", "m"),
     ("vz", "m"),

@@ -47,7 +47,7 @@ mod unknown;
 
 pub use bodies::{NamedBody, PointForce};
 pub(crate) use builder::build;
-pub use configuration::{POSE, Pose, Position};
+pub use configuration::{POSE, Pose, Position, TWIST};
 pub use contact::Sliding;
 pub use delay::Delay;
 pub use fold::Variables;

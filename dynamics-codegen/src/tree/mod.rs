@@ -78,7 +78,8 @@ mod vector;
 pub use error::TreeError;
 pub use kinematics::{Frame, Pose};
 pub use mechanism::{Layout, Mechanism, Options, Regrouped, Report, Snapped};
-pub use placement::{pose_rates, twist_of};
+pub use placement::pose_rates;
+pub(crate) use placement::twist_of;
 pub use sensitivity::{ForwardDerivatives, InverseDerivatives};
 pub use solve::{Constrained, Factor};
 

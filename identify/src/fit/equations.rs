@@ -17,7 +17,7 @@ pub(super) const BLOCKS: usize = 12;
 /// More equations than this say no more.
 const MOST_SAMPLES: usize = 20_000;
 /// Share of what the inputs exert that no force is known better than to: along a direction in which nothing
-/// happens errors of rounding would count as forces.
+/// happens errors of rounding would count as forces, and hide the friction of `identify/tests/floating.rs`.
 const EXACTLY: f64 = 1e-5;
 
 /// `r = X x` along a log.
@@ -336,7 +336,7 @@ impl Equations {
     /// Root mean squares of forces in the directions that are fitted, where they are as much as can be measured.
     fn scale_of(&self, forces: &[Vec<f64>]) -> Vec<f64> {
         let exerted = self.exerted.iter().map(|force| rms(force));
-        let least = EXACTLY * exerted.fold(f64::MIN_POSITIVE / EXACTLY, f64::max);
+        let least = (EXACTLY * exerted.fold(0.0, f64::max)).max(f64::MIN_POSITIVE);
         let Some(first) = self.free.first() else {
             return forces.iter().map(|f| rms(f).max(least)).collect();
         };
