@@ -14,8 +14,7 @@ pub(crate) struct Shifted {
 }
 
 /// Coordinate `i` of `states`, whose accelerations are `a`, at `t + by`, sample by sample: by
-/// cubics between samples, and by Taylor's series where there is no sample on the other side: what that
-/// leaves out, `j h³/6`, `j h²/2` and `j h` with the usual jerk `j`, is not known.
+/// cubics between samples, and by [Taylor's series](Beyond) where there is no sample on the other side.
 pub(crate) fn shifted(states: &States, i: usize, a: &[f64], by: &[f64]) -> Shifted {
     let (t, q, v) = (&states.t, &states.q[i], &states.v[i]);
     let longest = longest_step(t);
@@ -25,11 +24,7 @@ pub(crate) fn shifted(states: &States, i: usize, a: &[f64], by: &[f64]) -> Shift
         a: Vec::with_capacity(t.len()),
         doubt: [0, 1, 2].map(|_| vec![0.0; t.len()]),
     };
-    let steps = t.windows(2).zip(a.windows(2));
-    let within = steps.filter(|(t, _)| t[1] - t[0] <= longest);
-    let jerk = rms(&within
-        .map(|(t, a)| (a[1] - a[0]) / (t[1] - t[0]))
-        .collect::<Vec<_>>());
+    let beyond = Beyond::new(t, a, longest);
     for (k, by) in by.iter().enumerate() {
         let when = t[k] + by;
         let after = t.partition_point(|&stamp| stamp <= when);
@@ -47,17 +42,69 @@ pub(crate) fn shifted(states: &States, i: usize, a: &[f64], by: &[f64]) -> Shift
             let late = after < t.len() && t[after] - when < when - t[before];
             let near = if late { after } else { before };
             let h = when - t[near];
-            let x = q[near] + h * (v[near] + 0.5 * h * a[near]);
-            result.doubt[0][k] = jerk * h.abs().powi(3) / 6.0;
-            result.doubt[1][k] = jerk * h * h / 2.0;
-            result.doubt[2][k] = jerk * h.abs();
-            (x, v[near] + h * a[near], a[near])
+            let (jerk, doubt) = beyond.at(near, h);
+            for (all, own) in result.doubt.iter_mut().zip(doubt) {
+                all[k] = own;
+            }
+            let curvature = a[near] + h * jerk;
+            let rate = v[near] + h * (a[near] + 0.5 * h * jerk);
+            let x = q[near] + h * (v[near] + 0.5 * h * (a[near] + h / 3.0 * jerk));
+            (x, rate, curvature)
         };
         result.q.push(x);
         result.v.push(rate);
         result.a.push(curvature);
     }
     result
+}
+
+/// How a motion goes on beyond its first and its last sample: by Taylor's series up to the jerk there or without
+/// it, whichever leaves out less. What is left out is not known: of a position `s h⁴/24` or `j h³/6` with the usual
+/// snap `s` and the usual jerk `j`, and the derivatives of these of velocities and accelerations.
+struct Beyond {
+    /// Per interval, nothing across a gap.
+    jerk: Vec<Option<f64>>,
+    usual_jerk: f64,
+    usual_snap: f64,
+}
+
+impl Beyond {
+    fn new(t: &[f64], a: &[f64], longest: f64) -> Self {
+        let steps = t.windows(2).zip(a.windows(2));
+        let of_step = |(t, a): (&[f64], &[f64])| {
+            let h = t[1] - t[0];
+            (h <= longest).then(|| (a[1] - a[0]) / h)
+        };
+        let jerk: Vec<Option<f64>> = steps.map(of_step).collect();
+        let snaps = jerk.windows(2).zip(t.windows(3)).filter_map(|(pair, t)| {
+            let [before, after] = [pair[0]?, pair[1]?];
+            Some(2.0 * (after - before) / (t[2] - t[0]))
+        });
+        let known: Vec<f64> = jerk.iter().flatten().copied().collect();
+        Self {
+            usual_jerk: rms(&known),
+            usual_snap: rms(&snaps.collect::<Vec<_>>()),
+            jerk,
+        }
+    }
+
+    /// The jerk that counts `h` seconds from a sample at either end, and by how much the position, the velocity
+    /// and the acceleration there may be off.
+    fn at(&self, near: usize, h: f64) -> (f64, [f64; 3]) {
+        let inward = if h < 0.0 {
+            Some(near)
+        } else {
+            near.checked_sub(1)
+        };
+        let there = inward.and_then(|step| *self.jerk.get(step)?);
+        let by_jerk = [h.abs().powi(3) / 6.0, h * h / 2.0, h.abs()].map(|x| self.usual_jerk * x);
+        let by_snap = [h.powi(4) / 24.0, h.abs().powi(3) / 6.0, h * h / 2.0];
+        let by_snap = by_snap.map(|x| self.usual_snap * x);
+        match there {
+            Some(jerk) if by_snap[2] < by_jerk[2] => (jerk, by_snap),
+            _ => (0.0, by_jerk),
+        }
+    }
 }
 
 /// The cubic through two values with given rates, a share `s` of the way of `h` seconds.
@@ -97,6 +144,18 @@ mod tests {
                 assert!(miss < 2.0 * moved.doubt[2][k] + 1e-2, "{k}: {miss}");
             }
         }
+    }
+
+    /// Where a motion is smooth its jerk goes on, too; where it jumps from sample to sample that says nothing.
+    #[test]
+    fn the_jerk_goes_on_where_that_leaves_out_less() {
+        let t: Vec<f64> = (0..200).map(|k| 0.01 * f64::from(k)).collect();
+        let smooth: Vec<f64> = t.iter().map(|t| (5.0 * t).sin()).collect();
+        let shaken: Vec<f64> = (0..200).map(|k| f64::from(k % 2)).collect();
+        let [smooth, shaken] = [smooth, shaken].map(|a| Beyond::new(&t, &a, 0.02).at(0, -0.05));
+        assert!((smooth.0 - 5.0).abs() < 0.01, "{smooth:?}");
+        assert!(smooth.1[2] < 25.0 * 0.05 * 0.05 / 2.0, "{smooth:?}");
+        assert_eq!(shaken.0, 0.0);
     }
 
     #[test]
