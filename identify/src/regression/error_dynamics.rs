@@ -4,7 +4,7 @@ use super::closed::{Closed, Missed};
 use super::in_time::in_time;
 use super::moments::Moments;
 use super::sensed::Sensed;
-use super::shooting::{Shot, is_unresolved, shoot};
+use super::shooting::{Shot, shoot, unresolved, usual_accelerations};
 use super::shown::{Derivatives, Places, Shown, shown};
 use super::trails::Trails;
 use crate::log::longest_step;
@@ -315,31 +315,6 @@ impl Piece {
             self.forcing[k - first] = shot.forcing;
         }
     }
-}
-
-/// The intervals in `range` that a quadrature along the curve does not resolve.
-fn unresolved(
-    curve: &States,
-    range: Range<usize>,
-    longest: f64,
-    [starts, middles, ends]: [&[Local]; 3],
-) -> Vec<usize> {
-    let usual = usual_accelerations(curve);
-    let is_so = |(i, k): &(usize, usize)| {
-        let h = curve.t[k + 1] - curve.t[*k];
-        h <= longest && is_unresolved([&starts[*i], &middles[*i], &ends[*i]], h, &usual)
-    };
-    range.enumerate().filter(is_so).map(|(_, k)| k).collect()
-}
-
-/// Root mean squares of the curve's accelerations.
-fn usual_accelerations(curve: &States) -> Vec<f64> {
-    let change = |v: &Vec<f64>| {
-        let squares = v.windows(2).zip(curve.t.windows(2));
-        let squares = squares.map(|(v, t)| ((v[1] - v[0]) / (t[1] - t[0])).powi(2));
-        (squares.sum::<f64>() / v.len() as f64).sqrt()
-    };
-    curve.v.iter().map(change).collect()
 }
 
 /// Shots over some intervals of the curve.

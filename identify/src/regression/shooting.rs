@@ -20,6 +20,7 @@
 use super::error_dynamics::{Local, decay};
 use crate::machine::{SolveError, States};
 use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
 
 /// The departure's equation over one interval.
 pub(super) struct Shot {
@@ -34,28 +35,72 @@ pub(super) struct Shot {
 
 /// `h ‖∂a/∂v‖` beyond which an interval is stiff.
 const STIFF: f64 = 1.0;
-/// A quadrature is off, or a step is too long, if its error is this share of what the
-/// accelerations usually do in the interval.
-const ROUGH: f64 = 2e-2;
+/// A quadrature is off, or a step too long, if its error is this share of what the accelerations usually do in
+/// the interval.
+const ROUGH: f64 = 5e-4;
 const TOLERANCE: f64 = 3e-4;
 /// The shortest step, as a share of the interval.
 const SHORTEST: f64 = 1.0 / 64.0;
 
-/// Whether an interval of `h` seconds must be shot through, by what is seen at its beginning,
-/// middle and end; `usual` are the accelerations' root mean squares.
-pub(super) fn is_unresolved([start, middle, end]: [&Local; 3], h: f64, usual: &[f64]) -> bool {
-    let rate = |local: &Local| {
-        let n = local.slope.nrows();
-        local.slope.columns(n, n).amax()
+/// The intervals in `range` that a quadrature along the curve does not resolve.
+pub(super) fn unresolved(
+    curve: &States,
+    range: Range<usize>,
+    longest: f64,
+    [starts, middles, ends]: [&[Local]; 3],
+) -> Vec<usize> {
+    let usual = usual_accelerations(curve);
+    let velocity = |k: usize| DVector::from_iterator(usual.len(), curve.v.iter().map(|v| v[k]));
+    let is_so = |&(i, k): &(usize, usize)| {
+        let h = curve.t[k + 1] - curve.t[k];
+        let (places, ends) = (
+            [&starts[i], &middles[i], &ends[i]],
+            [velocity(k), velocity(k + 1)],
+        );
+        h <= longest && is_unresolved(places, ends.each_ref(), h, &usual)
     };
-    let stiff = [start, middle, end]
-        .into_iter()
-        .any(|local| h * rate(local) > STIFF);
-    let bent = |(i, &usual): (usize, &f64)| {
+    range.enumerate().filter(is_so).map(|(_, k)| k).collect()
+}
+
+/// Root mean squares of the curve's accelerations.
+pub(super) fn usual_accelerations(curve: &States) -> Vec<f64> {
+    let change = |v: &Vec<f64>| {
+        let squares = v.windows(2).zip(curve.t.windows(2));
+        let squares = squares.map(|(v, t)| ((v[1] - v[0]) / (t[1] - t[0])).powi(2));
+        (squares.sum::<f64>() / v.len() as f64).sqrt()
+    };
+    curve.v.iter().map(change).collect()
+}
+
+/// Whether an interval of `h` seconds must be shot through, by what is seen at its beginning, middle and end, and
+/// the velocities at both ends; `usual` are the accelerations' root mean squares.
+///
+/// A cubic goes from the acceleration at the beginning, `a₀`, to that at the end, `a₁`, with the slopes that these
+/// have along the motion, `ȧ = ∂a/∂q v + ∂a/∂v a`. Where the acceleration in the middle is not the cubic's,
+/// `½ (a₀ + a₁) + ⅛ h (ȧ₀ − ȧ₁)`, Simpson's rule is off by ²⁄₁₅ of the difference, to the next order.
+fn is_unresolved(
+    [start, middle, end]: [&Local; 3],
+    velocities: [&DVector<f64>; 2],
+    h: f64,
+    usual: &[f64],
+) -> bool {
+    let n = usual.len();
+    let rate = |local: &Local| local.slope.columns(n, n).amax();
+    if [start, middle, end]
+        .iter()
+        .any(|local| h * rate(local) > STIFF)
+    {
+        return true;
+    }
+    let slope = |local: &Local, v: &DVector<f64>| {
+        local.slope.columns(0, n) * v + local.slope.columns(n, n) * local.acceleration.column(0)
+    };
+    let turned = slope(start, velocities[0]) - slope(end, velocities[1]);
+    usual.iter().enumerate().any(|(i, &usual)| {
         let at = |local: &Local| local.acceleration[(i, 0)];
-        (2.0 * at(middle) - at(start) - at(end)).abs() / 3.0 > ROUGH * usual
-    };
-    stiff || usual.iter().enumerate().any(bent)
+        let cubic = 0.5 * (at(start) + at(end)) + 0.125 * h * turned[i];
+        2.0 / 15.0 * (cubic - at(middle)).abs() > ROUGH * usual
+    })
 }
 
 /// A machine on its way through an interval.
@@ -327,6 +372,34 @@ pub(super) mod tests {
         )
         .unwrap()
         .remove(0)
+    }
+
+    /// Friction whose smooth sign turns over a few intervals is resolved, over one it is not; and neither is a
+    /// force that only grows taken for one that turns.
+    #[test]
+    fn what_bends_within_an_interval_is_unresolved() {
+        let h = 5e-3;
+        let (pushed, mass) = (8.0, 1.0);
+        let is_so = |width: f64, middle: f64| {
+            let local = |share: f64| {
+                let v = middle + (share - 0.5) * h * pushed;
+                let sign = (v / width).tanh();
+                Local {
+                    acceleration: DMatrix::from_element(1, 1, pushed - F * sign),
+                    slope: DMatrix::from_row_slice(1, 2, &[0.0, -F / width * (1.0 - sign * sign)]),
+                    motion: Motion::of(free(mass, pushed - F * sign), &[], 0).unwrap(),
+                    shown: None,
+                }
+            };
+            let velocity =
+                |share: f64| DVector::from_element(1, middle + (share - 0.5) * h * pushed);
+            let places = [local(0.0), local(0.5), local(1.0)];
+            let ends = [velocity(0.0), velocity(1.0)];
+            is_unresolved(places.each_ref(), ends.each_ref(), h, &[pushed])
+        };
+        assert!(!is_so(0.3, 0.05));
+        assert!(is_so(0.01, 0.005));
+        assert!(!is_so(0.01, 1.0));
     }
 
     #[test]
