@@ -88,10 +88,16 @@ fn nameless(unnamed: &Unnamed) -> Option<Advice> {
     let force = unnamed.forces.first()?;
     let on = &force.coordinate;
     if force.explained < FORETOLD || force.depends_on.is_empty() {
+        let lasts = short(force.lasts);
+        let follows = match force.explained > 0.0 && !force.depends_on.is_empty() {
+            true => format!(
+                "follows what was measured in {} % of itself only",
+                short(100.0 * force.explained)
+            ),
+            false => "follows nothing that was measured".into(),
+        };
         return Some(Advice::to(format!(
-            "Log what else moves or changes there: the force on {on} lasts {} s and follows nothing \
-             that was measured.",
-            short(force.lasts)
+            "Log what else moves or changes there: the force on {on} lasts {lasts} s and {follows}."
         )));
     }
     let template = skeleton(force);
@@ -259,6 +265,7 @@ fn line(doc: &str, key: &str) -> Option<String> {
 mod tests {
     use super::super::finding::Rival;
     use super::super::microscope::Dependence;
+    use super::super::score::Errors;
     use super::*;
     use dynamics_codegen::compile;
     use std::collections::BTreeMap;
@@ -285,6 +292,28 @@ mod tests {
             remembers: false,
             saved: String::new(),
         }
+    }
+
+    /// What a force hardly follows is not said to be followed by nothing.
+    #[test]
+    fn a_force_that_follows_little_is_said_to() {
+        let said = |explained: f64, variables: &[&str]| {
+            let unnamed = Unnamed {
+                forces: vec![UnnamedForce {
+                    explained,
+                    ..force(variables)
+                }],
+                acceleration_after: Errors {
+                    total: 0.1,
+                    per_coordinate: BTreeMap::new(),
+                },
+                recovered: 0.0,
+            };
+            nameless(&unnamed).unwrap().text
+        };
+        assert!(said(0.07, &["q_x"]).ends_with("follows what was measured in 7.000 % of itself only."));
+        assert!(said(0.0, &["q_x"]).ends_with("follows nothing that was measured."));
+        assert!(said(0.07, &[]).ends_with("follows nothing that was measured."));
     }
 
     /// Whatever a force depends on, the template to start from is one, and acts where the force does.
