@@ -35,14 +35,10 @@ pub const SEARCHED_READINGS: usize = 18_000;
 /// Samples that are looked at where a first glance is enough.
 pub const GLANCE: usize = 1000;
 
-/// Candidates with at least this share of the best one's gain are looked at closely,
-pub const LEADER_SHARE: f64 = 0.2;
-/// so many of them at most with noise that suits them,
+/// Candidates that are looked at closely, with noise that suits them,
 pub const PROFILED: usize = 12;
-/// of which so many are fitted,
+/// of which so many are fitted.
 pub const SHORTLISTED: usize = 5;
-/// if they are no more nats than this behind the first of them.
-pub const FAR_BEHIND: f64 = 200.0;
 /// Candidates that are looked at two at a time.
 pub const PAIRED: usize = 64;
 /// Exchanges of one term that are fitted,
@@ -54,10 +50,8 @@ pub const NEARLY: f64 = 0.05;
 pub const NEAR_MISS: f64 = 0.9;
 /// with so much of the unexplained force,
 pub const SHARPER: f64 = 0.1;
-/// and so many steps before that is adapted,
+/// and so many steps before that is adapted, as long as each gains.
 pub const SHARP_STEPS: usize = 4;
-/// so often at most.
-pub const SHARPENINGS: usize = 3;
 /// Steps of a search along a shape with everything else fitted anew; each goes one way or
 /// halves its length.
 pub const SHAPE_STEPS: usize = 10;

@@ -9,7 +9,7 @@ use super::choose::{Choice, Chosen};
 use super::settle::{Settled, settle};
 use crate::machine::SolveError;
 use crate::trace::finding::worth;
-use crate::trace::settings::FAR_BEHIND;
+use crate::trace::settings::SHORTLISTED;
 use rayon::prelude::*;
 
 /// Terms, and where they explain most.
@@ -66,13 +66,16 @@ impl Explained {
         self.settled.left + candidates.map(|c| choice.price_of(c)).sum::<f64>()
     }
 
-    /// Without each of the terms that are not far too good to be left out, where a fit may begin.
+    /// Without each of the terms that are worth least, where a fit may begin.
     fn without_one<'a>(
         &'a self,
         choice: &'a Choice<'_>,
     ) -> impl Iterator<Item = (Vec<Chosen>, Vec<f64>)> + 'a {
-        let weak = (0..self.terms.len()).filter(|&i| self.worth(choice, i) < FAR_BEHIND);
-        weak.map(|i| {
+        let worth = |i| (self.worth(choice, i), i);
+        let mut all: Vec<(f64, usize)> = (0..self.terms.len()).map(worth).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let weak = all.into_iter().take(SHORTLISTED);
+        weak.map(|(_, i)| {
             let mut others = self.terms.clone();
             others.remove(i);
             (others, self.values_without(choice, i))

@@ -10,7 +10,7 @@ use crate::trace::dictionary::Dictionary;
 use crate::trace::estimate::Observed;
 use crate::trace::linearised::first_noise;
 use crate::trace::refine::{Effort, Estimate, Explanation, Refined, refine};
-use crate::trace::settings::{SAME_FIT, SHARP_STEPS, SHARPENINGS, SHARPER, TIE};
+use crate::trace::settings::{SAME_FIT, SHARP_STEPS, SHARPER, TIE};
 use rayon::prelude::*;
 
 /// A hypothesis after its fit.
@@ -149,10 +149,7 @@ pub fn fit_with(
 /// unexplained, a fit may rest too early. What cannot come below a cost is given up.
 pub fn sharpened(dictionary: &Dictionary, fitted: Fitted, bar: f64) -> Fitted {
     let mut fitted = fitted;
-    for _ in 0..SHARPENINGS {
-        if !fitted.leaves_forces() {
-            break;
-        }
+    while fitted.leaves_forces() {
         let mut sharper = fitted.explanation.clone();
         sharper.noise = sharper.noise.times(SHARPER);
         let starts = [(fitted.explanation.clone(), 0), (sharper, SHARP_STEPS)];

@@ -48,6 +48,13 @@ impl<'a> Glance<'a> {
         rms(velocity) / rms(&derivative(&curve.t, velocity))
     }
 
+    /// The least such time of all coordinates, s: late drives disturb first what moves quickest.
+    pub fn quickest(&self) -> f64 {
+        let coordinates = 0..self.at.dictionary.machine.coordinate_count();
+        let each = coordinates.map(|i| self.radian(i));
+        each.fold(f64::INFINITY, f64::min)
+    }
+
     /// Shares of a `radian` that these candidates may be late by, or early.
     pub fn times(&self, candidates: &[usize], radian: f64) -> Vec<Lateness> {
         let dictionary = self.at.dictionary;

@@ -9,7 +9,7 @@ use crate::trace::search::explored::Explored;
 use crate::trace::search::neighbourhood::Neighbourhood;
 use crate::trace::search::proposal::Proposal;
 use crate::trace::search::score::price_of_choice;
-use crate::trace::settings::{FAR_BEHIND, LEADER_SHARE, MARGIN, MAX_TERMS, PROFILED, SHORTLISTED};
+use crate::trace::settings::{MARGIN, MAX_TERMS, PROFILED, SHORTLISTED};
 use rayon::prelude::*;
 
 /// One more term.
@@ -40,11 +40,9 @@ fn shortlist<'a>(at: &'a Neighbourhood<'_>) -> Vec<(f64, &'a Considered)> {
     // it may explain them all: noise that suits it says so.
     let is_first = at.terms().is_empty() && at.fitted.leaves_forces();
     let may_lead = |one: &&Considered| is_first && one.gain > 0.0 || may_earn(one);
-    let earning = || at.considered.iter().filter(may_lead);
-    let best = earning().map(|c| c.gain).fold(0.0, f64::max);
     let rows = at.fitted.estimate.rows as f64;
-    let leading = earning().filter(|c| c.gain > LEADER_SHARE * best);
-    let leading: Vec<&Considered> = leading.take(PROFILED).collect();
+    let leading = at.considered.iter().filter(may_lead).take(PROFILED);
+    let leading: Vec<&Considered> = leading.collect();
     let profiled = leading.into_par_iter().map(|c| {
         let size = candidates[c.candidate].size() as f64;
         let shapes = std::iter::once(c).chain(c.other_shapes.first());
@@ -57,15 +55,14 @@ fn shortlist<'a>(at: &'a Neighbourhood<'_>) -> Vec<(f64, &'a Considered)> {
     let profiled: Vec<Vec<(f64, &Considered)>> = profiled.collect();
     let mut profiled: Vec<(f64, &Considered)> = profiled.into_iter().flatten().collect();
     profiled.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let Some(&(lowest, first)) = profiled.first() else {
+    let Some(&(_, first)) = profiled.first() else {
         return Vec::new();
     };
     let mut rank = 0;
     // A relative at the same place may only lack the right shape.
-    profiled.retain(|(cost, one)| {
+    profiled.retain(|(_, one)| {
         rank += 1;
-        rank <= SHORTLISTED && *cost < lowest + FAR_BEHIND
-            || at.is_beside(one.candidate, first.candidate)
+        rank <= SHORTLISTED || at.is_beside(one.candidate, first.candidate)
     });
     profiled
 }

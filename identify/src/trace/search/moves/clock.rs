@@ -31,11 +31,7 @@ impl Move for Clock {
         }
         let most = MAX_TERMS.saturating_sub(at.terms().len());
         let glance = Glance::new(at);
-        // What moves quickest is disturbed first.
-        let coordinates = 0..dictionary.machine.coordinate_count();
-        let radian = coordinates
-            .map(|i| glance.radian(i))
-            .fold(f64::INFINITY, f64::min);
+        let radian = glance.quickest();
         let several = alike.values().filter(|all| (2..=most).contains(&all.len()));
         let times = several.flat_map(|all| glance.times(all, radian));
         glance.likely(times.collect(), explored)

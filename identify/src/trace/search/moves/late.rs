@@ -1,18 +1,18 @@
-//! A sensor that is late by much.
+//! A sensor or a drive that is late by much.
 //!
-//! Applies where forces remain. A reading that is late by a good part of the motion's own time is
+//! Applies where forces remain. What is late by a good part of the motion's own time is
 //! far from what a line says of it, and beside another thing that is missing even the sign of a
 //! small step may be wrong. Times are few and bounded: they are tried as they are.
 
 use super::Move;
-use crate::trace::search::channel::timed_sensor;
+use crate::trace::search::channel::{timed_input, timed_sensor};
 use crate::trace::search::explored::Explored;
 use crate::trace::search::lateness::Glance;
 use crate::trace::search::neighbourhood::Neighbourhood;
 use crate::trace::search::proposal::Proposal;
 use crate::trace::settings::MAX_TERMS;
 
-/// A sensor that is late by much.
+/// A sensor or a drive that is late by much.
 pub struct Late;
 
 impl Move for Late {
@@ -24,8 +24,11 @@ impl Move for Late {
         let all = 0..at.dictionary.candidates.len();
         let new = all.filter(|&candidate| !at.fitted.hypothesis.contains(candidate));
         let times = new.filter_map(|candidate| {
-            let coordinate = timed_sensor(at.dictionary, candidate)?;
-            Some(glance.times(&[candidate], glance.radian(coordinate)))
+            let radian = match timed_sensor(at.dictionary, candidate) {
+                Some(coordinate) => glance.radian(coordinate),
+                None => timed_input(at.dictionary, candidate).map(|_| glance.quickest())?,
+            };
+            Some(glance.times(&[candidate], radian))
         });
         glance.likely(times.flatten().collect(), explored)
     }
