@@ -311,7 +311,9 @@ mod tests {
             };
             nameless(&unnamed).unwrap().text
         };
-        assert!(said(0.07, &["q_x"]).ends_with("follows what was measured in 7.000 % of itself only."));
+        assert!(
+            said(0.07, &["q_x"]).ends_with("follows what was measured in 7.000 % of itself only.")
+        );
         assert!(said(0.0, &["q_x"]).ends_with("follows nothing that was measured."));
         assert!(said(0.07, &[]).ends_with("follows nothing that was measured."));
     }
