@@ -13,7 +13,6 @@ import argparse
 import json
 import sys
 from collections import Counter, defaultdict
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -99,7 +98,9 @@ def trial(index, folders, seed, program, limit):
     folder = folders[index % len(folders)]
     truth = json.loads((folder / "truth.json").read_text())
     case = running.simulated(folder)
-    angular = [name for name, turns in zip(truth["coords"], SYSTEMS[truth["system"]].angular) if turns]
+    (system,) = (s for s in SYSTEMS.values() if (s.name, s.variant, [*s.coords]) == (
+        truth["system"], truth["variant"], truth["coords"]))
+    angular = [name for name, turns in zip(system.coords, system.angular) if turns]
     with TemporaryDirectory() as scratch:
         for log in LOGS:
             header = (folder / log).open().readline().strip().split(",")
@@ -144,16 +145,8 @@ def main():
     found = [p for p in found if json.loads((p / "truth.json").read_text())["class"] == "none"][:a.of]
     if not found:
         parser.error(f"{a.machines} holds no machine that lacks nothing")
-    lines = []
-    if a.out:
-        a.out.write_text("")
-    with ThreadPoolExecutor(a.jobs) as pool:
-        for line in pool.map(lambda i: trial(i, found, a.seed, a.program, a.limit), range(a.count)):
-            lines.append(line)
-            if a.out:
-                with a.out.open("a") as out:
-                    out.write(json.dumps(line) + "\n")
-    show(lines)
+    trials = running.lines(lambda i: trial(i, found, a.seed, a.program, a.limit), range(a.count), a.jobs, a.out)
+    show(list(trials))
     return 0
 
 

@@ -12,7 +12,6 @@ the truth: a search that stops in a bad optimum ends far below.
 import argparse
 import json
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -69,16 +68,7 @@ def main():
     a = parser.parse_args()
     entry = frozen()["simulated"][a.set]
     folders = simulate(a.machines / a.set, entry["seed"], a.count or entry["count"], a.jobs, a.set)
-    lines = []
-    if a.out:
-        a.out.write_text("")
-    with ThreadPoolExecutor(a.jobs) as pool:
-        for line in pool.map(lambda folder: trial(folder, a.program, a.limit), folders):
-            lines.append(line)
-            if a.out:
-                # At once, so that an interrupted run keeps what it has.
-                with a.out.open("a") as out:
-                    out.write(json.dumps(line) + "\n")
+    lines = list(running.lines(lambda folder: trial(folder, a.program, a.limit), folders, a.jobs, a.out))
     print(f"within {NATS:.0f} nats of the truth: {tables.rate(lines, 'reached')}")
     print(f"no answer or refused: {sum('error' in line for line in lines)}")
     seconds = [line["cpu"] for line in lines]

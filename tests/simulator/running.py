@@ -5,6 +5,7 @@ import os
 import resource
 import subprocess
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -96,3 +97,18 @@ def trace(case, program, limit):
         else:
             report = json.load(out)
     return report, seconds, usage.ru_maxrss / 1024
+
+
+def lines(trial, items, jobs, out=None):
+    """Yields what a trial says of each item, in their order.
+
+    Each is written to the file `out` as a line of JSON at once, so that an interrupted run keeps what it has.
+    """
+    if out:
+        out.write_text("")
+    with ThreadPoolExecutor(jobs) as pool:
+        for line in pool.map(trial, items):
+            if out:
+                with out.open("a") as file:
+                    file.write(json.dumps(line) + "\n")
+            yield line

@@ -15,7 +15,6 @@ import argparse
 import json
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import running
@@ -125,16 +124,7 @@ def main():
     if not todo:
         parser.error("no machine to trace: give --set NAME, --make FOLDER, or folders with a truth.json in them")
     known = library()
-    lines = []
-    if a.out:
-        a.out.write_text("")
-    with ThreadPoolExecutor(a.jobs) as pool:
-        for line in pool.map(lambda item: traced(item, a.program, a.limit, known), todo):
-            lines.append(line)
-            if a.out:
-                # At once, so that an interrupted run keeps what it has.
-                with a.out.open("a") as out:
-                    out.write(json.dumps(line) + "\n")
+    lines = list(running.lines(lambda item: traced(item, a.program, a.limit, known), todo, a.jobs, a.out))
     report(lines, look, earlier)
     accepted = sum(line["accepted"] for line in lines)
     if accepted < a.at_least * len(lines):

@@ -11,7 +11,6 @@ are others than those of the logs as they were.
 import argparse
 import json
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -69,16 +68,10 @@ def main():
     if not folders:
         parser.error(f"{a.machines} holds no machines")
     lines = []
-    if a.out:
-        a.out.write_text("")
-    with ThreadPoolExecutor(a.jobs) as pool:
-        for line in pool.map(lambda folder: trial(folder, a.seed, a.share, a.program, a.limit), folders):
-            lines.append(line)
-            if a.out:
-                with a.out.open("a") as out:
-                    out.write(json.dumps(line) + "\n")
-            if not line["same"]:
-                print(f"{line['machine']}: {' '.join(line['clean'])} -> {' '.join(line['wild'])}", flush=True)
+    for line in running.lines(lambda folder: trial(folder, a.seed, a.share, a.program, a.limit), folders, a.jobs, a.out):
+        lines.append(line)
+        if not line["same"]:
+            print(f"{line['machine']}: {' '.join(line['clean'])} -> {' '.join(line['wild'])}", flush=True)
     print(f"the same answer {tables.rate(lines, 'same')}")
     return 0
 
