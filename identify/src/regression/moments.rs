@@ -15,6 +15,8 @@ pub struct Moments {
     order: Vec<usize>,
     /// and how many of them were read next to earlier samples than each, and than the end.
     begins: Vec<usize>,
+    /// By how much what is read may be off, per reading, beside the sensor's noise; empty where that is known.
+    doubt: Vec<f64>,
 }
 
 impl Moments {
@@ -57,6 +59,16 @@ impl Moments {
     /// The sample next to which each reading was made.
     pub fn nearest(&self) -> &[usize] {
         &self.nearest
+    }
+
+    /// The same where what is read may be off by so much, per reading.
+    pub(super) fn with_doubt(self, doubt: Vec<f64>) -> Self {
+        Self { doubt, ..self }
+    }
+
+    /// By how much what is read may be off, beside the sensor's noise.
+    pub(super) fn doubt(&self, reading: usize) -> f64 {
+        self.doubt.get(reading).copied().unwrap_or(0.0)
     }
 
     /// Seconds from there to a reading.

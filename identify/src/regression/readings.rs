@@ -61,9 +61,11 @@ impl Readings {
             }
         }
         for (place, reading) in self.instruments.iter().enumerate() {
+            let moments = of_model.get(reading.sensor).and_then(Option::as_ref);
             for &row in made_at(of_model, reading.sensor, &[sample]) {
                 if reading.is_new(row) {
-                    update(Sensor::Instrument(place), row, reading.sd);
+                    let doubt = moments.map_or(0.0, |moments| moments.doubt(row));
+                    update(Sensor::Instrument(place), row, reading.sd.hypot(doubt));
                 }
             }
         }

@@ -5,7 +5,7 @@
 //! small step may be wrong. Times are few and bounded: they are tried as they are.
 
 use super::Move;
-use crate::trace::search::channel::{timed_input, timed_sensor};
+use crate::trace::search::channel::{is_timed_instrument, timed_input, timed_sensor};
 use crate::trace::search::explored::Explored;
 use crate::trace::search::lateness::Glance;
 use crate::trace::search::neighbourhood::Neighbourhood;
@@ -24,9 +24,13 @@ impl Move for Late {
         let all = 0..at.dictionary.candidates.len();
         let new = all.filter(|&candidate| !at.fitted.hypothesis.contains(candidate));
         let times = new.filter_map(|candidate| {
+            let is_late = || {
+                let is_drive = timed_input(at.dictionary, candidate).is_some();
+                is_drive || is_timed_instrument(at.dictionary, candidate)
+            };
             let radian = match timed_sensor(at.dictionary, candidate) {
                 Some(coordinate) => glance.radian(coordinate),
-                None => timed_input(at.dictionary, candidate).map(|_| glance.quickest())?,
+                None => is_late().then(|| glance.quickest())?,
             };
             Some(glance.times(&[candidate], radian))
         });
