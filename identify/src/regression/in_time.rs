@@ -95,9 +95,10 @@ fn move_rows(shown: &mut [Shown], sensor: usize, then: &dyn Fn(&[f64]) -> Vec<f6
     }
 }
 
-/// Through how many of the last samples a column of this `rate` goes on beyond them, two or three, whichever leaves out less; and what
-/// that leaves out of it `by` seconds later, sample by sample, which is not known: with samples every `h` seconds,
-/// `½ f″ d (d + h)` or `⅙ f‴ d (d + h) (d + 2 h)` at `d` seconds from the last of them, with usual derivatives.
+/// Through how many of the last samples a column of this `rate` goes on beyond them, two or three, whichever leaves
+/// out less; and what that leaves out `by` seconds later, sample by sample, which is not known. With samples every
+/// `h` seconds it is `½ f″ d (d + h)` or `⅙ f‴ d (d + h) (d + 2 h)` at `d` seconds from the last of them, with
+/// derivatives of their usual sizes.
 fn beyond(t: &[f64], by: f64, rate: &[f64]) -> (usize, Vec<f64>) {
     let second = derivative(t, rate);
     let (bend, turn) = (rms(&second), rms(&derivative(t, &second)));
@@ -117,10 +118,8 @@ fn beyond(t: &[f64], by: f64, rate: &[f64]) -> (usize, Vec<f64>) {
     }
     let straight = |(d, h): (f64, f64)| bend * d * (d + h) / 2.0;
     let curved = |(d, h): (f64, f64)| turn * d * (d + h) * (d + 2.0 * h) / 6.0;
-    let most = outside
-        .iter()
-        .copied()
-        .fold((0.0, 0.0), |a, b| if b.0 > a.0 { b } else { a });
+    let farthest = outside.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0));
+    let most = farthest.unwrap_or_default();
     match curved(most) < straight(most) {
         true => (3, outside.into_iter().map(curved).collect()),
         false => (2, outside.into_iter().map(straight).collect()),

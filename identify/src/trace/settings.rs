@@ -37,7 +37,7 @@ pub const GLANCE: usize = 1000;
 
 /// Candidates that are looked at closely, with noise that suits them,
 pub const PROFILED: usize = 12;
-/// of which so many are fitted.
+/// of which so many are fitted. In the balance of forces, terms of least worth that are left out in turn.
 pub const SHORTLISTED: usize = 5;
 /// Candidates that are looked at two at a time.
 pub const PAIRED: usize = 64;

@@ -34,12 +34,6 @@ pub fn timed_input(dictionary: &Dictionary, candidate: usize) -> Option<usize> {
     is_time.then(|| dictionary.candidates[candidate].parameters[0])
 }
 
-/// Whether a candidate says how late one of the model's own sensors is.
-pub fn is_timed_instrument(dictionary: &Dictionary, candidate: usize) -> bool {
-    let known = number_of_channel(dictionary, candidate);
-    known.is_some_and(|(place, unit)| place.0 == PortKind::Sensor && unit == Dimension::TIME)
-}
-
 /// Whether the only parameter of a candidate is a time.
 pub fn is_time(dictionary: &Dictionary, candidate: usize) -> bool {
     let parameters = &dictionary.machine.compiled.model.parameters;

@@ -5,12 +5,13 @@
 //! small step may be wrong. Times are few and bounded: they are tried as they are.
 
 use super::Move;
-use crate::trace::search::channel::{is_timed_instrument, timed_input, timed_sensor};
+use crate::trace::search::channel::{number_of_channel, timed_sensor};
 use crate::trace::search::explored::Explored;
 use crate::trace::search::lateness::Glance;
 use crate::trace::search::neighbourhood::Neighbourhood;
 use crate::trace::search::proposal::Proposal;
 use crate::trace::settings::MAX_TERMS;
+use dynamics_codegen::dimension::Dimension;
 
 /// A sensor or a drive that is late by much.
 pub struct Late;
@@ -24,15 +25,12 @@ impl Move for Late {
         let all = 0..at.dictionary.candidates.len();
         let new = all.filter(|&candidate| !at.fitted.hypothesis.contains(candidate));
         let times = new.filter_map(|candidate| {
-            let is_late = || {
-                let is_drive = timed_input(at.dictionary, candidate).is_some();
-                is_drive || is_timed_instrument(at.dictionary, candidate)
-            };
+            let (_, unit) = number_of_channel(at.dictionary, candidate)?;
             let radian = match timed_sensor(at.dictionary, candidate) {
                 Some(coordinate) => glance.radian(coordinate),
-                None => is_late().then(|| glance.quickest())?,
+                None => glance.quickest(),
             };
-            Some(glance.times(&[candidate], radian))
+            (unit == Dimension::TIME).then(|| glance.times(&[candidate], radian))
         });
         glance.likely(times.flatten().collect(), explored)
     }
