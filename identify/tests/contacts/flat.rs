@@ -70,22 +70,26 @@ fn a_coin_that_falls_nearly_flat_gains_nothing() {
         (0.01, 0.1, 0.5),
         (0.001, 0.0, 5.0),
     ];
-    for (z, tilt, rate) in thrown {
+    let steps = [1e-4, 1e-3, 5e-3];
+    let all = thrown
+        .into_iter()
+        .flat_map(|thrown| steps.map(|h| (thrown, h)));
+    for ((z, tilt, rate), h) in all {
         let q = [0.0, 0.0, z, tilt, 0.0, 0.0];
         let v = [0.0, 0.0, 0.0, 0.0, rate, 0.0];
         let before = case.energy(&q, &v);
         let mut most = 0.0_f64;
-        let end = case.run((&q, &v), 1e-4, 5000, |_, q, v, _| {
+        let end = case.run((&q, &v), h, (0.5 / h) as usize, |_, q, v, _| {
             most = most.max(case.energy(q, v));
         });
         let after = case.energy(&end.q, &end.v);
         assert!(
             most < 1.001 * before,
-            "{tilt}, {rate}: {most} J of {before} J"
+            "{tilt}, {rate}, {h}: {most} J of {before} J"
         );
         assert!(
             after < 0.9 * before,
-            "{tilt}, {rate}: {after} J of {before} J"
+            "{tilt}, {rate}, {h}: {after} J of {before} J"
         );
     }
 }

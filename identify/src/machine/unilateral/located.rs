@@ -65,7 +65,7 @@ impl Stepping<'_> {
                     self.hit(state, (t, contact), drive)?;
                     hit[contact] = true;
                 }
-                Next::Pressing | Next::Hits(..) => return self.step(state, left, drive),
+                Next::Pressing | Next::Hits(..) => return self.resolved_step(state, left, drive),
             }
         }
     }

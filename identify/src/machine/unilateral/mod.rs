@@ -14,6 +14,7 @@ mod located;
 mod newton;
 mod pressed;
 mod projection;
+mod resolved;
 mod solve;
 mod step;
 mod sweeps;

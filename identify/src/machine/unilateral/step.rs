@@ -18,12 +18,15 @@
 //! less. Over a step, friction that ends a slip and then holds against forces would push along it
 //! on the mean; it is mixed with that of the mean velocities, which cannot.
 //!
+//! A step in which contacts turn out elsewhere than they were to be is done in shorter ones (`resolved.rs`).
+//!
 //! Asked for ([`SteppingOptions::exact_impacts`]), an impact that ends free motion happens at its instant.
 //!
 //! Moreau's method with the projection of Acary (Comput. Methods Appl. Mech. Eng. 256, 2013).
 
 use super::located::Impact;
 use super::solve::Problem;
+use super::terms::ContactTerms;
 use super::view::View;
 use crate::machine::{Machine, Rollout, RolloutOptions, Simulated, SolveError};
 use nalgebra::DVector;
@@ -175,7 +178,7 @@ impl<'a> Stepping<'a> {
             let t = start + step as f64 / steps as f64 * duration;
             match self.options.exact_impacts {
                 true => self.step_to_impacts(state, (t, h), &drive)?,
-                false => self.step(state, (t, h), &drive)?,
+                false => self.resolved_step(state, (t, h), &drive)?,
             }
         }
         if self.pressed.amax() > 0.0 {
@@ -184,18 +187,19 @@ impl<'a> Stepping<'a> {
         Ok(())
     }
 
-    /// One step of `h` s from `t` on.
+    /// One step of `h` s from `t` on. How contacts were before they pressed, if any did.
     pub(super) fn step(
         &mut self,
         state: &mut Simulated,
         (t, h): (f64, f64),
         drive: &Drive<'_>,
-    ) -> Result<(), SolveError> {
+    ) -> Result<Option<ContactTerms>, SolveError> {
         let input = drive.at(t);
         let view = self.projected(state, t, &input)?;
         let entered = view.entered(h);
         if !entered.contains(&true) {
-            return self.fly(state, (t, h), drive);
+            self.fly(state, (t, h), drive)?;
+            return Ok(None);
         }
         let view = match self.struck(&view, &entered, h)? {
             None => view,
@@ -205,7 +209,8 @@ impl<'a> Stepping<'a> {
             }
         };
         let middle = t + h / 2.0;
-        self.press(state, &view, h, (middle, &drive.at(middle)))
+        self.press(state, &view, h, (middle, &drive.at(middle)))?;
+        Ok(Some(view.contacts))
     }
 
     /// Free motion for `h` s from `t` on.
