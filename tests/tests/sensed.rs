@@ -53,6 +53,40 @@ fn a_cart_pole_by_an_inertial_sensor_and_a_slow_encoder() {
     expect(&outcome.unwrap(), "viscous", "theta", ("d", 0.004473));
 }
 
+/// Of a crank's and a rocker's inertial sensor one gyroscope is late. Positions that are estimated from all of
+/// them do not close the linkage; the search finds why.
+#[test]
+fn a_late_gyroscope_keeps_a_four_bar_open() {
+    let folder = format!("{ROOT}/data/scenarios/sensed_fourbar");
+    let model = std::fs::read_to_string(format!("{ROOT}/../models/fourbar.model")).unwrap();
+    let boards = [("imu1", "link1", 0.0918), ("imu3", "link3", 0.2088)];
+    let boards = boards.map(|(imu, link, at)| {
+        format!(
+            "frame {imu} = {link} * translate({at}, 0, 0);\n\
+             sensor {imu}_gyro: rad/s = gyroscope({imu});\n\
+             sensor {imu}_felt: m/s^2 = accelerometer({imu});\n"
+        )
+    });
+    let parameters = std::fs::read_to_string(format!("{folder}/parameters.json")).unwrap();
+    let train = Log::read(format!("{folder}/train.csv.gz")).unwrap();
+    let (text, library) = (format!("{model}\n{}", boards.concat()), Library::builtin());
+    let outcome = trace(&Request {
+        parameters: serde_json::from_str(&parameters).unwrap(),
+        ..Request::new("fourbar", &text, &library, &train)
+    });
+    let outcome = outcome.unwrap();
+    assert_eq!(outcome.verdict, Verdict::Channel);
+    let [finding] = &outcome.findings[..] else {
+        panic!("{:#?}", outcome.findings);
+    };
+    assert_eq!(
+        (finding.effect.as_str(), &finding.on[0][..]),
+        ("time_shift", "imu1_gyro_z")
+    );
+    let tau = &finding.parameters["tau"];
+    assert!((tau.value - 0.012).abs() < 1e-4, "{tau:?}");
+}
+
 /// A quadrotor in a plane, with drag of its rotors.
 const QUADROTOR: &str = "\
 model quadrotor;
