@@ -61,6 +61,7 @@ mod spikes;
 mod statistics;
 mod table;
 mod text;
+mod ticks;
 mod time;
 mod topics;
 mod ulog;

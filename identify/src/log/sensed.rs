@@ -1,7 +1,8 @@
 //! What a log shows in the place of coordinates: readings of the model's own sensors.
 
+use super::Log;
 use super::record::stretches;
-use super::{Log, median_step};
+use super::ticks::ages;
 use dynamics_codegen::Model;
 use dynamics_codegen::dimension::Dimension;
 use dynamics_codegen::model::Sensor;
@@ -13,8 +14,7 @@ use std::ops::Range;
 pub struct Gauge {
     /// Its name: the column.
     pub name: String,
-    /// Readings per second, from the first row on, each of which stands in the rows until the
-    /// next one; `None`: one in each row.
+    /// Readings per second, each of which stands in the rows until the next one; `None`: one in each row.
     pub rate: Option<f64>,
     /// Whether it shows an angle: one that stays within half a turn may be whole turns off.
     pub turns: bool,
@@ -114,7 +114,9 @@ impl Sensed {
             Some(Reading {
                 sensor,
                 name: gauge.name.clone(),
-                age: gauge.rate.map_or_else(Vec::new, |rate| ages(log, rate)),
+                age: gauge
+                    .rate
+                    .map_or_else(Vec::new, |rate| ages(log, &values, rate)),
                 turns: gauge.turns && values.iter().all(|value| value.abs() <= HALF_A_TURN),
                 values,
                 sd: 0.0,
@@ -126,31 +128,6 @@ impl Sensed {
 
 /// The largest angle that is not counted beyond turns, with its rounding, rad.
 const HALF_A_TURN: f64 = 3.15;
-
-/// A reading is due this share of a step before its row at the latest.
-const INSTANT: f64 = 1e-3;
-
-/// How long before each row of a log a sensor of this rate was read, where it reads anew; each
-/// recording begins with a reading. Empty where it reads in all rows.
-fn ages(log: &Log, rate: f64) -> Vec<Option<f64>> {
-    let step = median_step(&log.t);
-    if rate * step >= 1.0 - INSTANT {
-        return Vec::new();
-    }
-    let mut ages = vec![None; log.len()];
-    for part in log.recordings() {
-        let (start, mut taken) = (log.t[part.start], -1.0);
-        for k in part {
-            let gone = log.t[k] - start;
-            let tick = ((gone + INSTANT * step) * rate).floor();
-            if tick > taken {
-                ages[k] = Some((gone - tick / rate).max(0.0));
-                taken = tick;
-            }
-        }
-    }
-    ages
-}
 
 #[cfg(test)]
 mod tests {
