@@ -182,6 +182,7 @@ impl<'a> Search<'a> {
                 values: values.clone(),
                 promise: given.score,
                 within_reach: f64::INFINITY,
+                ahead: 0.0,
             });
             self.try_all(&given, proposals.collect());
         }
@@ -214,6 +215,7 @@ impl<'a> Search<'a> {
             values: kept.explanation.values.clone(),
             promise: kept.score,
             within_reach: f64::INFINITY,
+            ahead: 0.0,
         });
         let from = search.as_given(&found)?;
         search.enter(Stage::Settle);
@@ -276,6 +278,7 @@ impl<'a> Search<'a> {
             values: outline.values,
             promise: outline.score,
             within_reach: f64::INFINITY,
+            ahead: 0.0,
         });
         search.try_all(&best, likely.collect());
         Ok(search)
@@ -344,6 +347,7 @@ impl<'a> Search<'a> {
             values: self.dictionary.without(terms, &of.explanation.values),
             promise: 0.0,
             within_reach: f64::NEG_INFINITY,
+            ahead: 0.0,
         }
     }
 

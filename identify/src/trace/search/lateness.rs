@@ -114,6 +114,7 @@ impl<'a> Glance<'a> {
                 values: at.with(&own),
                 promise: cost,
                 within_reach: at.fitted.estimate.cost,
+                ahead: 0.0,
             }
         });
         likely.collect()

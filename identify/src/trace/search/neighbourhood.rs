@@ -103,6 +103,7 @@ impl<'a> Neighbourhood<'a> {
             values: self.with(&own),
             promise,
             within_reach: self.fitted.estimate.cost,
+            ahead: 0.0,
         }
     }
 
@@ -113,6 +114,7 @@ impl<'a> Neighbourhood<'a> {
             values: self.dictionary.without(out, &values),
             promise: 0.0,
             within_reach: f64::INFINITY,
+            ahead: 0.0,
         }
     }
 
@@ -131,6 +133,7 @@ impl<'a> Neighbourhood<'a> {
             promise: -better,
             values,
             within_reach: self.fitted.estimate.cost + loss,
+            ahead: 0.0,
         }
     }
 

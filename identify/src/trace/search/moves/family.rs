@@ -38,6 +38,7 @@ impl Move for Family {
             values: at.with(&all.values),
             promise: -all.score,
             within_reach: at.fitted.estimate.cost,
+            ahead: 0.0,
         });
         each.collect()
     }

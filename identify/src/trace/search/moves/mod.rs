@@ -8,6 +8,7 @@ mod family;
 mod hold;
 mod late;
 pub mod merge;
+mod odd;
 mod pair;
 mod remove;
 mod split;
@@ -39,5 +40,6 @@ pub const EXCHANGE: &[&dyn Move] = &[
     &swap::Swap,
     &timing::Timing,
     &merge::Merge,
+    &odd::Odd,
     &hold::HoldForTime,
 ];

@@ -1,0 +1,151 @@
+//! The one channel that is late, in the place of all others that seem to be early.
+//!
+//! Applies to times of all channels but one. A log tells times beside each other only: where an encoder is late,
+//! all other sensors fit as well if they are early by its time and the drives if they are late by it, and that is
+//! where a search may end that takes one after the other.
+
+use super::Move;
+use crate::trace::dictionary::Dictionary;
+use crate::trace::search::channel::number_of_channel;
+use crate::trace::search::explored::Explored;
+use crate::trace::search::neighbourhood::Neighbourhood;
+use crate::trace::search::proposal::Proposal;
+use dynamics_codegen::dimension::Dimension;
+use dynamics_codegen::syntax::PortKind;
+
+/// The one channel that is late.
+pub struct Odd;
+
+impl Move for Odd {
+    fn propose(&self, at: &Neighbourhood<'_>, _: &Explored) -> Vec<Proposal> {
+        let all = 0..at.dictionary.candidates.len();
+        let all = all.filter_map(|candidate| Timed::of(at.dictionary, candidate));
+        let (known, new): (Vec<Timed<'_>>, Vec<Timed<'_>>) =
+            all.partition(|one| at.fitted.hypothesis.contains(one.candidate));
+        let is_known = |one: &Timed<'_>| known.iter().any(|known| known.place == one.place);
+        let odd: Vec<Timed<'_>> = new.into_iter().filter(|one| !is_known(one)).collect();
+        let is_one = odd.windows(2).all(|two| two[0].place == two[1].place);
+        if known.len() < 2 || !is_one {
+            return Vec::new();
+        }
+        let late = known
+            .iter()
+            .map(|one| one.sign * at.fitted.explanation.values[one.parameter]);
+        let late = late.sum::<f64>() / known.len() as f64;
+        let out: Vec<usize> = known.iter().map(|one| one.candidate).collect();
+        let bounds = &at.dictionary.machine.compiled.model.parameters;
+        let proposals = odd.iter().filter_map(|one| {
+            let (time, bounds) = (-one.sign * late, &bounds[one.parameter]);
+            (bounds.lower..=bounds.upper).contains(&time).then(|| {
+                let values = at.with(&vec![(one.parameter, time)]);
+                Proposal {
+                    ahead: -late,
+                    ..at.exchanged(&out, &[one.candidate], values)
+                }
+            })
+        });
+        proposals.collect()
+    }
+}
+
+/// A candidate that says how late a channel is.
+struct Timed<'a> {
+    candidate: usize,
+    place: &'a (PortKind, String),
+    parameter: usize,
+    /// −1 of an input: what the machine feels later shows in it as if all else were early.
+    sign: f64,
+}
+
+impl<'a> Timed<'a> {
+    fn of(dictionary: &'a Dictionary, candidate: usize) -> Option<Self> {
+        let (place, unit) = number_of_channel(dictionary, candidate)?;
+        (unit == Dimension::TIME).then(|| Self {
+            candidate,
+            place,
+            parameter: dictionary.candidates[candidate].parameters[0],
+            sign: if place.0 == PortKind::Input {
+                -1.0
+            } else {
+                1.0
+            },
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::regression::Hold;
+    use crate::trace::search::fit::fit;
+    use crate::trace::search::hypothesis::Hypothesis;
+    use crate::trace::wheel::{begun_with, named, rectangular};
+    use std::fmt::Write;
+
+    /// Two masses on ice with a spring between them; the first is pushed.
+    const MASSES: &str = "\
+model masses;
+coordinate a: m;
+coordinate b: m;
+input a: N;
+parameter m: kg = 1;
+parameter k: N/m = 50;
+kinetic m/2*(dot(a)^2 + dot(b)^2);
+potential k/2*(b - a)^2;
+force a = input(a);
+";
+
+    /// `b` goes along two waves: `a = b + b″ m/k`, `u = m (a″ + b″)`. It is read so many seconds late.
+    fn log(late: f64) -> String {
+        let mut text = String::from("t,q_a,q_b,u_a\n");
+        let mut noise = rectangular(3);
+        let motion = |t: f64| {
+            let waves = [(0.3_f64, 2.0_f64), (0.1, 5.0)];
+            waves.iter().fold([0.0; 3], |[a, b, u], (size, w)| {
+                let (b_own, share) = (size * (w * t).sin(), 1.0 - w * w / 50.0);
+                let push = -w * w * b_own * (share + 1.0);
+                [a + share * b_own, b + b_own, u + push]
+            })
+        };
+        for k in 0..1500 {
+            let t = 0.005 * f64::from(k);
+            let ([a, _, u], [_, b, _]) = (motion(t), motion(t - late));
+            let read = [a, b].map(|x| x + 2e-4 * noise());
+            writeln!(text, "{t},{},{},{u}", read[0], read[1]).unwrap();
+        }
+        text
+    }
+
+    #[test]
+    fn one_late_sensor_is_proposed_for_all_else_that_is_early() {
+        let (dictionary, start) = begun_with(MASSES, &log(0.015), [&["a", "b"], &["a"]]);
+        let [early, fed, odd] = ["time_shift(a)", "input_delay(a)", "time_shift(b)"]
+            .map(|name| named(&dictionary, name));
+        let nothing = Hypothesis::nothing(Hold::Linear);
+        let fitted = fit(&dictionary, &nothing.exchange(&[], &[early, fed]), start).unwrap();
+        let at = Neighbourhood::new(&dictionary, &fitted, &[], false).unwrap();
+        let proposed = Odd.propose(&at, &Explored::default());
+        let [proposal] = &proposed[..] else {
+            panic!("{proposed:?}");
+        };
+        assert_eq!(proposal.hypothesis.candidates(), [odd]);
+        let time = proposal.values[dictionary.candidates[odd].parameters[0]];
+        assert!((time - 0.015).abs() < 1e-3, "{time}");
+        let simpler = fit(
+            &dictionary,
+            &proposal.hypothesis,
+            proposal.start(&dictionary, &fitted),
+        );
+        assert!(simpler.unwrap().score < fitted.score);
+    }
+
+    #[test]
+    fn nothing_is_proposed_where_two_channels_are_not_thought_late() {
+        let (dictionary, start) = begun_with(MASSES, &log(0.0), [&["a", "b"], &["a"]]);
+        let early = named(&dictionary, "time_shift(a)");
+        let nothing = Hypothesis::nothing(Hold::Linear);
+        let fitted = fit(&dictionary, &nothing.exchange(&[], &[early]), start).unwrap();
+        let at = Neighbourhood::new(&dictionary, &fitted, &[], false).unwrap();
+        assert!(Odd.propose(&at, &Explored::default()).is_empty());
+    }
+}
