@@ -24,7 +24,8 @@ const JUDGED_HORIZON: f64 = 1.0;
 /// these seem to, unless white ones foretell the motion clearly better; where what
 /// remains is faint but real, also under larger noise. A real sensor's slow errors (an
 /// encoder that is not quite round) look like faint forces to a filter that believes the
-/// sensor. Which noise is right shows in open-loop predictions along the training log.
+/// sensor. Which noise is right shows in open-loop predictions along the training log; where motion is an
+/// estimate, which agrees with the sensors that it came from, in the likelihood of what they read.
 pub(super) fn select_with_slow_errors(
     task: Task<'_>,
     observed: Observed,
@@ -60,10 +61,11 @@ pub(super) fn select_with_slow_errors(
     {
         let less_believed = select(task, lasting)?.selection;
         // Sensors with errors that last are given less weight, and may hide what is there: then the
-        // findings of those taken at their word foretell the motion better.
+        // findings of those taken at their word foretell the motion better, where it was measured. An estimate of
+        // it holds what its sensors get wrong.
         let errors =
             [&less_believed, &best].map(|one| prediction_error(one).unwrap_or(f64::INFINITY));
-        if errors[1] >= WORTH_IT * errors[0] {
+        if !start.record.is_wholly_measured() || errors[1] >= WORTH_IT * errors[0] {
             best = less_believed;
         }
     }
@@ -95,6 +97,14 @@ pub(super) fn select_with_slow_errors(
         if let Some(error) = prediction_error(&selection) {
             seen.push((error, selection));
         }
+    }
+    if !start.record.is_wholly_measured() {
+        let by_likelihood = |a: &Selection, b: &Selection| {
+            let [a, b] = [a, b].map(|one| one.log_likelihood[1]);
+            a.total_cmp(&b)
+        };
+        let all = seen.into_iter().map(|(_, one)| one);
+        return Ok(all.max_by(by_likelihood).expect("the first stays"));
     }
     // Of those that foretell about as well, the plainest is nearest to what holds elsewhere.
     let errors = seen.iter().map(|(error, _)| *error);
