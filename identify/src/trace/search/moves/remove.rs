@@ -17,7 +17,6 @@ impl Move for Remove {
         each.map(|&term| Proposal {
             // What was fitted before the others had found their values may rest in a bad place.
             within_reach: f64::NEG_INFINITY,
-            ahead: 0.0,
             ..at.exchanged(&[term], &[], values.clone())
         })
         .collect()
