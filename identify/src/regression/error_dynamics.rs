@@ -195,7 +195,9 @@ impl ErrorDynamics {
                         let found = locals(unseen, columns, states, &memories);
                         found.map_err(|error| error.renumbered(|place| intervals[place]))
                     };
-                    let shots = shots(curve, &unresolved, hold, correlation, on_the_way)?;
+                    let rates = trails.input_rates(curve, &unresolved, hold);
+                    let over = (&unresolved[..], &rates);
+                    let shots = shots(curve, over, hold, correlation, on_the_way)?;
                     piece.shoot(range.start, &unresolved, shots, (curve, correlation));
                 }
                 Ok(piece)
@@ -320,7 +322,7 @@ impl Piece {
 /// Shots over some intervals of the curve.
 fn shots(
     curve: &States,
-    intervals: &[usize],
+    (intervals, rates): (&[usize], &DMatrix<f64>),
     hold: Hold,
     correlation: &DVector<f64>,
     local: impl Fn(&[usize], &mut States, &[f64]) -> Result<Vec<Local>, SolveError>,
@@ -331,6 +333,7 @@ fn shots(
     shoot(
         &from,
         &to,
+        rates,
         (&usual_accelerations(curve), correlation),
         |places, states, shares| {
             let mut states = states.clone();

@@ -5,20 +5,22 @@
 //! the machine would go. There the machine itself is moved from the curve's state at the
 //! beginning of the interval to its end, by an exponential Rosenbrock method of third order
 //! (`exprb32` of Hochbruck and Ostermann, "Exponential integrators", 2010, section 2.4) with
-//! the stiff part `V = ∂a/∂v` in the exponential, in steps as long as their error allows:
+//! the stiff part `V = ∂a/∂v` in the exponential, and what else changes the acceleration steadily,
+//! `s = ∂a/∂q v + ∂a/∂u u̇`, beside it, in steps as long as their error allows:
 //!
 //! ```text
-//! q ← q + h v + h² φ₂(hV) a        φ₁(z) = (eᶻ − 1)/z
-//! v ← v + h φ₁(hV) a + 2 h φ₃(hV) d     φₖ₊₁(z) = (φₖ(z) − 1/k!)/z
+//! q ← q + h v + h² φ₂(hV) a + h³ φ₃(hV) s        φ₁(z) = (eᶻ − 1)/z
+//! v ← v + h φ₁(hV) a + h² φ₂(hV) s + 2 h φ₃(hV) d     φₖ₊₁(z) = (φₖ(z) − 1/k!)/z
 //! ```
 //!
-//! where `d` is the acceleration at the end of the step less `a + V Δv`; what `d` adds is
+//! where `d` is the acceleration at the end of the step less `a + V Δv + h s`; what `d` adds is
 //! also taken for the error, and a quarter of it, times `h`, for what it adds to `q`.
 //!
-//! The departure's transition, and what each column adds, go through the same steps.
+//! The departure's transition, and what each column adds, go through the same steps, with the
+//! mean of `V` and `∂a/∂q` at both ends, and what they add going straight from one end to the other.
 
 use super::error_dynamics::{Local, decay};
-use crate::machine::{SolveError, States};
+use crate::machine::{Motion, SolveError, States};
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
@@ -50,16 +52,32 @@ pub(super) fn unresolved(
     [starts, middles, ends]: [&[Local]; 3],
 ) -> Vec<usize> {
     let usual = usual_accelerations(curve);
-    let velocity = |k: usize| DVector::from_iterator(usual.len(), curve.v.iter().map(|v| v[k]));
     let is_so = |&(i, k): &(usize, usize)| {
         let h = curve.t[k + 1] - curve.t[k];
-        let (places, ends) = (
-            [&starts[i], &middles[i], &ends[i]],
-            [velocity(k), velocity(k + 1)],
-        );
-        h <= longest && is_unresolved(places, ends.each_ref(), h, &usual)
+        let places = [&starts[i], &middles[i], &ends[i]];
+        h <= longest && is_unresolved(places, &ends_of(curve, k), h, &usual)
     };
     range.enumerate().filter(is_so).map(|(_, k)| k).collect()
+}
+
+/// How the curve moves at one end of an interval.
+struct End {
+    velocity: DVector<f64>,
+    acceleration: DVector<f64>,
+}
+
+/// How the curve moves at both ends of the interval after sample `k`, on its cubics.
+fn ends_of(curve: &States, k: usize) -> [End; 2] {
+    let n = curve.q.len();
+    let h = curve.t[k + 1] - curve.t[k];
+    let end = |at: usize, far: usize, sign: f64| End {
+        velocity: DVector::from_fn(n, |j, _| curve.v[j][at]),
+        acceleration: DVector::from_fn(n, |j, _| {
+            let (q, v) = (&curve.q[j], &curve.v[j]);
+            sign * (6.0 * (q[k + 1] - q[k]) / h - 4.0 * v[at] - 2.0 * v[far]) / h
+        }),
+    };
+    [end(k, k + 1, 1.0), end(k + 1, k, -1.0)]
 }
 
 /// Root mean squares of the curve's accelerations.
@@ -73,14 +91,15 @@ pub(super) fn usual_accelerations(curve: &States) -> Vec<f64> {
 }
 
 /// Whether an interval of `h` seconds must be shot through, by what is seen at its beginning, middle and end, and
-/// the velocities at both ends; `usual` are the accelerations' root mean squares.
+/// how the curve moves at both ends; `usual` are the accelerations' root mean squares.
 ///
 /// A cubic goes from the acceleration at the beginning, `a₀`, to that at the end, `a₁`, with the slopes that these
-/// have along the motion, `ȧ = ∂a/∂q v + ∂a/∂v a`. Where the acceleration in the middle is not the cubic's,
-/// `½ (a₀ + a₁) + ⅛ h (ȧ₀ − ȧ₁)`, Simpson's rule is off by ²⁄₁₅ of the difference, to the next order.
+/// have along the curve, `ȧ = ∂a/∂q q̇ + ∂a/∂v q̈` (what inputs that go straight add is the same at both ends). Where
+/// the acceleration in the middle is not the cubic's, `½ (a₀ + a₁) + ⅛ h (ȧ₀ − ȧ₁)`, Simpson's rule is off by ²⁄₁₅ of
+/// the difference, to the next order.
 fn is_unresolved(
     [start, middle, end]: [&Local; 3],
-    velocities: [&DVector<f64>; 2],
+    [first, last]: &[End; 2],
     h: f64,
     usual: &[f64],
 ) -> bool {
@@ -92,10 +111,10 @@ fn is_unresolved(
     {
         return true;
     }
-    let slope = |local: &Local, v: &DVector<f64>| {
-        local.slope.columns(0, n) * v + local.slope.columns(n, n) * local.acceleration.column(0)
+    let slope = |local: &Local, end: &End| {
+        local.slope.columns(0, n) * &end.velocity + local.slope.columns(n, n) * &end.acceleration
     };
-    let turned = slope(start, velocities[0]) - slope(end, velocities[1]);
+    let turned = slope(start, first) - slope(end, last);
     usual.iter().enumerate().any(|(i, &usual)| {
         let at = |local: &Local| local.acceleration[(i, 0)];
         let cubic = 0.5 * (at(start) + at(end)) + 0.125 * h * turned[i];
@@ -115,13 +134,15 @@ struct Way {
 /// Shoots from the curve's states at `from` (one per interval, in columns) to those at `to`.
 /// `local(intervals, states, shares)` says what the machine does in these states, these
 /// shares of the way into the intervals with these numbers. `usual` are the accelerations'
-/// root mean squares.
+/// root mean squares, `rates` how fast inputs, then late ones, change in each interval, one
+/// column per interval.
 ///
 /// # Errors
 /// If the equation of motion has no unique solution on the way.
 pub(super) fn shoot(
     from: &States,
     to: &States,
+    rates: &DMatrix<f64>,
     (usual, correlation): (&[f64], &DVector<f64>),
     local: impl Fn(&[usize], &States, &[f64]) -> Result<Vec<Local>, SolveError>,
 ) -> Result<Vec<Shot>, SolveError> {
@@ -131,13 +152,16 @@ pub(super) fn shoot(
     let starts = local(&active, from, &vec![0.0; count])?;
     let mut ways: Vec<Way> = starts.into_iter().map(Way::new).collect();
     while !active.is_empty() {
-        let shorts: Vec<Short> = active
-            .iter()
-            .map(|&i| Short::new(&ways[i].here, ways[i].step * (to.t[i] - from.t[i])))
-            .collect();
+        let ahead = active.iter().map(|&i| {
+            let (here, h) = (&ways[i].here, ways[i].step * (to.t[i] - from.t[i]));
+            let v = DVector::from_fn(n, |j, _| now.v[j][i]);
+            let steady = steady(here, &v, rates.column(i).into_owned()) * h;
+            (Short::new(&here.slope, h), steady)
+        });
+        let ahead: Vec<(Short, DVector<f64>)> = ahead.collect();
         let mut there = now.pick(&active);
-        for (place, (&i, short)) in active.iter().zip(&shorts).enumerate() {
-            let added = &short.reach * ways[i].here.acceleration.column(0);
+        for (place, (&i, (short, steady))) in active.iter().zip(&ahead).enumerate() {
+            let added = &short.reach * ways[i].here.acceleration.column(0) + &short.bend * steady;
             for j in 0..n {
                 there.q[j][place] += short.h * now.v[j][i] + added[j];
                 there.v[j][place] += added[n + j];
@@ -148,11 +172,11 @@ pub(super) fn shoot(
             .map(|&i| ways[i].share + ways[i].step)
             .collect();
         let found = local(&active, &there, &shares)?;
-        for (place, (local, short)) in found.into_iter().zip(&shorts).enumerate() {
+        for (place, (local, (short, steady))) in found.into_iter().zip(&ahead).enumerate() {
             let i = active[place];
             let moved = DVector::from_fn(n, |j, _| there.v[j][place] - now.v[j][i]);
             let way = &mut ways[i];
-            let correction = short.correction(&way.here, &local, &moved);
+            let correction = short.correction(&way.here, &local, (&moved, steady));
             let whole = to.t[i] - from.t[i];
             let rough = (0..n)
                 .map(|j| {
@@ -164,7 +188,7 @@ pub(super) fn shoot(
                 way.step = next.max(0.1 * way.step).max(SHORTEST);
                 continue;
             }
-            way.go(short, local, (&correction, correlation));
+            way.go(short.h, local, (&correction, correlation));
             way.step = next.clamp(0.5 * way.step, 4.0 * way.step).max(SHORTEST);
             way.step = way.step.min(1.0 - way.share);
             for j in 0..n {
@@ -199,23 +223,29 @@ impl Way {
         }
     }
 
-    /// Takes a step that ends at `there`, with the velocity corrected.
+    /// Takes a step of `h` seconds that ends at `there`, with the velocity corrected.
     fn go(
         &mut self,
-        short: &Short,
+        h: f64,
         mut there: Local,
         (correction, correlation): (&DVector<f64>, &DVector<f64>),
     ) {
         let Self { shot, here, .. } = self;
-        let gone = self.share / self.step.max(f64::MIN_POSITIVE) * short.h;
-        let force = DMatrix::from_diagonal(&correlation.map(|tau| decay(gone, tau)));
-        let width = here.acceleration.ncols();
-        shot.motion = &short.motion * &shot.motion;
-        shot.pushed = &short.motion * &shot.pushed;
-        shot.pushed += &short.reach * here.mobility() * force;
-        shot.forcing = &short.motion * &shot.forcing;
-        let mut columns = shot.forcing.columns_mut(1, width - 1);
-        columns += &short.reach * here.acceleration.columns(1, width - 1);
+        let mean = Short::new(&((&here.slope + &there.slope) * 0.5), h);
+        let gone = self.share / self.step * h;
+        let force = |local: &Local, gone: f64| {
+            let left = correlation.map(|tau| decay(gone, tau));
+            local.mobility() * DMatrix::from_diagonal(&left)
+        };
+        let (first, last) = (force(here, gone), force(&there, gone + h));
+        shot.pushed = &mean.motion * &shot.pushed + mean.added(&first, &last);
+        shot.motion = &mean.motion * &shot.motion;
+        shot.forcing = &mean.motion * &shot.forcing;
+        let width = here.acceleration.ncols() - 1;
+        let [first, last] =
+            [&*here, &there].map(|local| local.acceleration.columns(1, width).into_owned());
+        let mut columns = shot.forcing.columns_mut(1, width);
+        columns += mean.added(&first, &last);
         let n = correction.len();
         let corrected = there.slope.columns(n, n) * correction;
         let mut acceleration = there.acceleration.column_mut(0);
@@ -223,6 +253,19 @@ impl Way {
         self.share += self.step;
         self.here = there;
     }
+}
+
+/// How fast the acceleration changes otherwise than by the velocity, `∂a/∂q v + P B u̇`.
+fn steady(local: &Local, velocity: &DVector<f64>, rates: DVector<f64>) -> DVector<f64> {
+    let Motion {
+        terms,
+        factorisation,
+        ..
+    } = &local.motion;
+    let pushed = DMatrix::from_columns(&[&terms.input_matrix * rates]);
+    let unmoved = DMatrix::zeros(terms.constraint_matrix.nrows(), 1);
+    let (by_inputs, _) = factorisation.solve(pushed, &unmoved);
+    local.slope.columns(0, velocity.len()) * velocity + by_inputs.column(0)
 }
 
 /// One short step.
@@ -233,38 +276,53 @@ struct Short {
     motion: DMatrix<f64>,
     /// What an acceleration adds, `[h² φ₂; h φ₁]`, `2n×n`.
     reach: DMatrix<f64>,
-    /// `φ₃`, `n×n`.
-    bent: DMatrix<f64>,
+    /// What one adds that grows from nothing to 1, `[h² φ₃; h φ₂]`, `2n×n`.
+    bend: DMatrix<f64>,
 }
 
 impl Short {
-    fn new(local: &Local, h: f64) -> Self {
-        let n = local.slope.nrows();
-        let [phi_0, phi_1, phi_2, bent] = phi(&(local.slope.columns(n, n) * h));
-        let mut reach = DMatrix::zeros(2 * n, n);
-        reach.rows_mut(0, n).copy_from(&(phi_2 * (h * h)));
-        reach.rows_mut(n, n).copy_from(&(&phi_1 * h));
+    /// A step of `h` seconds where `slope` is `[∂a/∂q, ∂a/∂v]`.
+    fn new(slope: &DMatrix<f64>, h: f64) -> Self {
+        let n = slope.nrows();
+        let [phi_0, phi_1, phi_2, phi_3] = phi(&(slope.columns(n, n) * h));
+        let stacked = |upper: &DMatrix<f64>, lower: &DMatrix<f64>| {
+            let mut both = DMatrix::zeros(2 * n, n);
+            both.rows_mut(0, n).copy_from(&(upper * (h * h)));
+            both.rows_mut(n, n).copy_from(&(lower * h));
+            both
+        };
+        let (reach, bend) = (stacked(&phi_2, &phi_1), stacked(&phi_3, &phi_2));
         let mut motion = DMatrix::identity(2 * n, 2 * n);
         motion.view_mut((0, n), (n, n)).copy_from(&(phi_1 * h));
         motion.view_mut((n, n), (n, n)).copy_from(&phi_0);
-        let by_position = &reach * local.slope.columns(0, n);
+        let by_position = &reach * slope.columns(0, n);
         let mut first = motion.columns_mut(0, n);
         first += by_position;
         Self {
             h,
             motion,
             reach,
-            bent,
+            bend,
         }
     }
 
+    /// What accelerations add that go straight from the `first` to the `last`.
+    fn added(&self, first: &DMatrix<f64>, last: &DMatrix<f64>) -> DMatrix<f64> {
+        &self.reach * first + &self.bend * (last - first)
+    }
+
     /// What the acceleration at the end of a step is beside its tangent adds to the velocity,
-    /// `2 h φ₃(hV) d`.
-    fn correction(&self, here: &Local, there: &Local, moved: &DVector<f64>) -> DVector<f64> {
+    /// `2 h φ₃(hV) d`, where velocities `moved` by so much and the acceleration was to grow by `steady`.
+    fn correction(
+        &self,
+        here: &Local,
+        there: &Local,
+        (moved, steady): (&DVector<f64>, &DVector<f64>),
+    ) -> DVector<f64> {
         let n = here.slope.nrows();
-        let tangent = here.acceleration.column(0) + here.slope.columns(n, n) * moved;
+        let tangent = here.acceleration.column(0) + here.slope.columns(n, n) * moved + steady;
         let bent = there.acceleration.column(0) - tangent;
-        &self.bent * bent * (2.0 * self.h)
+        self.bend.rows(0, n) * bent * (2.0 / self.h)
     }
 }
 
@@ -305,8 +363,8 @@ const MOST_DOUBLINGS: f64 = 40.0;
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::machine::{Motion, Terms};
-    use crate::regression::CORRELATION;
+    use crate::machine::Terms;
+    use crate::regression::{CORRELATION, Hold};
 
     #[test]
     fn phi_functions_are_those_of_the_exponential() {
@@ -367,6 +425,7 @@ pub(super) mod tests {
         shoot(
             &from,
             &to,
+            &DMatrix::zeros(0, 1),
             (&[50.0], &DVector::from_element(1, CORRELATION)),
             local,
         )
@@ -391,15 +450,87 @@ pub(super) mod tests {
                     shown: None,
                 }
             };
-            let velocity =
-                |share: f64| DVector::from_element(1, middle + (share - 0.5) * h * pushed);
+            let end = |share: f64| End {
+                velocity: DVector::from_element(1, middle + (share - 0.5) * h * pushed),
+                acceleration: DVector::from_element(1, pushed),
+            };
             let places = [local(0.0), local(0.5), local(1.0)];
-            let ends = [velocity(0.0), velocity(1.0)];
-            is_unresolved(places.each_ref(), ends.each_ref(), h, &[pushed])
+            is_unresolved(places.each_ref(), &[end(0.0), end(1.0)], h, &[pushed])
         };
         assert!(!is_so(0.3, 0.05));
         assert!(is_so(0.01, 0.005));
         assert!(!is_so(0.01, 1.0));
+    }
+
+    /// A curve whose velocities do not fit its positions bends within an interval; what is proportional to its
+    /// velocity bends with it, and the quadrature is as good as ever.
+    #[test]
+    fn a_rough_curve_is_resolved() {
+        let (h, damping) = (5e-3, 1.0);
+        let curve = States {
+            t: vec![0.0, h],
+            q: vec![vec![0.0, 0.0]],
+            v: vec![vec![0.1, -0.05]],
+            ..States::default()
+        };
+        let middle = curve.between(0..1, 0.5, Hold::Linear, h).v[0][0];
+        let local = |v: f64| Local {
+            acceleration: DMatrix::from_element(1, 1, -damping * v),
+            slope: DMatrix::from_row_slice(1, 2, &[0.0, -damping]),
+            motion: Motion::of(free(1.0, -damping * v), &[], 0).unwrap(),
+            shown: None,
+        };
+        let places = [0.1, middle, -0.05].map(local);
+        assert!(!is_unresolved(
+            places.each_ref(),
+            &ends_of(&curve, 0),
+            h,
+            &[1.0]
+        ));
+    }
+
+    /// What an input that grows evenly does is passed in one step, whose end says that it was one.
+    #[test]
+    fn an_input_that_grows_evenly_is_one_step() {
+        let (h, rate, mass) = (5e-3, 40.0, 0.5);
+        let states = |t: f64| States {
+            t: vec![t],
+            q: vec![vec![0.0]],
+            v: vec![vec![0.0]],
+            ..States::default()
+        };
+        let seen = std::cell::Cell::new(0);
+        let local = |_: &[usize], _: &States, shares: &[f64]| {
+            seen.set(seen.get() + 1);
+            let force = F + rate * h * shares[0];
+            let mut terms = free(mass, force);
+            terms.input_matrix = DMatrix::from_element(1, 1, 1.0);
+            Ok(vec![Local {
+                acceleration: DMatrix::from_row_slice(1, 2, &[force / mass, force]),
+                slope: DMatrix::zeros(1, 2),
+                motion: Motion::of(terms, &[], 0)?,
+                shown: None,
+            }])
+        };
+        let usual = (&[1.0][..], &DVector::from_element(1, CORRELATION));
+        let rates = DMatrix::from_element(1, 1, rate);
+        let shot = shoot(&states(0.0), &states(h), &rates, usual, local)
+            .unwrap()
+            .remove(0);
+        assert_eq!(seen.get(), 2);
+        let (moved, faster) = (
+            F * h * h / 2.0 + rate * h.powi(3) / 6.0,
+            F * h + rate * h * h / 2.0,
+        );
+        for (place, expected) in [
+            ((0, 0), moved / mass),
+            ((1, 0), faster / mass),
+            ((0, 1), moved),
+            ((1, 1), faster),
+        ] {
+            let found = shot.forcing[place];
+            assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+        }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::error_dynamics::{Columns, Mover};
 use crate::machine::{Hold, Machine, Memory, SolveError, States, Trail};
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -96,7 +97,23 @@ impl Trails {
         })
     }
 
-    /// The same some shares of the way into some intervals.
+    /// How fast inputs, then late ones, change in some intervals, one column each.
+    pub fn input_rates(&self, curve: &States, intervals: &[usize], hold: Hold) -> DMatrix<f64> {
+        let memory = |share| self.own.within(intervals, &vec![share; intervals.len()]);
+        let (before, after) = (memory(0.0).delayed, memory(1.0).delayed);
+        let (inputs, late) = (curve.u.len(), before.len());
+        DMatrix::from_fn(inputs + late, intervals.len(), |input, i| {
+            let k = intervals[i];
+            let change = match input.checked_sub(inputs) {
+                Some(late) => after[late][i] - before[late][i],
+                None if hold == Hold::Linear => curve.u[input][k + 1] - curve.u[input][k],
+                None => 0.0,
+            };
+            change / (curve.t[k + 1] - curve.t[k])
+        })
+    }
+
+    /// As [`at`](Self::at), some shares of the way into some intervals.
     pub fn within(&self, states: &mut States, intervals: &[usize], share: &[f64]) -> Vec<Memory> {
         states.memory = self.own.within(intervals, share);
         let at = |block: &BlockTrail| match block {
