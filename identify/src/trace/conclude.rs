@@ -69,7 +69,8 @@ pub(super) fn judged(
     }?;
     let is_worse = is_worse(*basis, &scores) || foretold.as_ref().is_some_and(Foretold::is_worse);
     let [before, _, noise_floor] = &scores;
-    if is_worse && !selection.terms.is_empty() && is_at_floor(before, noise_floor) {
+    let is_of_no_use = is_worse || foretold.as_ref().is_some_and(|gain| !gain.is_better());
+    if is_of_no_use && !selection.terms.is_empty() && is_at_floor(before, noise_floor) {
         // What was found is nothing, and nothing has to be found.
         let learnt = Learnt {
             selection: selection.of_nothing(dictionary),
@@ -124,7 +125,8 @@ impl Judgement {
 
     /// The verdict, where two measured columns tell of these `drives`. What predicts worse than
     /// the model as given explains nothing, whatever its evidence, and neither does what leaves accelerations
-    /// further off than their mean is, and predictions than where they begin.
+    /// further off than their mean is, and predictions than where they begin. Forces without a name are no
+    /// reason to look further where the model as given is as near to the log as sensors allow.
     pub fn verdict(&self, drives: &[Finding], is_other: bool) -> Verdict {
         let Learnt {
             dictionary,
@@ -138,9 +140,15 @@ impl Judgement {
         }
         match verdict(dictionary, selection, is_other) {
             Verdict::None if self.is_far() => Verdict::Unknown,
+            Verdict::Unknown if self.lacks_nothing_visible() => Verdict::None,
             Verdict::None | Verdict::Parameter if !drives.is_empty() => Verdict::Channel,
             verdict => verdict,
         }
+    }
+
+    /// Whether nothing was found, and the model as given is as near to the log as sensors allow.
+    fn lacks_nothing_visible(&self) -> bool {
+        self.learnt.selection.terms.is_empty() && is_at_floor(&self.before, &self.noise_floor)
     }
 
     /// Whether the log cannot agree with what was learnt, whatever the search says of it.
@@ -328,35 +336,35 @@ mod tests {
         select(task, observed).unwrap().selection
     }
 
-    /// A wheel as its model says, and a drive that was found to give less than it does: by so little that no
-    /// error is a tenth larger.
-    #[test]
-    fn what_makes_the_log_less_likely_is_no_finding() {
-        let log = |from: usize, seed: u64| {
-            let (mut text, mut noise) = (String::from("t,q_angle,u_motor\n"), rectangular(seed));
-            for k in from..from + 1000 {
-                let t = 0.004 * k as f64;
-                let q = 0.9 * (3.0 * t).sin() + 0.5 * (7.0 * t).sin() + 2e-3 * noise();
-                let a = -8.1 * (3.0 * t).sin() - 24.5 * (7.0 * t).sin();
-                writeln!(text, "{t},{q},{}", 0.02 * a).unwrap();
-            }
-            text
-        };
-        let train = log(0, 1);
+    /// The log of a wheel that its model describes, from a sample on.
+    fn as_modelled(from: usize, seed: u64) -> String {
+        let (mut text, mut noise) = (String::from("t,q_angle,u_motor\n"), rectangular(seed));
+        for k in from..from + 1000 {
+            let t = 0.004 * k as f64;
+            let q = 0.9 * (3.0 * t).sin() + 0.5 * (7.0 * t).sin() + 2e-3 * noise();
+            let a = -8.1 * (3.0 * t).sin() - 24.5 * (7.0 * t).sin();
+            writeln!(text, "{t},{q},{}", 0.02 * a).unwrap();
+        }
+        text
+    }
+
+    /// Judges a wheel that its model describes with a drive that gives `gain` of what it is told, which was found.
+    fn judged_with(gain: f64) -> Judgement {
+        let train = as_modelled(0, 1);
         let (dictionary, start) = begun(WHEEL, &train, ["angle", "motor"]);
-        let gain = named(&dictionary, "input_gain(motor)");
+        let term = named(&dictionary, "input_gain(motor)");
         let mut selection = found_in_motion(&dictionary, start.observed);
         assert!(selection.terms.is_empty());
         selection.terms.push(Term {
-            candidate: gain,
+            candidate: term,
             evidence: 69.0,
             rivals: Vec::new(),
         });
-        selection.estimate.parameters = dictionary.parameters_of(&[gain]);
+        selection.estimate.parameters = dictionary.parameters_of(&[term]);
         selection.estimate.covariance = DMatrix::from_element(1, 1, 1e-6);
-        selection.values[selection.estimate.parameters[0]] = 0.9995;
+        selection.values[selection.estimate.parameters[0]] = gain;
         let library = Library::builtin();
-        let [train, test] = [train, log(1000, 2)]
+        let [train, test] = [train, as_modelled(1000, 2)]
             .map(|text| Log::from_bytes("wheel.csv", text.as_bytes()).unwrap());
         let request = Request::new("wheel", WHEEL, &library, &train);
         let test = test.select(&["angle".to_string()], &["motor".to_string()]);
@@ -365,9 +373,27 @@ mod tests {
             selection,
             basis: Basis::Motion,
         };
-        let judged = judged(learnt, &test.unwrap(), &request).unwrap();
-        assert!(judged.learnt.selection.terms.is_empty());
+        judged(learnt, &test.unwrap(), &request).unwrap()
+    }
+
+    /// By so little that no error is a tenth larger, or not at all.
+    #[test]
+    fn what_makes_the_log_no_likelier_is_no_finding() {
+        for gain in [0.9995, 1.0] {
+            let judged = judged_with(gain);
+            assert!(judged.learnt.selection.terms.is_empty(), "{gain}");
+            assert_eq!(judged.verdict(&[], false), Verdict::None);
+        }
+    }
+
+    #[test]
+    fn forces_without_a_name_count_where_errors_are_above_their_floor() {
+        let mut judged = judged_with(1.0);
+        let remaining = &mut judged.learnt.selection.remaining;
+        (remaining.share_after, remaining.evidence) = (0.1, 100.0);
         assert_eq!(judged.verdict(&[], false), Verdict::None);
+        judged.before.acceleration.total = 1.2 * judged.noise_floor.acceleration.total;
+        assert_eq!(judged.verdict(&[], false), Verdict::Unknown);
     }
 
     /// A drive that gives less, which is found; but what would that be worth if accelerations were not foretold?
