@@ -31,6 +31,16 @@ fn read_aloud(cases: &[(&str, &str)]) -> String {
         "shared.model",
         "effect shared(axes: coordinates); let v = dot(axes); force axes = 0*v;",
     );
+    library.add(
+        "weak",
+        "weak.model",
+        "effect weak(drive: each input); parameter loss: unit(drive); input drive = drive - loss;",
+    );
+    library.add(
+        "beside",
+        "beside.model",
+        "effect beside(drive: each input, joint); force joint = drive;",
+    );
     let mut page = String::new();
     for (title, addition) in cases {
         let report = compile("bead.model", &format!("{BEAD}{addition}\n"), &library)
@@ -108,6 +118,13 @@ fn ports() {
         ("different units", "effect speed_drag(x, turn);"),
         ("one twice", "effect speed_drag(x, x);"),
         ("not the last", "effect many(x, y);"),
+        ("each twice", "effect input_lag(push, push);"),
+        (
+            "each in its unit",
+            "input wind: N*m;\neffect weak(push, wind);"
+        ),
+        ("each beside another", "effect beside(push, x);"),
+        ("each of none", "effect input_lag();"),
         ("several in one term", "effect shared(x, y);"),
         ("no set", "force x = norm(x);"),
         ("how many to try", "parameter p = 1 try 2.5;"),

@@ -71,7 +71,7 @@ impl Block {
             .unwrap();
         let name = heading["effect ".len()..].split('(').next().unwrap();
         library.add(name, "effect.model", self.text.clone());
-        let place = if [": input", ": drive"]
+        let place = if [": input", ": each input", ": drive"]
             .iter()
             .any(|kind| heading.contains(kind))
         {

@@ -59,6 +59,8 @@ pub(super) struct Builder<'a> {
     pub term_path: Vec<usize>,
     /// What parameters of the file at hand are called in the model.
     pub prefix: String,
+    /// Which of several an effect is being applied to, for the names of its states; empty, if to one.
+    pub member: String,
     /// The effect at hand, while one is being applied.
     pub effect: Option<usize>,
     /// Which parameters are not folded in.
@@ -143,6 +145,7 @@ impl<'a> Builder<'a> {
             scope: Scope::default(),
             term_path: Vec::new(),
             prefix: String::new(),
+            member: String::new(),
             effect: None,
             variables,
             diagnostics,

@@ -1,6 +1,7 @@
 //! Effect templates and their application to a model.
 
 use super::builder::Builder;
+use super::each::{Places, bind_each, refuse_beside_others};
 use super::names::{Binding, Scope};
 use super::template::term;
 use super::{Effect, Library};
@@ -54,24 +55,32 @@ impl Templates<'_> {
                 format!("`{}` is not an effect template", application.template.text),
             ));
         };
-        let (places, scope) = bind_ports(builder, ports, application)?;
+        refuse_beside_others(builder, ports)?;
+        let (places, scopes) = bind_ports(builder, ports, application)?;
         refuse_repetition(builder, application, &places)?;
         let values = evaluate_values(builder, application)?;
         let index = builder.model.effects.len();
-        let outer = std::mem::replace(&mut builder.scope, scope);
+        let mut scopes = scopes.into_iter();
+        let outer = std::mem::replace(&mut builder.scope, scopes.next()?);
+        let others: Vec<(&Name, Scope)> = application.on.iter().skip(1).zip(scopes).collect();
         let first_parameter = builder.model.parameters.len();
         let findings = builder.finding_count();
         builder.effect = Some(index);
         builder.prefix = prefix(application);
+        if !others.is_empty() {
+            builder.member = format!("{}_", application.on[0].text);
+        }
         let statements: Vec<&Statement> = file.statements.iter().collect();
         refuse_foreign_statements(builder, &statements);
         let term = term(builder, ports, &statements);
         builder.declare(&statements, self.sources, self.library);
         set_values(builder, first_parameter, values);
         builder.lower_statements(&statements);
+        builder.repeat(others, &statements, self.sources, self.library);
         builder.explain(findings, application.template.span);
         builder.effect = None;
         builder.prefix.clear();
+        builder.member.clear();
         builder.scope = outer;
         builder.model.effects.push(Effect {
             template: application.template.text.clone(),
@@ -123,14 +132,16 @@ fn prefix(application: &Application<'_>) -> String {
     format!("{}_{places}", application.template.text)
 }
 
+/// What the ports are bound to, and the scope of the template there; several scopes where it is applied to one
+/// place after the other.
 fn bind_ports(
     builder: &mut Builder<'_>,
     ports: &[Port],
     application: &Application<'_>,
-) -> Option<(Vec<(PortKind, String)>, Scope)> {
+) -> Option<(Places, Vec<Scope>)> {
     let several = ports
         .last()
-        .is_some_and(|p| p.kind == PortKind::Coordinates);
+        .is_some_and(|p| p.each || p.kind == PortKind::Coordinates);
     let fits = if several {
         application.on.len() >= ports.len()
     } else {
@@ -148,37 +159,25 @@ fn bind_ports(
             ),
         ));
     }
+    if let [port @ Port { each: true, .. }] = ports {
+        return bind_each(builder, port, application.on);
+    }
     let (mut places, mut scope) = (Vec::new(), Scope::default());
     for (position, (port, place)) in ports.iter().zip(application.on).enumerate() {
-        let mut kind = port.kind;
-        let index = match port.kind {
-            PortKind::Reading => {
-                let found;
-                (kind, found) = builder.find_reading(place)?;
-                found
-            }
-            PortKind::Sensor => builder.find_sensor(place)?,
-            PortKind::Frame => builder.find_frame(&place.text, place.span)?,
-            PortKind::Coordinate => builder.find_coordinate(place)?,
-            PortKind::Input => builder.find_input(place)?,
-            PortKind::Drive => builder.find_drive(place)?,
-            PortKind::Body => builder.find_body(&place.text, place.span)?,
-            PortKind::Constraint => builder.find_constraint(place)?,
-            PortKind::Coordinates if position + 1 < ports.len() => {
+        if port.kind == PortKind::Coordinates {
+            if position + 1 < ports.len() {
                 let message = "a port for several coordinates is the last one";
                 return builder.report(Diagnostic::error(port.name.span, message));
             }
-            PortKind::Coordinates => {
-                let rest = &application.on[position..];
-                builder.bind_set(&port.name.text, rest)?;
-                places.extend(
-                    rest[1..]
-                        .iter()
-                        .map(|place| (PortKind::Coordinate, place.text.clone())),
-                );
-                builder.find_coordinate(place)?
-            }
-        };
+            let rest = &application.on[position..];
+            builder.bind_set(&port.name.text, rest)?;
+            places.extend(
+                rest[1..]
+                    .iter()
+                    .map(|place| (PortKind::Coordinate, place.text.clone())),
+            );
+        }
+        let (kind, index) = builder.find_port(port.kind, place)?;
         scope.ports.insert(port.name.text.clone(), (kind, index));
         let kind = match kind {
             PortKind::Coordinates => PortKind::Coordinate,
@@ -187,7 +186,7 @@ fn bind_ports(
         places.insert(position, (kind, place.text.clone()));
     }
     scope.sets = std::mem::take(&mut builder.pending_sets);
-    Some((places, scope))
+    Some((places, vec![scope]))
 }
 
 /// The parameters of two equal effects would have one name, and only their sum would show.

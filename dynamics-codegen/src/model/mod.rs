@@ -9,6 +9,7 @@ mod contact;
 mod declare;
 mod delay;
 mod drive;
+mod each;
 mod effects;
 mod energy;
 mod finish;
@@ -60,7 +61,7 @@ pub use robot::{Described, FRICTION_SPEED, RobotBase, StatedLosses};
 pub(crate) use sensed::component_names;
 pub use state::State;
 pub use table::Table;
-pub use template::{FitTerm, PointMass, Template, TemplateParameter};
+pub use template::{Each, FitTerm, PointMass, Template, TemplateParameter};
 pub use unilateral::{AXES, Contact, Plane, Shape};
 
 use crate::dimension::Dimension;

@@ -6,6 +6,21 @@ use crate::diagnostic::Diagnostic;
 use crate::syntax::{Name, PortKind};
 
 impl Builder<'_> {
+    /// What a port of this kind is bound to by a name, with the kind that this is.
+    pub(super) fn find_port(&mut self, kind: PortKind, place: &Name) -> Option<(PortKind, usize)> {
+        let index = match kind {
+            PortKind::Reading => return self.find_reading(place),
+            PortKind::Sensor => self.find_sensor(place)?,
+            PortKind::Frame => self.find_frame(&place.text, place.span)?,
+            PortKind::Coordinate | PortKind::Coordinates => self.find_coordinate(place)?,
+            PortKind::Input => self.find_input(place)?,
+            PortKind::Drive => self.find_drive(place)?,
+            PortKind::Body => self.find_body(&place.text, place.span)?,
+            PortKind::Constraint => self.find_constraint(place)?,
+        };
+        Some((kind, index))
+    }
+
     /// The coordinate of this name, directly or through a port.
     pub(super) fn find_coordinate(&mut self, name: &Name) -> Option<usize> {
         if let Some(&(PortKind::Coordinate, index)) = self.scope.ports.get(&name.text) {

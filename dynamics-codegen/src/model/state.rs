@@ -71,7 +71,7 @@ impl Builder<'_> {
         if !self.bind(name, binding) {
             return;
         }
-        let full_name = format!("{}{}", self.prefix, name.text);
+        let full_name = format!("{}{}{}", self.prefix, self.member, name.text);
         let unit = match (unit, dimension) {
             (Some(_), dimension) if self.effect.is_some() => {
                 dimension.map_or_else(String::new, |d| d.to_string())

@@ -5,7 +5,7 @@ use super::builder::Builder;
 use crate::diagnostic::Diagnostic;
 use crate::source::Sources;
 use crate::syntax::{self, BodyStatement, Expr, ExprKind, Heading, Port, PortKind};
-use crate::syntax::{Statement, StatementKind};
+use crate::syntax::{Statement, StatementKind, UnitBase};
 
 /// What a template offers, for whoever wants to try it on a model.
 #[derive(Debug, Clone)]
@@ -16,12 +16,21 @@ pub struct Template {
     pub doc: String,
     /// What it acts on, in order.
     pub ports: Vec<PortKind>,
+    /// How it is applied to several at once, of each of which it then says the same, if it is.
+    pub each: Option<Each>,
     /// Its parameters.
     pub parameters: Vec<TemplateParameter>,
     /// The term of a fit that it is part of; `None`: a fit does not try it.
     pub term: Option<FitTerm>,
     /// Its parameters as those of a point mass, if it is nothing but that.
     pub point_mass: Option<PointMass>,
+}
+
+/// A template whose only port may be several places, `effect input_delay(drive: each input);`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Each {
+    /// Whether these have to be of one unit, which the unit of a parameter follows from.
+    pub of_one_unit: bool,
 }
 
 /// A parameter of a template.
@@ -78,11 +87,33 @@ impl Library {
             name: name.to_string(),
             doc: file.doc.clone(),
             ports: ports.iter().map(|port| port.kind).collect(),
+            each: each(ports, statements),
             parameters: parameters.collect(),
             term: statements.iter().find_map(stated_term),
             point_mass: point_mass(ports, statements),
         })
     }
+}
+
+fn each(ports: &[Port], statements: &[Statement]) -> Option<Each> {
+    let [Port { each: true, .. }] = ports else {
+        return None;
+    };
+    Some(Each {
+        of_one_unit: statements.iter().any(follows_port),
+    })
+}
+
+/// Whether a statement is a parameter whose unit follows from a port.
+pub(super) fn follows_port(statement: &Statement) -> bool {
+    let StatementKind::Parameter {
+        unit: Some(unit), ..
+    } = &statement.kind
+    else {
+        return false;
+    };
+    let mut bases = unit.factors.iter().map(|factor| &factor.base);
+    bases.any(|base| matches!(base, UnitBase::OfPort { .. }))
 }
 
 fn parameter_name(statement: &Statement) -> Option<&str> {

@@ -31,7 +31,7 @@ pub struct File {
 pub enum Heading {
     /// `model name;`
     Model(Name),
-    /// `effect name(joint, drive: input);`
+    /// `effect name(joint, drive: input);`, `effect name(drive: each input);`
     Effect {
         /// The effect's name.
         name: Name,
@@ -47,6 +47,8 @@ pub struct Port {
     pub name: Name,
     /// What it stands for.
     pub kind: PortKind,
+    /// Whether it is one after the other of several of that kind.
+    pub each: bool,
 }
 
 /// What an effect can act on.

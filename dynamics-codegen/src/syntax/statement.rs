@@ -129,8 +129,13 @@ fn ports(stream: &mut Stream<'_>) -> Parsed<Vec<Port>> {
     let mut ports = Vec::new();
     in_brackets(stream, |inner| {
         let name = inner.name("the name of a port")?;
+        let mut each = false;
         let kind = if inner.eat(':') {
-            let kind = inner.name(KINDS)?;
+            let mut kind = inner.name(KINDS)?;
+            each = kind.text == "each";
+            if each {
+                kind = inner.name(KINDS)?;
+            }
             match kind.text.as_str() {
                 "coordinate" => PortKind::Coordinate,
                 "input" => PortKind::Input,
@@ -151,7 +156,7 @@ fn ports(stream: &mut Stream<'_>) -> Parsed<Vec<Port>> {
         } else {
             PortKind::Coordinate
         };
-        ports.push(Port { name, kind });
+        ports.push(Port { name, kind, each });
         Ok(())
     })?;
     Ok(ports)
