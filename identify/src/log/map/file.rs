@@ -6,6 +6,9 @@ use std::collections::BTreeMap;
 use std::fmt;
 use toml::Spanned;
 
+/// The keys of the whole file.
+pub(super) const KEYS: [&str; 5] = ["time", "files", "columns", "sensors", "transmission"];
+
 /// The whole file.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

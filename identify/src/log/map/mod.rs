@@ -41,7 +41,7 @@ pub use nesting::too_deep;
 pub use template::template;
 
 use dynamics_codegen::file::{Limit, read_text};
-use file::{Column, File, Fill, Time};
+use file::{Column, File, Fill, KEYS, Time};
 use nesting::DEEPEST;
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -237,6 +237,7 @@ impl Reader<'_> {
             let mend = "close each `{` and `[` in the line that opens it";
             return Err(self.fault(Some(at..at + 1), message, mend));
         }
+        self.refuse_what_is_no_map()?;
         let file: File = toml::from_str(self.text).map_err(|error| {
             let message = error.message().trim_end().to_owned();
             self.fault(
@@ -449,6 +450,27 @@ impl Reader<'_> {
         }
         let message = format!("found {value}; expected a finite number");
         Err(self.fault(Some(number.span()), message, "state a number"))
+    }
+
+    /// A controller's file, say, that has the log's name.
+    fn refuse_what_is_no_map(&self) -> Result<(), MapError> {
+        let Ok(table) = toml::from_str::<toml::Table>(self.text) else {
+            return Ok(());
+        };
+        let Some(first) = table.keys().next() else {
+            return Ok(());
+        };
+        if table.keys().any(|key| KEYS.contains(&key.as_str())) {
+            return Ok(());
+        }
+        let keys = KEYS.map(|key| format!("`{key}`")).join(", ");
+        let message = format!(
+            "this is no map of a log's columns: it states `{}`, and none of {keys}",
+            first.escape_debug()
+        );
+        let mend = "what has a log's name and `.toml` is taken for its map: give the file another name if it is \
+            something else, or write `[columns]` (docs/log-format.md)";
+        Err(self.fault(None, message, mend))
     }
 
     fn fault(&self, span: Option<Range<usize>>, message: String, mend: &str) -> MapError {

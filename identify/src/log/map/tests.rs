@@ -192,6 +192,15 @@ fn cells_without_a_measurement_are_filled_if_asked() {
 }
 
 #[test]
+fn what_is_no_map_at_all() {
+    let controller = "rate = 100\ndelay = 1\n[gain]\nx = [1.0]\n";
+    insta::assert_snapshot!(Map::parse("arm.toml", controller).unwrap_err(), @r"
+    arm.toml: this is no map of a log's columns: it states `delay`, and none of `time`, `files`, `columns`, `sensors`, `transmission`
+      mend: what has a log's name and `.toml` is taken for its map: give the file another name if it is something else, or write `[columns]` (docs/log-format.md)
+    ");
+}
+
+#[test]
 fn columns_that_are_not_there() {
     let map = Map::parse(
         "arm.toml",
