@@ -156,6 +156,38 @@ impl Choice<'_> {
             .collect()
     }
 
+    /// Every two of these that are two laws, and have fewer numbers together.
+    pub fn pairs_plainer_than(&self, candidate: usize) -> Vec<[usize; 2]> {
+        let plainer = self.plainer_than(candidate);
+        let size = |candidate: usize| self.dictionary.candidates[candidate].size();
+        let after = |(i, &a): (usize, &usize)| {
+            let others = plainer[i + 1..].iter();
+            others.map(move |&b| [a, b]).collect::<Vec<_>>()
+        };
+        let mut pairs: Vec<[usize; 2]> = plainer.iter().enumerate().flat_map(after).collect();
+        pairs.retain(|&[a, b]| {
+            size(a) + size(b) < size(candidate) && !self.dictionary.nested.are_one(a, b)
+        });
+        pairs
+    }
+
+    /// Two candidates in the shapes that leave least beside some terms.
+    pub fn best_beside(&self, terms: &[Chosen], pair: [usize; 2]) -> Option<[Chosen; 2]> {
+        let shapes = |candidate: usize| {
+            let all = self.options.iter().enumerate();
+            let own = all.filter(move |(_, option)| option.candidate == candidate);
+            own.map(|(option, shaped)| Chosen {
+                option,
+                kept: (0..shaped.columns.len()).collect(),
+            })
+        };
+        let of_first = shapes(pair[0]);
+        let all = of_first.flat_map(|a| shapes(pair[1]).map(move |b| [a.clone(), b]));
+        let left = |two: &[Chosen; 2]| self.state([terms, two].concat()).left;
+        let rated = all.map(|two| (left(&two), two));
+        rated.min_by(|a, b| a.0.total_cmp(&b.0)).map(|best| best.1)
+    }
+
     /// The option of a candidate that is most like a term, by how well its columns explain the term's.
     pub fn most_like(&self, term: &Chosen, candidate: usize) -> Option<usize> {
         let theirs: Vec<usize> = self.own_columns(term).collect();
@@ -210,7 +242,8 @@ impl Choice<'_> {
         self.price_of_numbers(self.dictionary.candidates[candidate].size())
     }
 
-    fn price_of_numbers(&self, numbers: usize) -> f64 {
+    /// The price of so many numbers, and of having looked for what has them.
+    pub fn price_of_numbers(&self, numbers: usize) -> f64 {
         let search = (self.dictionary.candidates.len() as f64).ln() + MARGIN;
         0.5 * numbers as f64 * self.equations.effective().ln() + search
     }

@@ -12,6 +12,15 @@ use crate::trace::finding::worth;
 use crate::trace::settings::SHORTLISTED;
 use rayon::prelude::*;
 
+/// Terms that may do as well.
+struct Trial {
+    terms: Vec<Chosen>,
+    /// Where a fit may begin: all parameters.
+    values: Vec<f64>,
+    /// Nats that they do not cost again.
+    spared: f64,
+}
+
 /// Terms, and where they explain most.
 pub(super) struct Explained {
     pub terms: Vec<Chosen>,
@@ -39,22 +48,24 @@ impl Explained {
         Ok(Self { terms, settled })
     }
 
-    /// The same with less: without a term, or with a plainer law in the place of one, as often as that
-    /// costs less than what it leaves.
+    /// The same with less: without a term, or with a plainer law or two in the place of one, as often as
+    /// that costs less than what it leaves.
     pub fn plainer(self, choice: &Choice<'_>, balance: &Balance) -> Self {
         let mut best = self;
         loop {
-            let trials: Vec<(Vec<Chosen>, Vec<f64>)> = best
+            let trials: Vec<Trial> = best
                 .without_one(choice)
                 .chain(best.with_one_plainer(choice))
+                .chain(best.with_two_plainer(choice))
                 .collect();
-            let trials = trials.into_par_iter().filter_map(|(terms, values)| {
+            let trials = trials.into_par_iter().filter_map(|trial| {
                 // Where its equations have no solution it is no explanation.
-                Self::new((choice, balance), terms, values).ok()
+                let found = Self::new((choice, balance), trial.terms, trial.values).ok()?;
+                Some((found.cost(choice) - trial.spared, found))
             });
-            let next = trials.min_by(|a, b| a.cost(choice).total_cmp(&b.cost(choice)));
-            match next.filter(|next| next.cost(choice) < best.cost(choice)) {
-                Some(next) => best = next,
+            let next = trials.min_by(|a, b| a.0.total_cmp(&b.0));
+            match next.filter(|(cost, _)| *cost < best.cost(choice)) {
+                Some((_, next)) => best = next,
                 None => return best,
             }
         }
@@ -67,10 +78,7 @@ impl Explained {
     }
 
     /// Without each of the terms that are worth least, where a fit may begin.
-    fn without_one<'a>(
-        &'a self,
-        choice: &'a Choice<'_>,
-    ) -> impl Iterator<Item = (Vec<Chosen>, Vec<f64>)> + 'a {
+    fn without_one<'a>(&'a self, choice: &'a Choice<'_>) -> impl Iterator<Item = Trial> + 'a {
         let worth = |i| (self.worth(choice, i), i);
         let mut all: Vec<(f64, usize)> = (0..self.terms.len()).map(worth).collect();
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -78,15 +86,16 @@ impl Explained {
         weak.map(|(_, i)| {
             let mut others = self.terms.clone();
             others.remove(i);
-            (others, self.values_without(choice, i))
+            Trial {
+                terms: others,
+                values: self.values_without(choice, i),
+                spared: 0.0,
+            }
         })
     }
 
     /// With each law that is a special case of a term's, or of which both are, and has fewer numbers.
-    fn with_one_plainer<'a>(
-        &'a self,
-        choice: &'a Choice<'_>,
-    ) -> impl Iterator<Item = (Vec<Chosen>, Vec<f64>)> + 'a {
+    fn with_one_plainer<'a>(&'a self, choice: &'a Choice<'_>) -> impl Iterator<Item = Trial> + 'a {
         let candidates = choice.candidates(&self.terms);
         let each = candidates.into_iter().enumerate();
         each.flat_map(move |(i, rich)| {
@@ -104,7 +113,39 @@ impl Explained {
                 {
                     start[parameter] = value;
                 }
-                Some((terms, start))
+                Some(Trial {
+                    terms,
+                    values: start,
+                    spared: 0.0,
+                })
+            })
+        })
+    }
+
+    /// With two laws that are special cases of a term's in its place, where they have fewer numbers: in the shapes
+    /// that suit them beside each other and the other terms.
+    fn with_two_plainer<'a>(&'a self, choice: &'a Choice<'_>) -> impl Iterator<Item = Trial> + 'a {
+        let candidates = choice.candidates(&self.terms).into_iter().enumerate();
+        candidates.flat_map(move |(i, rich)| {
+            let mut others = self.terms.clone();
+            others.remove(i);
+            let pairs = choice.pairs_plainer_than(rich).into_iter();
+            pairs.filter_map(move |pair| {
+                let two = choice.best_beside(&others, pair)?;
+                let mut start = self.values_without(choice, i);
+                for chosen in &two {
+                    let shaped = &choice.options[chosen.option];
+                    let shapes = &choice.dictionary.candidates[shaped.candidate].shapes;
+                    for &(parameter, value) in &shapes[shaped.shape] {
+                        start[parameter] = value;
+                    }
+                }
+                Some(Trial {
+                    terms: [&others[..], &two].concat(),
+                    values: start,
+                    // What a rich law is made of is no more to be looked for than that is.
+                    spared: choice.price_of_numbers(0),
+                })
             })
         })
     }
@@ -140,8 +181,8 @@ mod tests {
     use crate::trace::wheel::{WHEEL, begun, named, rectangular};
     use std::fmt::Write;
 
-    /// A wheel with dry friction, whose steepness lies between those that are tried.
-    fn rubbing() -> String {
+    /// A wheel with dry friction, whose steepness lies between those that are tried, and some viscous friction.
+    fn rubbing(viscous: f64) -> String {
         let mut text = String::from("t,q_angle,u_motor\n");
         let mut noise = rectangular(6);
         for k in 0..2000 {
@@ -149,7 +190,8 @@ mod tests {
             let q = (3.0 * t).sin() + 0.4 * (7.3 * t).sin();
             let v = 3.0 * (3.0 * t).cos() + 2.92 * (7.3 * t).cos();
             let a = -9.0 * (3.0 * t).sin() - 21.316 * (7.3 * t).sin();
-            let u = 0.02 * a + 0.05 * (v / 0.037).tanh() + 1e-3 * noise();
+            let friction = 0.05 * (v / 0.037).tanh() + viscous * v;
+            let u = 0.02 * a + friction + 1e-3 * noise();
             writeln!(text, "{t},{},{u}", q + 1e-6 * noise()).unwrap();
         }
         text
@@ -160,9 +202,9 @@ mod tests {
         candidates.iter().map(name).collect()
     }
 
-    #[test]
-    fn what_is_dry_friction_is_called_so_alone() {
-        let (dictionary, start) = begun(WHEEL, &rubbing(), ["angle", "motor"]);
+    /// What becomes of some terms: what they are called then, their values, and nats that more is left.
+    fn plainer(log: &str, terms: &[&str]) -> (Vec<String>, Vec<f64>, f64) {
+        let (dictionary, start) = begun(WHEEL, log, ["angle", "motor"]);
         let observed = &start.observed;
         let balance = Balance::narrowed(&observed.record, observed.hold, 1).unwrap();
         let missing = balance.missing(&dictionary.machine, &dictionary.defaults);
@@ -179,8 +221,7 @@ mod tests {
             equations: &equations,
             reaches: reaches(&dictionary),
         };
-        // A law that is richer than what is there, and one that is not there at all.
-        let terms = ["stribeck(angle)", "spring(angle)"].map(|name| {
+        let terms = terms.iter().map(|name| {
             let candidate = named(&dictionary, name);
             let option = options.iter().position(|o| o.candidate == candidate);
             let option = option.unwrap();
@@ -190,17 +231,39 @@ mod tests {
             }
         });
         let defaults = dictionary.defaults.clone();
-        let both = Explained::new((&choice, &balance), terms.to_vec(), defaults).unwrap();
-        let left = both.settled.left;
-        let plain = both.plainer(&choice, &balance);
+        let rich = Explained::new((&choice, &balance), terms.collect(), defaults).unwrap();
+        let left = rich.settled.left;
+        let plain = rich.plainer(&choice, &balance);
         let found = choice.candidates(&plain.terms);
-        assert_eq!(names(&dictionary, &found), ["coulomb(angle)"]);
-        assert!(plain.settled.left < left + 10.0);
-        let [f_c, v_s] = &dictionary.candidates[found[0]].parameters[..] else {
+        let values = dictionary.parameters_of(&found).into_iter();
+        let values = values.map(|parameter| plain.settled.values[parameter]);
+        let left = plain.settled.left - left;
+        (names(&dictionary, &found), values.collect(), left)
+    }
+
+    #[test]
+    fn what_is_dry_friction_is_called_so_alone() {
+        // A law that is richer than what is there, and one that is not there at all.
+        let (names, values, left) = plainer(&rubbing(0.0), &["stribeck(angle)", "spring(angle)"]);
+        assert_eq!(names, ["coulomb(angle)"]);
+        assert!(left < 10.0);
+        let [f_c, v_s] = values[..] else {
             panic!("two numbers");
         };
-        let values = &plain.settled.values;
-        assert!((values[*f_c] - 0.05).abs() < 1e-3, "{}", values[*f_c]);
-        assert!((values[*v_s] - 0.037).abs() < 5e-3, "{}", values[*v_s]);
+        assert!((f_c - 0.05).abs() < 1e-3, "{f_c}");
+        assert!((v_s - 0.037).abs() < 5e-3, "{v_s}");
+    }
+
+    #[test]
+    fn dry_and_viscous_friction_are_called_so() {
+        let (names, values, left) = plainer(&rubbing(0.01), &["stribeck(angle)"]);
+        assert_eq!(names, ["coulomb(angle)", "viscous(angle)"]);
+        assert!(left < 10.0);
+        let [f_c, v_s, d] = values[..] else {
+            panic!("three numbers");
+        };
+        assert!((f_c - 0.05).abs() < 1e-3, "{f_c}");
+        assert!((v_s - 0.037).abs() < 5e-3, "{v_s}");
+        assert!((d - 0.01).abs() < 5e-4, "{d}");
     }
 }
