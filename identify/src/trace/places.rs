@@ -1,6 +1,7 @@
 //! Where each effect of a library could act in a model.
 
 use dynamics_codegen::dimension::Dimension;
+use dynamics_codegen::model::Template;
 use dynamics_codegen::syntax::PortKind;
 use dynamics_codegen::{Library, Model};
 
@@ -35,7 +36,8 @@ fn axes(model: &Model) -> Vec<String> {
 pub(super) fn places(model: &Model, library: &Library, sensors: &[String]) -> Vec<Place> {
     let templates = library.names().filter_map(|name| library.describe(name));
     let each = templates.flat_map(|template| {
-        let places = places_of(model, &template.ports, sensors).into_iter();
+        let alone = places_of(model, &template.ports, sensors).into_iter();
+        let places = alone.chain(all_at_once(model, &template, sensors));
         places.map(move |on| (template.name.clone(), on))
     });
     let is_new = |(template, on): &Place| {
@@ -45,6 +47,22 @@ pub(super) fn places(model: &Model, library: &Library, sensors: &[String]) -> Ve
         })
     };
     each.filter(is_new).collect()
+}
+
+/// All places of a template that may be applied to each of several, where there are several.
+fn all_at_once(model: &Model, template: &Template, sensors: &[String]) -> Option<Vec<String>> {
+    let each = template.each?;
+    let kind = template.ports[0];
+    let all = names(model, kind, sensors);
+    let is_of_one_unit = |two: &[String]| match kind {
+        PortKind::Input => {
+            let mut inputs = model.inputs.iter().filter(|u| two.contains(&u.name));
+            inputs.next().map(|u| u.dimension) == inputs.next().map(|u| u.dimension)
+        }
+        _ => alike(model, &two[0], &two[1]),
+    };
+    let fits = !each.of_one_unit || all.windows(2).all(is_of_one_unit);
+    (all.len() > 1 && fits).then_some(all)
 }
 
 /// Every place that fits the ports of a template; `sensors` are those that a log has.

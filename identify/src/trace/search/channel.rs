@@ -4,33 +4,36 @@ use crate::trace::dictionary::Dictionary;
 use dynamics_codegen::dimension::Dimension;
 use dynamics_codegen::syntax::PortKind;
 
-/// The place of a candidate that is about a channel, and the unit of its only parameter.
+/// The places of a candidate that is about channels, and the unit of its only parameter.
 pub fn number_of_channel(
     dictionary: &Dictionary,
     candidate: usize,
-) -> Option<(&(PortKind, String), Dimension)> {
+) -> Option<(&[(PortKind, String)], Dimension)> {
     let candidate = &dictionary.candidates[candidate];
     let model = &dictionary.machine.compiled.model;
     let [only] = candidate.parameters[..] else {
         return None;
     };
     let parameter = &model.parameters[only];
-    let place = model.effects[parameter.effect?].on.first()?;
-    Some((place, parameter.dimension?)).filter(|_| candidate.channel)
+    let places = &model.effects[parameter.effect?].on[..];
+    let is_channel = candidate.channel && !places.is_empty();
+    Some((places, parameter.dimension?)).filter(|_| is_channel)
 }
 
 /// The coordinate whose sensor a candidate says the time of.
 pub fn timed_sensor(dictionary: &Dictionary, candidate: usize) -> Option<usize> {
-    let (place, unit) = number_of_channel(dictionary, candidate)?;
+    let (places, unit) = number_of_channel(dictionary, candidate)?;
+    let [place] = places else { return None };
     let mut coordinates = dictionary.machine.compiled.model.coordinates.iter();
     let coordinate = coordinates.position(|c| c.name == place.1);
     coordinate.filter(|_| place.0 == PortKind::Coordinate && unit == Dimension::TIME)
 }
 
-/// The parameter by which a candidate says how late an input is.
+/// The parameter by which a candidate says how late inputs are.
 pub fn timed_input(dictionary: &Dictionary, candidate: usize) -> Option<usize> {
-    let (place, unit) = number_of_channel(dictionary, candidate)?;
-    let is_time = place.0 == PortKind::Input && unit == Dimension::TIME;
+    let (places, unit) = number_of_channel(dictionary, candidate)?;
+    let are_inputs = places.iter().all(|(kind, _)| *kind == PortKind::Input);
+    let is_time = are_inputs && unit == Dimension::TIME;
     is_time.then(|| dictionary.candidates[candidate].parameters[0])
 }
 

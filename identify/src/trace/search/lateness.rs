@@ -11,11 +11,11 @@ use crate::trace::settings::{GLANCE, LATE, MARGIN, SHAPE_STEPS, SHORTLISTED, WOR
 use crate::trace::settle::{Adapt, settle};
 use rayon::prelude::*;
 
-/// Candidates that say how late each of some channels is, and one time for all of them.
-#[derive(Debug, Clone)]
+/// A candidate that says how late channels are, and a time.
+#[derive(Debug, Clone, Copy)]
 pub struct Lateness {
-    /// Which; each has one parameter.
-    pub candidates: Vec<usize>,
+    /// Which; it has one parameter.
+    pub candidate: usize,
     /// s; negative, if early.
     pub time: f64,
 }
@@ -55,24 +55,16 @@ impl<'a> Glance<'a> {
         each.fold(f64::INFINITY, f64::min)
     }
 
-    /// Shares of a `radian` that these candidates may be late by, or early.
-    pub fn times(&self, candidates: &[usize], radian: f64) -> Vec<Lateness> {
+    /// Shares of a `radian` that the channels of a candidate may be late by, or early.
+    pub fn times(&self, candidate: usize, radian: f64) -> Vec<Lateness> {
         let dictionary = self.at.dictionary;
+        let parameter = dictionary.candidates[candidate].parameters[0];
+        let bounds = &dictionary.machine.compiled.model.parameters[parameter];
         let both = LATE
             .iter()
             .flat_map(|share| [share * radian, -share * radian]);
-        let is_possible = |time: &f64| {
-            candidates.iter().all(|&candidate| {
-                let parameter = dictionary.candidates[candidate].parameters[0];
-                let bounds = &dictionary.machine.compiled.model.parameters[parameter];
-                (bounds.lower..=bounds.upper).contains(time)
-            })
-        };
-        let each = both.filter(is_possible).map(|time| Lateness {
-            candidates: candidates.to_vec(),
-            time,
-        });
-        each.collect()
+        let possible = both.filter(|time| (bounds.lower..=bounds.upper).contains(time));
+        possible.map(|time| Lateness { candidate, time }).collect()
     }
 
     /// Hypotheses with what is late that gains a share in the part of what the best one that was explored gains in
@@ -88,49 +80,45 @@ impl<'a> Glance<'a> {
         let best = explored.kept().first();
         let gained = best.map_or(0.0, |best| fitted.score - best.score);
         let least = MARGIN.max(WORTH_A_FIT * self.share * gained);
-        let cost = |late: &Lateness| self.cost(Some(late)).unwrap_or(f64::INFINITY);
-        let costs: Vec<f64> = times.par_iter().map(cost).collect();
+        let cost = |late: Lateness| self.cost(Some(late)).unwrap_or(f64::INFINITY);
+        let costs: Vec<f64> = times.par_iter().map(|&late| cost(late)).collect();
         let mut likely: Vec<(f64, Lateness)> = costs.into_iter().zip(times).collect();
         likely.retain(|(cost, _)| *cost < now - least);
         likely.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut seen = Vec::new();
         likely.retain(|(_, late)| {
-            let is_new = !seen.contains(&late.candidates);
-            seen.push(late.candidates.clone());
+            let is_new = !seen.contains(&late.candidate);
+            seen.push(late.candidate);
             is_new
         });
         likely.truncate(SHORTLISTED);
         let at = self.at;
-        let likely = likely.into_iter().map(|(known, late)| {
-            let with = |time| Lateness {
-                candidates: late.candidates.clone(),
-                time,
-            };
-            let (cost, time) = better((known, late.time), &|time| cost(&with(time)));
-            let parameter = |&c: &usize| (at.dictionary.candidates[c].parameters[0], time);
-            let own = late.candidates.iter().map(parameter).collect();
-            Proposal {
-                hypothesis: at.fitted.hypothesis.exchange(&[], &late.candidates),
-                values: at.with(&own),
-                promise: cost,
-                within_reach: at.fitted.estimate.cost,
-                ahead: 0.0,
-            }
-        });
+        let likely = likely
+            .into_iter()
+            .map(|(known, Lateness { candidate, time })| {
+                let at_time = |time| cost(Lateness { candidate, time });
+                let (cost, time) = better((known, time), &at_time);
+                let parameter = at.dictionary.candidates[candidate].parameters[0];
+                Proposal {
+                    hypothesis: at.fitted.hypothesis.exchange(&[], &[candidate]),
+                    values: at.with(&vec![(parameter, time)]),
+                    promise: cost,
+                    within_reach: at.fitted.estimate.cost,
+                    ahead: 0.0,
+                }
+            });
         likely.collect()
     }
 
     /// Negative log likelihood of the part with something late, and with the noise that suits that.
-    fn cost(&self, late: Option<&Lateness>) -> Option<f64> {
+    fn cost(&self, late: Option<Lateness>) -> Option<f64> {
         let at = self.at;
         let (mut observed, explanation) = (self.observed.clone(), &at.fitted.explanation);
         let mut values = explanation.values.clone();
         let mut hypothesis = at.fitted.hypothesis.clone();
-        if let Some(Lateness { candidates, time }) = late {
-            for &candidate in candidates {
-                values[at.dictionary.candidates[candidate].parameters[0]] = *time;
-            }
-            hypothesis = hypothesis.exchange(&[], candidates);
+        if let Some(Lateness { candidate, time }) = late {
+            values[at.dictionary.candidates[candidate].parameters[0]] = time;
+            hypothesis = hypothesis.exchange(&[], &[candidate]);
         }
         let focus = at.dictionary.focus(hypothesis.candidates());
         observed.reread(&focus, &explanation.values, &values);

@@ -1,8 +1,9 @@
 //! All drives late by one time.
 //!
-//! Applies to several inputs where forces remain: one loop commands them, and they are built alike. Four rotors
-//! that lag by 30 ms are far from what a line says of times that small, and one of them alone explains little:
-//! before that, what resembles all of them would be taken, a hull whose height is late.
+//! Applies to several inputs where forces remain: one loop commands them, and they are built alike. One number says
+//! so of all, `effect input_delay(left, right)`. Four rotors that lag by 30 ms are far from what a line says of times
+//! that small, and one of them alone explains little: before that, what resembles all of them would be taken, a hull
+//! whose height is late.
 
 use super::Move;
 use crate::trace::search::channel::timed_input;
@@ -11,29 +12,29 @@ use crate::trace::search::lateness::Glance;
 use crate::trace::search::neighbourhood::Neighbourhood;
 use crate::trace::search::proposal::Proposal;
 use crate::trace::settings::MAX_TERMS;
-use std::collections::BTreeMap;
 
 /// All drives late by one time.
 pub struct Clock;
 
 impl Move for Clock {
     fn propose(&self, at: &Neighbourhood<'_>, explored: &Explored) -> Vec<Proposal> {
-        if !at.fitted.leaves_forces() {
+        if !at.fitted.leaves_forces() || at.terms().len() >= MAX_TERMS {
             return Vec::new();
         }
         let dictionary = at.dictionary;
-        let mut alike: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
-        for (candidate, one) in dictionary.candidates.iter().enumerate() {
-            let is_new = !at.fitted.hypothesis.contains(candidate);
-            if is_new && timed_input(dictionary, candidate).is_some() {
-                alike.entry(one.subject.name()).or_default().push(candidate);
-            }
+        let is_clock = |&c: &usize| {
+            let of_several = dictionary.candidates[c].subject.on().len() > 1;
+            of_several && !at.fitted.hypothesis.contains(c) && timed_input(dictionary, c).is_some()
+        };
+        let clocks: Vec<usize> = (0..dictionary.candidates.len()).filter(is_clock).collect();
+        if clocks.is_empty() {
+            return Vec::new();
         }
-        let most = MAX_TERMS.saturating_sub(at.terms().len());
         let glance = Glance::new(at);
         let radian = glance.quickest();
-        let several = alike.values().filter(|all| (2..=most).contains(&all.len()));
-        let times = several.flat_map(|all| glance.times(all, radian));
+        let times = clocks
+            .into_iter()
+            .flat_map(|clock| glance.times(clock, radian));
         glance.likely(times.collect(), explored)
     }
 }
@@ -43,7 +44,7 @@ mod tests {
     use super::*;
     use crate::regression::Hold;
     use crate::trace::search::fit::as_given;
-    use crate::trace::wheel::{begun_with, rectangular, traced};
+    use crate::trace::wheel::{begun_with, named, rectangular, traced};
     use std::fmt::Write;
 
     const BAR: &str = "\
@@ -111,25 +112,16 @@ force phi = arm*(right - left);
         let given = as_given(&dictionary, &start.observed, Hold::Previous).unwrap();
         let at = Neighbourhood::new(&dictionary, &given, &[], false).unwrap();
         let proposed = Clock.propose(&at, &Explored::default());
-        let lags = proposed.iter().map(|proposal| {
-            let terms = proposal.hypothesis.candidates().iter();
-            let terms = terms.map(|&term| &dictionary.candidates[term]);
-            terms
-                .map(|one| {
-                    let time = proposal.values[one.parameters[0]];
-                    (one.subject.to_string(), time)
-                })
-                .collect()
-        });
-        let lags: Vec<Vec<(String, f64)>> = lags.collect();
-        let both = lags.iter().find(|lag| lag[0].0 == "input_lag(left)");
-        let [(_, left), (other, right)] = &both.expect("both rotors lag")[..] else {
-            panic!("{lags:?}");
-        };
-        assert_eq!(other, "input_lag(right)");
-        assert!(left == right && (left - 0.03).abs() < 0.01, "{lags:?}");
+        let both = named(&dictionary, "input_lag(left, right)");
+        let is_of_both = |proposal: &&Proposal| proposal.hypothesis.candidates() == [both];
+        let proposal = proposed.iter().find(is_of_both).expect("both rotors lag");
+        let lag = proposal.values[dictionary.candidates[both].parameters[0]];
+        assert!((lag - 0.03).abs() < 0.01, "{lag}");
 
-        let findings = traced(BAR, &log()).findings;
+        let outcome = traced(BAR, &log());
+        let written = "effect input_lag(left, right) { tau = ";
+        assert!(outcome.patched_model.contains(written));
+        let findings = outcome.findings;
         let [lag] = &findings[..] else {
             panic!("{findings:#?}");
         };

@@ -30,7 +30,7 @@ impl Move for Late {
                 Some(coordinate) => glance.radian(coordinate),
                 None => glance.quickest(),
             };
-            (unit == Dimension::TIME).then(|| glance.times(&[candidate], radian))
+            (unit == Dimension::TIME).then(|| glance.times(candidate, radian))
         });
         glance.likely(times.flatten().collect(), explored)
     }

@@ -1,8 +1,8 @@
-//! The one channel that is late, in the place of all others that seem to be early.
+//! The one channel that is late, or all drives, in the place of all others that seem to be early.
 //!
-//! Applies to times of all channels but one. A log tells times beside each other only: where an encoder is late,
-//! all other sensors fit as well if they are early by its time and the drives if they are late by it, and that is
-//! where a search may end that takes one after the other.
+//! Applies to times of all channels but what one candidate is about. A log tells times beside each other only: where
+//! an encoder is late, all other sensors fit as well if they are early by its time and the drives if they are late by
+//! it, and that is where a search may end that takes one after the other.
 
 use super::Move;
 use crate::trace::dictionary::Dictionary;
@@ -22,12 +22,19 @@ impl Move for Odd {
         let all = all.filter_map(|candidate| Timed::of(at.dictionary, candidate));
         let (known, new): (Vec<Timed<'_>>, Vec<Timed<'_>>) =
             all.partition(|one| at.fitted.hypothesis.contains(one.candidate));
-        let is_known = |one: &Timed<'_>| known.iter().any(|known| known.place == one.place);
-        let odd: Vec<Timed<'_>> = new.into_iter().filter(|one| !is_known(one)).collect();
-        let is_one = odd.windows(2).all(|two| two[0].place == two[1].place);
-        if known.len() < 2 || !is_one {
+        let is_known = |place| known.iter().any(|known| known.places.contains(place));
+        let mut odd = new;
+        odd.retain(|one| !one.places.iter().any(is_known));
+        let all = odd.iter().map(|one| one.places);
+        let Some(whole) = all.max_by_key(|places| places.len()) else {
+            return Vec::new();
+        };
+        let is_in = |one: &Timed<'_>| one.places.iter().all(|place| whole.contains(place));
+        let timed: usize = known.iter().map(|one| one.places.len()).sum();
+        if timed < 2 || !odd.iter().all(is_in) {
             return Vec::new();
         }
+        odd.retain(|one| one.places == whole);
         let late = known
             .iter()
             .map(|one| one.sign * at.fitted.explanation.values[one.parameter]);
@@ -51,7 +58,7 @@ impl Move for Odd {
 /// A candidate that says how late a channel is.
 struct Timed<'a> {
     candidate: usize,
-    place: &'a (PortKind, String),
+    places: &'a [(PortKind, String)],
     parameter: usize,
     /// −1 of an input: what the machine feels later shows in it as if all else were early.
     sign: f64,
@@ -59,12 +66,12 @@ struct Timed<'a> {
 
 impl<'a> Timed<'a> {
     fn of(dictionary: &'a Dictionary, candidate: usize) -> Option<Self> {
-        let (place, unit) = number_of_channel(dictionary, candidate)?;
+        let (places, unit) = number_of_channel(dictionary, candidate)?;
         (unit == Dimension::TIME).then(|| Self {
             candidate,
-            place,
+            places,
             parameter: dictionary.candidates[candidate].parameters[0],
-            sign: if place.0 == PortKind::Input {
+            sign: if places[0].0 == PortKind::Input {
                 -1.0
             } else {
                 1.0
@@ -137,6 +144,57 @@ force a = input(a);
             proposal.start(&dictionary, &fitted),
         );
         assert!(simpler.unwrap().score < fitted.score);
+    }
+
+    /// The same masses, both pushed, by drives that are 15 ms late: `u(t) = m a″ + k (a − b)` of 15 ms later.
+    #[test]
+    fn all_drives_are_proposed_for_all_sensors_that_are_early() {
+        let both = MASSES.replace(
+            "force a = input(a);",
+            "input b: N;\nforce a = input(a);\nforce b = input(b);",
+        );
+        let mut text = String::from("t,q_a,q_b,u_a,u_b\n");
+        let mut noise = rectangular(3);
+        let motion = |t: f64| {
+            [
+                0.3 * (2.0 * t).sin() + 0.1 * (5.0 * t).sin(),
+                0.2 * (3.0 * t).sin(),
+            ]
+        };
+        let push = |t: f64| {
+            let [a, b] = motion(t);
+            let pull = 50.0 * (a - b);
+            let [a, b] = [
+                -1.2 * (2.0 * t).sin() - 2.5 * (5.0 * t).sin(),
+                -1.8 * (3.0 * t).sin(),
+            ];
+            [a + pull, b - pull]
+        };
+        for k in 0..1500 {
+            let t = 0.005 * f64::from(k);
+            let ([a, b], [u_a, u_b]) = (motion(t).map(|x| x + 2e-4 * noise()), push(t + 0.015));
+            writeln!(text, "{t},{a},{b},{u_a},{u_b}").unwrap();
+        }
+        let (dictionary, start) = begun_with(&both, &text, [&["a", "b"], &["a", "b"]]);
+        let early = ["time_shift(a)", "time_shift(b)"].map(|name| named(&dictionary, name));
+        let nothing = Hypothesis::nothing(Hold::Linear);
+        let fitted = fit(&dictionary, &nothing.exchange(&[], &early), start).unwrap();
+        let at = Neighbourhood::new(&dictionary, &fitted, &[], false).unwrap();
+        let late = named(&dictionary, "input_delay(a, b)");
+        let proposed = Odd.propose(&at, &Explored::default());
+        let of_drives = proposed
+            .iter()
+            .find(|one| one.hypothesis.candidates() == [late]);
+        let time = of_drives.unwrap().values[dictionary.candidates[late].parameters[0]];
+        assert!((time - 0.015).abs() < 1e-3, "{time}");
+        let of_all = |one: &Proposal| {
+            dictionary.candidates[one.hypothesis.candidates()[0]]
+                .subject
+                .on()
+                .len()
+                == 2
+        };
+        assert!(proposed.iter().all(of_all));
     }
 
     #[test]

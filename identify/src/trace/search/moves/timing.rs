@@ -39,25 +39,30 @@ impl Move for Timing {
 
 /// The candidates that say the same number as `term`, or the opposite: `±1`.
 fn equivalents(dictionary: &Dictionary, term: usize) -> Vec<(usize, f64)> {
-    let Some((place, unit)) = number_of_channel(dictionary, term) else {
+    let Some((places, unit)) = number_of_channel(dictionary, term) else {
         return Vec::new();
     };
     let is_sensor =
         |place: &(PortKind, String)| matches!(place.0, PortKind::Coordinate | PortKind::Sensor);
     let sign = |candidate: usize| {
-        let (at, of_unit) = number_of_channel(dictionary, candidate)?;
+        let (others, of_unit) = number_of_channel(dictionary, candidate)?;
         if candidate == term || of_unit != unit {
             return None;
         }
-        let are_times = unit == Dimension::TIME;
+        let ([place], [at], true) = (places, others, unit == Dimension::TIME) else {
+            let names = |places: &[(PortKind, String)]| -> Vec<String> {
+                places.iter().map(|(_, name)| name.clone()).collect()
+            };
+            return (names(places) == names(others)).then_some(1.0);
+        };
         let across = match (is_sensor(place), is_sensor(at)) {
             (false, true) => drives(dictionary, &place.1, &at.1),
             (true, false) => drives(dictionary, &at.1, &place.1),
             _ => false,
         };
-        match at.1 == place.1 || are_times && across {
+        match at.1 == place.1 || across {
             true => Some(1.0),
-            false if are_times && is_sensor(place) && is_sensor(at) => Some(-1.0),
+            false if is_sensor(place) && is_sensor(at) => Some(-1.0),
             false => None,
         }
     };
