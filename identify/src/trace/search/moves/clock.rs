@@ -40,14 +40,14 @@ impl Move for Clock {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::regression::Hold;
     use crate::trace::search::fit::as_given;
     use crate::trace::wheel::{begun_with, named, rectangular, traced};
     use std::fmt::Write;
 
-    const BAR: &str = "\
+    pub const BAR: &str = "\
 model bar;
 coordinate x: m;
 coordinate phi: rad;
@@ -61,9 +61,9 @@ force x = left + right;
 force phi = arm*(right - left);
 ";
 
-    /// A bar on ice that two rotors push at its ends, each of which lags its command by 30 ms; a controller at 200 Hz
-    /// moves it by what noisy sensors say.
-    fn log() -> String {
+    /// A bar on ice that two rotors push at its ends, each of which lags its command by so many seconds; a controller
+    /// at 200 Hz moves it by what noisy sensors say.
+    pub fn log(lags: [f64; 2]) -> String {
         let mut text = String::from("t,q_x,q_phi,u_left,u_right\n");
         let mut noise = rectangular(5);
         let (mut q, mut v, mut thrust, mut command) = ([0.0; 2], [0.0; 2], [0.0; 2], [0.0; 2]);
@@ -89,10 +89,10 @@ force phi = arm*(right - left);
                 .unwrap();
             }
             // Of the thrust its mean over the millisecond, by its law.
-            let kept = (-1e-3_f64 / 0.03).exp();
-            let mean = (1.0 - kept) * 0.03 / 1e-3;
-            let [left, right] = [0, 1].map(|i| command[i] + (thrust[i] - command[i]) * mean);
-            thrust = [0, 1].map(|i| command[i] + (thrust[i] - command[i]) * kept);
+            let kept = lags.map(|lag| (-1e-3 / lag).exp());
+            let mean = [0, 1].map(|i| (1.0 - kept[i]) * lags[i] / 1e-3);
+            let [left, right] = [0, 1].map(|i| command[i] + (thrust[i] - command[i]) * mean[i]);
+            thrust = [0, 1].map(|i| command[i] + (thrust[i] - command[i]) * kept[i]);
             let a = [left + right, 0.2 * (right - left) / 0.02];
             for i in 0..2 {
                 q[i] += 1e-3 * (v[i] + 0.5e-3 * a[i]);
@@ -108,7 +108,7 @@ force phi = arm*(right - left);
             return;
         }
         let channels: [&[&str]; 2] = [&["x", "phi"], &["left", "right"]];
-        let (dictionary, start) = begun_with(BAR, &log(), channels);
+        let (dictionary, start) = begun_with(BAR, &log([0.03, 0.03]), channels);
         let given = as_given(&dictionary, &start.observed, Hold::Previous).unwrap();
         let at = Neighbourhood::new(&dictionary, &given, &[], false).unwrap();
         let proposed = Clock.propose(&at, &Explored::default());
@@ -118,7 +118,7 @@ force phi = arm*(right - left);
         let lag = proposal.values[dictionary.candidates[both].parameters[0]];
         assert!((lag - 0.03).abs() < 0.01, "{lag}");
 
-        let outcome = traced(BAR, &log());
+        let outcome = traced(BAR, &log([0.03, 0.03]));
         let written = "effect input_lag(left, right) { tau = ";
         assert!(outcome.patched_model.contains(written));
         let findings = outcome.findings;

@@ -2,6 +2,7 @@
 //! proposals are fitted and compared by one score.
 
 mod add;
+mod apart;
 mod clock;
 mod fallback;
 mod family;
@@ -28,7 +29,7 @@ pub trait Move: Sync {
 /// What leads on: one more term, or what the newest one was taken for.
 pub const STEP: &[&dyn Move] = &[&add::Add, &swap::SwapHere, &timing::Timing, &hold::Hold];
 /// What several places have alike, where forces remain after that: before what resembles it leads astray.
-pub const ALIKE: &[&dyn Move] = &[&family::Family, &clock::Clock];
+pub const ALIKE: &[&dyn Move] = &[&family::Family, &clock::Clock, &apart::Apart];
 /// One more term alone.
 pub const MORE: &[&dyn Move] = &[&add::Add];
 /// What leads on where forces remain after that.
@@ -37,6 +38,7 @@ pub const LEAP: &[&dyn Move] = &[&fallback::Fallback, &late::Late, &pair::Pair];
 pub const EXCHANGE: &[&dyn Move] = &[
     &remove::Remove,
     &split::Split,
+    &apart::Apart,
     &swap::Swap,
     &timing::Timing,
     &merge::Merge,
