@@ -124,7 +124,11 @@ fn one_delay_in_front_of_both_drives() {
     assert!(outcome.after.acceleration.total < 1.1 * 0.0216);
     let patched =
         dynamics_codegen::compile("patched", &outcome.patched_model, &Library::builtin()).unwrap();
-    assert_eq!(patched.model.effects.len(), 2, "one for each input");
+    let [effect] = &patched.model.effects[..] else {
+        panic!("{:#?}", patched.model.effects);
+    };
+    let on = effect.on.iter().map(|(_, input)| input.as_str());
+    assert!(on.eq(["x1", "x2"]), "one for both inputs: {effect:?}");
 }
 
 /// Both effects, within three standard deviations and 2 %.
