@@ -1,6 +1,8 @@
 //! From a log to the named effects that the model lacks.
 
 mod advice;
+#[cfg(test)]
+mod bar;
 mod beginning;
 mod between_samples;
 mod blows;

@@ -67,7 +67,7 @@ fn members(dictionary: &Dictionary, candidate: usize) -> Option<Vec<usize>> {
 
 #[cfg(test)]
 mod tests {
-    use crate::trace::search::moves::clock::tests::{BAR, log};
+    use crate::trace::bar::{BAR, log};
     use crate::trace::wheel::traced;
 
     #[test]
