@@ -156,7 +156,7 @@ impl Choice<'_> {
             .collect()
     }
 
-    /// Every two of these that are two laws, and have fewer numbers together.
+    /// Every two of what is [plainer](Self::plainer_than) that are two laws, with fewer numbers together than it.
     pub fn pairs_plainer_than(&self, candidate: usize) -> Vec<[usize; 2]> {
         let plainer = self.plainer_than(candidate);
         let size = |candidate: usize| self.dictionary.candidates[candidate].size();
