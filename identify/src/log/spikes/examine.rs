@@ -199,6 +199,22 @@ fn group(
             }
         }
         let at_both_ends = wild.first() == Some(&first) && wild.last() == Some(&(end - 1));
-        (at_both_ends && wild.len() <= MOST).then_some((group, wild))
+        let is_believed =
+            || first >= BESIDE && end + BESIDE <= n || is_calm(stretch, scales, &group);
+        (at_both_ends && wild.len() <= MOST && is_believed()).then_some((group, wild))
+    })
+}
+
+/// Whether the samples on the only side of a group at an end of the log are as they are everywhere else.
+/// Where a controller was switched on far from its goal all rings, and what two of its samples say of the
+/// others is nothing.
+fn is_calm(stretch: &Stretch<'_>, scales: &[f64], group: &Range<usize>) -> bool {
+    let everywhere = scales.iter().copied().fold(f64::INFINITY, f64::min);
+    let (first, end) = (group.start.saturating_sub(LONGEST), group.end + LONGEST);
+    let mut near =
+        (first..end.min(scales.len())).filter(|k| !group.contains(k) && !stretch.aside[*k]);
+    near.all(|k| {
+        let departure = stretch.departure(k, group).unwrap_or(0.0).abs();
+        departure <= FAR * everywhere
     })
 }

@@ -183,6 +183,19 @@ fn a_log_may_begin_and_end_with_a_corner() {
 }
 
 /// A ball on the floor: its velocity jumps, its position has a corner.
+/// A controller that is switched on far from its goal rings, faster than the log can show.
+#[test]
+fn commands_that_ring_where_a_log_begins_are_not_wild() {
+    let ringing = [
+        0.0, -13.8, -10.0, 11.5, 13.1, 0.8, -6.2, -2.6, 2.7, 2.9, 0.1, -1.5,
+    ];
+    let rings = |k: usize| ringing.get(k).copied().unwrap_or(0.0);
+    let record = cart(|k| wave(k) + rings(k), |_, _| {});
+    assert_eq!(wild(&record), [""; 0]);
+    let ends = cart(|k| wave(k) + rings(599 - k), |_, _| {});
+    assert_eq!(wild(&ends), [""; 0]);
+}
+
 #[test]
 fn a_bounce_is_not_wild() {
     for noise in [0.0, 1e-4, 1e-3] {
