@@ -37,6 +37,13 @@ pub fn timed_input(dictionary: &Dictionary, candidate: usize) -> Option<usize> {
     is_time.then(|| dictionary.candidates[candidate].parameters[0])
 }
 
+/// The parameter by which a candidate says how late all inputs are at once.
+pub fn clock_of_inputs(dictionary: &Dictionary, candidate: usize) -> Option<usize> {
+    let (places, _) = number_of_channel(dictionary, candidate)?;
+    let all = dictionary.machine.compiled.model.inputs.len();
+    timed_input(dictionary, candidate).filter(|_| places.len() == all)
+}
+
 /// Whether the only parameter of a candidate is a time.
 pub fn is_time(dictionary: &Dictionary, candidate: usize) -> bool {
     let parameters = &dictionary.machine.compiled.model.parameters;

@@ -1,6 +1,8 @@
 //! How believable a hypothesis is: its log evidence and what is believed beforehand.
 
+use super::channel::clock_of_inputs;
 use super::hypothesis::Hypothesis;
+use crate::log::median_step;
 use crate::machine::States;
 use crate::regression::Hold;
 use crate::trace::dictionary::Dictionary;
@@ -21,7 +23,14 @@ pub fn evidence(dictionary: &Dictionary, explanation: &Explanation, refined: &Re
 
 /// What is believed of a hypothesis before the log is read, nats, the less the better.
 pub fn prior(dictionary: &Dictionary, hypothesis: &Hypothesis, explanation: &Explanation) -> f64 {
-    structure(dictionary, hypothesis) + driving(dictionary, hypothesis, explanation)
+    // A controller that is faster than the log makes all its drives late by part of a sample: nothing is stated
+    // by that, and nothing was chosen.
+    let half = || 0.5 * median_step(&explanation.observed.record.t);
+    let is_expected = |term: usize| {
+        let clock = clock_of_inputs(dictionary, term);
+        clock.is_some_and(|time| explanation.values[time].abs() <= half())
+    };
+    price(dictionary, hypothesis, is_expected) + driving(dictionary, hypothesis, explanation)
 }
 
 /// What it costs to have chosen a term among all candidates, nats.
@@ -29,9 +38,20 @@ pub fn price_of_choice(dictionary: &Dictionary) -> f64 {
     MARGIN + (dictionary.candidates.len() as f64).ln()
 }
 
-/// What terms cost before the log is read.
+/// The least that the terms of a hypothesis cost before the log is read, whatever their values.
 pub fn structure(dictionary: &Dictionary, hypothesis: &Hypothesis) -> f64 {
-    let terms = hypothesis.candidates().iter().map(|&term| {
+    let may_be_expected = |term: usize| clock_of_inputs(dictionary, term).is_some();
+    price(dictionary, hypothesis, may_be_expected)
+}
+
+/// What terms cost but those that are expected.
+fn price(
+    dictionary: &Dictionary,
+    hypothesis: &Hypothesis,
+    is_expected: impl Fn(usize) -> bool,
+) -> f64 {
+    let terms = hypothesis.candidates().iter().copied();
+    let terms = terms.filter(|&term| !is_expected(term)).map(|term| {
         let candidate = &dictionary.candidates[term];
         let stated = match candidate.subject {
             Subject::Parameter(_) => 0,
@@ -215,6 +235,23 @@ force j = input(j);
             (motion.apart - 10.0).abs() < 0.1 && motion.apart_in_log < 1e-3,
             "{motion:?}"
         );
+    }
+
+    /// Half a sample, 2 ms, is what any controller may be late by that is faster than the log.
+    #[test]
+    fn what_is_later_than_half_a_sample_is_a_choice() {
+        let (dictionary, mut start) = begun(WHEEL, &log(), ["j", "j"]);
+        let late = named(&dictionary, "input_delay(j)");
+        let hypothesis = Hypothesis::nothing(Hold::Linear).exchange(&[], &[late]);
+        let mut price = |time: f64| {
+            start.values[dictionary.candidates[late].parameters[0]] = time;
+            prior(&dictionary, &hypothesis, &start)
+        };
+        assert_eq!(price(1.9e-3), 0.0);
+        let chosen = price_of_choice(&dictionary) + 2.0 * STATEMENT;
+        assert_eq!(price(2.1e-3), chosen);
+        // Nothing is given up that may still be either.
+        assert_eq!(structure(&dictionary, &hypothesis), 0.0);
     }
 
     /// A log of one swing of a wheel of 0.03 kg·m² says that to within some per cent. What is believed of

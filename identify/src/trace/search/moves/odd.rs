@@ -2,7 +2,8 @@
 //!
 //! Applies to times of all channels but what one candidate is about. A log tells times beside each other only: where
 //! an encoder is late, all other sensors fit as well if they are early by its time and the drives if they are late by
-//! it, and that is where a search may end that takes one after the other.
+//! it, and that is where a search may end that takes one after the other. Of that time of the drives a part may be their
+//! own, as where a controller is faster than the log: what is left of it stays theirs.
 
 use super::Move;
 use crate::trace::dictionary::Dictionary;
@@ -35,23 +36,52 @@ impl Move for Odd {
             return Vec::new();
         }
         odd.retain(|one| one.places == whole);
-        let late = known
-            .iter()
-            .map(|one| one.sign * at.fitted.explanation.values[one.parameter]);
-        let late = late.sum::<f64>() / known.len() as f64;
+        let values = &at.fitted.explanation.values;
+        let mean = |timed: &[&Timed<'_>]| {
+            let times = timed.iter().map(|one| one.sign * values[one.parameter]);
+            times.sum::<f64>() / timed.len() as f64
+        };
+        let all: Vec<&Timed<'_>> = known.iter().collect();
+        let late = mean(&all);
         let out: Vec<usize> = known.iter().map(|one| one.candidate).collect();
+        let (drives, sensors): (Vec<&Timed<'_>>, _) =
+            all.into_iter().partition(|one| one.sign < 0.0);
         let bounds = &at.dictionary.machine.compiled.model.parameters;
-        let proposals = odd.iter().filter_map(|one| {
-            let (time, bounds) = (-one.sign * late, &bounds[one.parameter]);
-            (bounds.lower..=bounds.upper).contains(&time).then(|| {
-                let values = at.with(&vec![(one.parameter, time)]);
-                Proposal {
-                    ahead: -late,
-                    ..at.exchanged(&out, &[one.candidate], values)
-                }
+        let is_possible = |one: &Timed<'_>, time: f64| {
+            let bounds = &bounds[one.parameter];
+            (bounds.lower..=bounds.upper).contains(&time)
+        };
+        let alone = odd.iter().filter_map(|one| {
+            let time = -one.sign * late;
+            is_possible(one, time).then(|| Proposal {
+                ahead: -late,
+                ..at.exchanged(
+                    &out,
+                    &[one.candidate],
+                    at.with(&vec![(one.parameter, time)]),
+                )
             })
         });
-        proposals.collect()
+        let mut proposals: Vec<Proposal> = alone.collect();
+        if let [drives] = drives[..]
+            && !sensors.is_empty()
+        {
+            let late = mean(&sensors);
+            let left = values[drives.parameter] + late;
+            let out: Vec<usize> = sensors.iter().map(|one| one.candidate).collect();
+            let beside = odd.iter().filter(|one| one.sign > 0.0);
+            proposals.extend(beside.filter_map(|one| {
+                let are_possible = is_possible(one, -late) && is_possible(drives, left);
+                are_possible.then(|| {
+                    let times = vec![(one.parameter, -late), (drives.parameter, left)];
+                    Proposal {
+                        ahead: -late,
+                        ..at.exchanged(&out, &[one.candidate], at.with(&times))
+                    }
+                })
+            }));
+        }
+        proposals
     }
 }
 
@@ -132,9 +162,7 @@ force a = input(a);
         let fitted = fit(&dictionary, &nothing.exchange(&[], &[early, fed]), start).unwrap();
         let at = Neighbourhood::new(&dictionary, &fitted, &[], false).unwrap();
         let proposed = Odd.propose(&at, &Explored::default());
-        let [proposal] = &proposed[..] else {
-            panic!("{proposed:?}");
-        };
+        let proposal = &proposed[0];
         assert_eq!(proposal.hypothesis.candidates(), [odd]);
         let time = proposal.values[dictionary.candidates[odd].parameters[0]];
         assert!((time - 0.015).abs() < 1e-3, "{time}");
@@ -195,6 +223,31 @@ force a = input(a);
                 == 2
         };
         assert!(proposed.iter().all(of_all));
+    }
+
+    /// An encoder that is 15 ms late, and a drive 3 ms.
+    #[test]
+    fn what_is_left_of_a_time_stays_that_of_the_drives() {
+        let (dictionary, start) = begun_with(MASSES, &log(0.015), [&["a", "b"], &["a"]]);
+        let [early, fed, odd] = ["time_shift(a)", "input_delay(a)", "time_shift(b)"]
+            .map(|name| named(&dictionary, name));
+        let nothing = Hypothesis::nothing(Hold::Linear);
+        let mut fitted = fit(&dictionary, &nothing.exchange(&[], &[early, fed]), start).unwrap();
+        let time = |candidate: usize| dictionary.candidates[candidate].parameters[0];
+        fitted.explanation.values[time(early)] = -0.015;
+        fitted.explanation.values[time(fed)] = 0.018;
+        let at = Neighbourhood::new(&dictionary, &fitted, &[], false).unwrap();
+        let proposed = Odd.propose(&at, &Explored::default());
+        let [_, both] = &proposed[..] else {
+            panic!("{proposed:?}");
+        };
+        assert_eq!(
+            both.hypothesis,
+            nothing.exchange(&[], &[fed, odd]),
+            "{proposed:?}"
+        );
+        assert!((both.values[time(odd)] - 0.015).abs() < 1e-12);
+        assert!((both.values[time(fed)] - 0.003).abs() < 1e-12);
     }
 
     #[test]
