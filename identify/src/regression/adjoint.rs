@@ -18,6 +18,10 @@ pub struct NoiseEvidence {
     pub jitter_score: DVector<f64>,
     /// What is expected of that.
     pub jitter_information: DVector<f64>,
+    /// The same of the square of the share that inputs do between samples.
+    pub unseen_score: f64,
+    /// What is expected of that.
+    pub unseen_information: f64,
     /// The same of the variances with which constraints are missed, per holonomic one: `Σ u²`
     /// with `u` its smoothed error in units of its variance.
     pub closure_score: DVector<f64>,
@@ -109,6 +113,8 @@ impl Whitener<'_> {
             information: DVector::zeros(n),
             jitter_score: DVector::zeros(n),
             jitter_information: DVector::zeros(n),
+            unseen_score: 0.0,
+            unseen_information: 0.0,
             closure_score: DVector::zeros(self.dynamics.closed.rows()),
             closure_information: DVector::zeros(self.dynamics.closed.rows()),
             instrument_score: DVector::zeros(self.instrument_count()),
@@ -138,13 +144,18 @@ impl Whitener<'_> {
                         evidence.information[i] += fresh * weight * spread[a][b];
                     }
                 }
+                let (mut score, mut information) = (0.0, 0.0);
                 for (a, row) in INTEGRALS_OF_JITTER.iter().enumerate() {
                     for (b, weight) in row.iter().enumerate() {
-                        let weight = weight / h;
-                        evidence.jitter_score[i] += weight * pull[1 + a] * pull[1 + b];
-                        evidence.jitter_information[i] += weight * spread[1 + a][1 + b];
+                        score += weight * pull[1 + a] * pull[1 + b];
+                        information += weight * spread[1 + a][1 + b];
                     }
                 }
+                evidence.jitter_score[i] += score / h;
+                evidence.jitter_information[i] += information / h;
+                let unseen = self.dynamics.unseen[sample - 1][i].powi(2);
+                evidence.unseen_score += unseen * score;
+                evidence.unseen_information += unseen * information;
             }
         });
         evidence

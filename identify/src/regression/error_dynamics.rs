@@ -7,6 +7,7 @@ use super::sensed::Sensed;
 use super::shooting::{Shot, shoot, unresolved, usual_accelerations};
 use super::shown::{Derivatives, Places, Shown, shown};
 use super::trails::Trails;
+use super::unseen::{bends, forces};
 use crate::log::longest_step;
 use crate::machine::{
     Instruments, Machine, Memory, Motion, SensitivityTape, Sensors, SolveError, States,
@@ -68,6 +69,9 @@ pub struct ErrorDynamics {
     /// `I − P M`, `n×n`, per interval: the accelerations that constraints forbid. Empty
     /// without constraints.
     pub forbidden: Vec<DMatrix<f64>>,
+    /// What inputs may exert on each coordinate beside what is drawn between samples, per interval and for a
+    /// share of one of [`ProcessNoise::unseen`](super::ProcessNoise::unseen).
+    pub unseen: Vec<DVector<f64>>,
     /// Root mean square of each acceleration along the curve: a scale.
     pub acceleration_scale: DVector<f64>,
     /// Root mean square of each generalised force along the curve: a scale.
@@ -165,6 +169,7 @@ impl ErrorDynamics {
         let longest = longest_step(&curve.t);
         let holonomic = mover.machine.holonomic_rows();
         let trails = Trails::new(mover, columns, curve, hold)?;
+        let bends = bends(curve);
         // Sensors are looked at at samples, not on the way.
         let unseen = Mover {
             instruments: None,
@@ -187,6 +192,7 @@ impl ErrorDynamics {
                 let nodes = [&starts[..], &middles, &ends];
                 let forces = (correlation, &holonomic[..]);
                 let mut piece = piece(curve, range.clone(), longest, forces, nodes);
+                piece.unseen = forces_unseen(&bends, range.clone(), &starts);
                 let unresolved = unresolved(curve, range.clone(), longest, nodes);
                 if !unresolved.is_empty() {
                     let on_the_way = |places: &[usize], states: &mut States, shares: &[f64]| {
@@ -235,6 +241,7 @@ impl ErrorDynamics {
             slope: Vec::with_capacity(samples),
             acceleration: Vec::with_capacity(samples),
             forbidden: Vec::new(),
+            unseen: Vec::with_capacity(samples),
             acceleration_scale: DVector::zeros(curve.q.len()),
             force_scale: DVector::zeros(curve.q.len()),
             mobility_scale: DVector::zeros(curve.q.len()),
@@ -254,6 +261,7 @@ impl ErrorDynamics {
             all.acceleration.extend(piece.acceleration);
             all.shown.extend(piece.shown);
             all.forbidden.extend(piece.forbidden);
+            all.unseen.extend(piece.unseen);
             all.force_scale += piece.force;
         }
         for acceleration in &all.acceleration {
@@ -290,6 +298,7 @@ struct Piece {
     acceleration: Vec<DMatrix<f64>>,
     shown: Vec<Shown>,
     forbidden: Vec<DMatrix<f64>>,
+    unseen: Vec<DVector<f64>>,
     force: DVector<f64>,
     missed: Vec<Missed>,
 }
@@ -420,6 +429,7 @@ fn piece(
         acceleration: Vec::new(),
         shown: Vec::new(),
         forbidden: Vec::new(),
+        unseen: Vec::new(),
         force: DVector::zeros(n),
         missed: Vec::new(),
     };
@@ -452,6 +462,15 @@ fn piece(
         piece.missed.push(start.missed(holonomic));
     }
     piece
+}
+
+/// [`ErrorDynamics::unseen`] of some intervals.
+fn forces_unseen(bends: &DMatrix<f64>, range: Range<usize>, starts: &[Local]) -> Vec<DVector<f64>> {
+    let each = range.zip(starts);
+    let of_one = |(k, start): (usize, &Local)| {
+        forces(&start.motion.terms.input_matrix, bends.column(k).as_slice())
+    };
+    each.map(of_one).collect()
 }
 
 fn with_mobility(local: &Local) -> DMatrix<f64> {

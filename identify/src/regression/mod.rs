@@ -29,6 +29,7 @@ mod shown;
 mod small;
 mod telling;
 mod trails;
+mod unseen;
 mod whitener;
 
 pub use adjoint::NoiseEvidence;

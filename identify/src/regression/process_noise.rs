@@ -17,6 +17,9 @@ pub struct ProcessNoise {
     pub jitter: DVector<f64>,
     /// The least that it may be.
     pub smallest_jitter: DVector<f64>,
+    /// What inputs do between samples beside what is drawn there, as a share of how much they bend; one for
+    /// all, no unit.
+    pub unseen: f64,
     /// How far each holonomic constraint is missed, in its unit: lengths that nothing corrects.
     pub closure_sd: DVector<f64>,
     /// The least that it may be.
@@ -52,6 +55,7 @@ impl ProcessNoise {
             force_sd: same.force_sd.sup(&other.smallest),
             jitter: same.jitter.sup(&other.smallest_jitter),
             closure_sd: same.closure_sd.sup(&other.smallest_closure),
+            unseen: same.unseen,
             ..other.clone()
         }
     }
@@ -97,6 +101,7 @@ mod tests {
             mobility: one(mobility),
             jitter: one(0.1 * force_sd),
             smallest_jitter: one(0.1 * smallest),
+            unseen: 0.0,
             closure_sd: one(1e-3 * force_sd),
             smallest_closure: one(1e-3 * smallest),
         }

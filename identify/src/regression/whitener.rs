@@ -78,7 +78,7 @@ impl<'a> Whitener<'a> {
             let h = dynamics.t[sample + 1] - dynamics.t[sample];
             let phi = &dynamics.transition[sample];
             congruence(phi, &mut covariance);
-            add_fresh_force(&mut covariance, phi, noise, h);
+            add_fresh_force(&mut covariance, phi, (noise, &dynamics.unseen[sample]), h);
             if let Some(forbidden) = dynamics.forbidden.get(sample) {
                 add_forbidden(&mut covariance, forbidden, &dynamics.acceleration_scale, h);
             }
@@ -389,7 +389,7 @@ pub(super) const INTEGRALS_OF_JITTER: [[f64; 2]; 2] = [[1.0, 1.0 / 2.0], [1.0 / 
 fn add_fresh_force(
     covariance: &mut DMatrix<f64>,
     phi: &DMatrix<f64>,
-    noise: &ProcessNoise,
+    (noise, unseen): (&ProcessNoise, &DVector<f64>),
     h: f64,
 ) {
     let n = noise.force_sd.len();
@@ -415,6 +415,7 @@ fn add_fresh_force(
         let power = h.powi((a + b) as i32);
         let each = (0..n).map(|i| {
             let (lasting, white) = (noise.force_sd[i].powi(2), noise.jitter[i].powi(2) / h);
+            let white = white + (noise.unseen * unseen[i]).powi(2);
             let lasting = lasting * fresh_share(decay(i)) * INTEGRALS[1 + a][1 + b];
             power * (lasting + white * INTEGRALS_OF_JITTER[a][b])
         });

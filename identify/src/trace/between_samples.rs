@@ -79,6 +79,44 @@ mod tests {
         assert!((late - 5e-4).abs() < 1e-4, "{late}");
     }
 
+    /// A wheel with friction that its controller, at 1 kHz and a tick late, takes to its way from half a radian off
+    /// it; logged at 200 Hz.
+    fn switched_on() -> String {
+        let mut text = String::from("t,q_angle,u_motor\n");
+        let mut noise = rectangular(8);
+        let (mut q, mut v, step) = (0.5, 0.0, 1e-3);
+        let mut sent = 0.0;
+        for tick in 0..10_000 {
+            let t = step * f64::from(tick);
+            let way = 0.5 * (3.0 * t).sin() + 0.2 * (9.0 * t + 1.0).sin();
+            let rate = 1.5 * (3.0 * t).cos() + 1.8 * (9.0 * t + 1.0).cos();
+            let read = q + 2e-5 * noise();
+            let felt = std::mem::replace(&mut sent, 100.0 * (way - read) + 10.0 * (rate - v));
+            if tick % 5 == 0 {
+                writeln!(text, "{t:.3},{read},{felt}").unwrap();
+            }
+            let a = (felt - 0.02 * v) / 0.02;
+            q += v * step + 0.5 * a * step * step;
+            v += a * step;
+        }
+        text
+    }
+
+    /// For its first 20 ms the controller rings, and five of its six torques are not in the log.
+    #[test]
+    fn what_a_log_hides_where_it_begins_hides_nothing_else() {
+        let outcome = traced(WHEEL, &switched_on());
+        let [friction] = &outcome.findings[..] else {
+            panic!("{:#?}", outcome.findings);
+        };
+        assert_eq!(friction.effect, "viscous");
+        let d = &friction.parameters["d"];
+        assert!((d.value - 0.02).abs() < 3.0 * d.std, "{d:?}");
+        assert!(d.std < 1e-4, "{d:?}");
+        let said = outcome.warnings.join("\n");
+        assert!(!said.contains("u_motor"), "{said}");
+    }
+
     #[test]
     fn what_is_later_than_half_a_sample_is() {
         let outcome = traced(WHEEL, &log(6));

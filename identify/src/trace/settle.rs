@@ -33,6 +33,7 @@ pub fn noise(dynamics: &ErrorDynamics, share: f64) -> ProcessNoise {
         mobility: dynamics.mobility_scale.clone(),
         jitter: &smallest_jitter * FIRST_JITTER,
         smallest_jitter,
+        unseen: FIRST_UNSEEN,
         closure_sd: closed.violation().sup(&smallest_closure),
         smallest_closure,
     }
@@ -130,6 +131,11 @@ pub fn settle<'a>(
                 };
                 adapt(&mut noise.jitter[i], ratio, least, largest_jitter[i]);
             }
+            let (score, information) = (evidence.unseen_score, evidence.unseen_information);
+            if score.max(information) * noise.unseen.powi(2) > INDIFFERENT {
+                let ratio = score / information;
+                adapt(&mut noise.unseen, ratio, SMALLEST_UNSEEN, LARGEST_UNSEEN);
+            }
             for row in 0..noise.closure_sd.len() {
                 let ratio = evidence.closure_score[row] / evidence.closure_information[row];
                 let least = noise.smallest_closure[row];
@@ -158,6 +164,13 @@ const FIRST_JITTER: f64 = 0.01 / SMALLEST_JITTER;
 /// Largest white force, in units of the smallest beside inputs without noise: a tenth of the scale, more
 /// than the noise of a torque that was measured; where that is known to be larger, as large as it is.
 const LARGEST_JITTER: f64 = 0.1 / SMALLEST_JITTER;
+/// Nats that what inputs do between samples may be worth before it is adapted: of smooth inputs nothing depends on it.
+const INDIFFERENT: f64 = 0.5;
+/// What inputs do between samples to begin with, at least and at most, as shares of how much they bend. What
+/// bends smoothly leaves a straight line by a twelfth.
+const FIRST_UNSEEN: f64 = 0.03;
+const SMALLEST_UNSEEN: f64 = 1e-4;
+const LARGEST_UNSEEN: f64 = 1.0;
 /// Change of `ln σ` below which nothing is adapted further.
 const SETTLED: f64 = 0.03;
 
@@ -337,9 +350,10 @@ mod tests {
         insta::assert_snapshot!(outcome.warnings.join("\n"), @"the errors of `q_angle` follow one another, each 73 % like the one before: its samples are given as much less weight");
     }
 
-    /// `∂ ln L/∂ ln s = s² (score − information)`, by the likelihood itself.
+    /// `∂ ln L/∂ ln s = s² (score − information)`, by the likelihood itself, of white forces and of what inputs
+    /// do between samples.
     #[test]
-    fn the_likelihood_rises_with_white_forces_as_their_evidence_says() {
+    fn the_likelihood_rises_with_quick_forces_as_their_evidence_says() {
         let (dictionary, start) = begun(WHEEL, &noisy_torque(), ["angle", "motor"]);
         let dynamics = linearised(&dictionary.focus(&[]), &start.observed, &start.values).unwrap();
         let focus = dictionary.focus(&[]);
@@ -347,27 +361,39 @@ mod tests {
         let readings = start
             .observed
             .readings(&focus, &start.values, &accelerations);
-        for share in [0.01, 0.1] {
+        for (share, unseen) in [(0.01, 0.01), (0.1, 0.3)] {
             let mut noise = noise(&dynamics, 0.01);
             noise.jitter = &noise.smallest_jitter * (share / SMALLEST_JITTER);
+            noise.unseen = unseen;
             let cost = |noise: &ProcessNoise| {
                 settle(&dynamics, &readings, &[], &mut noise.clone(), Adapt::Not).cost()
             };
             let whitener = Whitener::new(&dynamics, &readings, &noise);
             let evidence = whitener.noise_evidence(&DVector::zeros(0));
-            let excess = evidence.jitter_score[0] - evidence.jitter_information[0];
-            let expected = noise.jitter[0].powi(2) * excess;
             let step = 1e-4_f64;
-            let [less, more] = [-step, step].map(|step| {
-                let mut other = noise.clone();
-                other.jitter[0] *= step.exp();
-                cost(&other)
-            });
-            let slope = (less - more) / (2.0 * step);
-            assert!(
-                (slope - expected).abs() < 1e-3 * expected.abs() + 0.1,
-                "{slope} {expected}"
-            );
+            let slope = |scaled: fn(&mut ProcessNoise) -> &mut f64| {
+                let [less, more] = [-step, step].map(|step| {
+                    let mut other = noise.clone();
+                    *scaled(&mut other) *= step.exp();
+                    cost(&other)
+                });
+                (less - more) / (2.0 * step)
+            };
+            let of_white = evidence.jitter_score[0] - evidence.jitter_information[0];
+            let of_unseen = evidence.unseen_score - evidence.unseen_information;
+            let pairs = [
+                (
+                    slope(|n| &mut n.jitter[0]),
+                    noise.jitter[0].powi(2) * of_white,
+                ),
+                (slope(|n| &mut n.unseen), noise.unseen.powi(2) * of_unseen),
+            ];
+            for (slope, expected) in pairs {
+                assert!(
+                    (slope - expected).abs() < 1e-3 * expected.abs() + 0.1,
+                    "{slope} {expected}"
+                );
+            }
         }
     }
 }
