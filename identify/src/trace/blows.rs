@@ -100,6 +100,8 @@ fn settled(
 ) -> Result<(f64, ProcessNoise), SolveError> {
     let (focus, values) = (dictionary.focus(&[]), &dictionary.defaults);
     let mut noise = first_noise(&focus, observed, values)?;
+    // What inputs do between samples would excuse either.
+    noise.unseen = 0.0;
     let dynamics = linearised(&focus, observed, values)?;
     let readings = observed.readings(&focus, values, &dynamics.accelerations());
     let cost = settle(&dynamics, &readings, &[], &mut noise, Adapt::ToData).cost();
