@@ -182,7 +182,6 @@ fn a_log_may_begin_and_end_with_a_corner() {
     assert_eq!(wild(&record), [""; 0]);
 }
 
-/// A ball on the floor: its velocity jumps, its position has a corner.
 /// A controller that is switched on far from its goal rings, faster than the log can show.
 #[test]
 fn commands_that_ring_where_a_log_begins_are_not_wild() {
@@ -196,6 +195,7 @@ fn commands_that_ring_where_a_log_begins_are_not_wild() {
     assert_eq!(wild(&ends), [""; 0]);
 }
 
+/// A ball on the floor: its velocity jumps, its position has a corner.
 #[test]
 fn a_bounce_is_not_wild() {
     for noise in [0.0, 1e-4, 1e-3] {
