@@ -29,7 +29,8 @@ pub(super) fn bends(curve: &States) -> DMatrix<f64> {
     })
 }
 
-/// What inputs that bend by so much exert on each coordinate, as a standard deviation.
+/// What inputs that bend by so much, `b`, exert on each coordinate, as a standard deviation in its force unit:
+/// `√Σⱼ (Bᵢⱼ bⱼ)²`. An input that drives several coordinates is taken for one of each.
 pub(super) fn forces(input_matrix: &DMatrix<f64>, bends: &[f64]) -> DVector<f64> {
     DVector::from_fn(input_matrix.nrows(), |i, _| {
         let each = bends.iter().enumerate();

@@ -102,7 +102,7 @@ mod tests {
         text
     }
 
-    /// For its first 20 ms the controller rings, and five of its six torques are not in the log.
+    /// For its first 20 ms the controller rings, and four of five of its torques are not in the log.
     #[test]
     fn what_a_log_hides_where_it_begins_hides_nothing_else() {
         let outcome = traced(WHEEL, &switched_on());
