@@ -7,11 +7,11 @@
 use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use super::linearised::{first_noise, linearised};
-use super::settings::MARGIN;
 use super::settle::{Adapt, settle};
-use crate::log::{Doubt, Record};
+use crate::log::{Doubt, Record, stands_out};
 use crate::machine::SolveError;
 use crate::regression::{ProcessNoise, Whitener};
+use std::ops::Range;
 
 /// How long after a blow the motion is asked about it, s; blows that are no farther apart are one.
 const ASKED: f64 = 0.2;
@@ -49,17 +49,36 @@ fn unfelt(
     };
     let logged = losses(dictionary, logged, &noise)?;
     let drawn = losses(dictionary, drawn, &noise)?;
+    let events = events(&observed.record, doubts);
+    let windows: Vec<Range<usize>> = events
+        .iter()
+        .map(|event| {
+            let end = event[event.len() - 1].sample + asked(&observed.record);
+            event[0].sample.saturating_sub(1)..end.min(drawn.len())
+        })
+        .collect();
+    let usual = mean_outside(&drawn, &windows);
     let mut unfelt = Vec::new();
-    for event in events(&observed.record, doubts) {
-        let first = event[0].sample.saturating_sub(1);
-        let end = event[event.len() - 1].sample + asked(&observed.record);
-        let window = first..end.min(logged.len());
-        let loss = |losses: &[f64]| losses[window.clone()].iter().sum::<f64>();
-        if loss(&logged) > loss(&drawn) + MARGIN {
+    for (event, window) in events.into_iter().zip(windows) {
+        // As standard deviations, of which half the square is what they cost.
+        let strange = |losses: &[f64]| {
+            let each = losses[window.clone()].iter().map(|loss| loss - usual);
+            (2.0 * each.sum::<f64>().max(0.0)).sqrt()
+        };
+        // A controller that rings does more between two samples than either says: then the motion is strange
+        // without the samples, too, and no witness against them.
+        if stands_out(strange(&logged), 1.0, strange(&drawn)) {
             unfelt.extend(event);
         }
     }
     Ok(unfelt)
+}
+
+/// What samples outside of some windows cost on average, nats.
+fn mean_outside(losses: &[f64], windows: &[Range<usize>]) -> f64 {
+    let is_outside = |k: &usize| !windows.iter().any(|window| window.contains(k));
+    let outside: Vec<usize> = (0..losses.len()).filter(is_outside).collect();
+    outside.iter().map(|&k| losses[k]).sum::<f64>() / outside.len().max(1) as f64
 }
 
 /// The same log with what neighbours say in the place of some samples of inputs.
