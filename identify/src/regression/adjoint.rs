@@ -63,7 +63,7 @@ impl NoiseEvidence {
 /// The adjoint state of the modified Bryson–Frazier smoother.
 pub(super) struct Adjoint {
     /// `λ`, `3n`.
-    vector: DVector<f64>,
+    pub(super) vector: DVector<f64>,
     /// `Λ`, `3n×3n`, its covariance; empty if not wanted.
     matrix: Option<DMatrix<f64>>,
     /// There to be written to, `3n`.

@@ -16,6 +16,7 @@ mod auxiliary;
 mod band;
 mod closed;
 mod error_dynamics;
+mod force;
 mod gram;
 mod in_time;
 mod innovations;

@@ -102,17 +102,12 @@ impl Judgement {
     /// Whether what was learnt leaves so much that it must be asked what that is.
     pub fn leaves_much(&self) -> bool {
         let Learnt {
-            dictionary,
-            selection,
-            basis,
+            selection, basis, ..
         } = &self.learnt;
         let at_floor = is_at_floor(&self.learnt_errors, &self.noise_floor);
         // In a band in which positions shake by more than forces explain, what moves them is none.
         let is_force = selection.narrowing == 1;
-        !selection.terms.is_empty()
-            && much_remains(dictionary, *basis, selection)
-            && !at_floor
-            && is_force
+        !selection.terms.is_empty() && much_remains(*basis, selection) && !at_floor && is_force
     }
 
     /// Whether what was learnt does not make data likelier that nothing was fitted to, beside forces

@@ -117,33 +117,21 @@ const REMARKABLE_SHARE: f64 = 3e-3;
 /// Findings that leave more than this share of the unexplained accelerations name too
 /// little.
 const MOSTLY_UNEXPLAINED: f64 = 0.1;
-/// A force that remembers and leaves this share may remember otherwise: any hysteresis is near to any
-/// other.
-const MEMORY_UNEXPLAINED: f64 = 0.03;
 
 /// Whether something remains that the findings do not explain.
 pub(super) fn something_remains(remaining: &Remaining) -> bool {
     remaining.evidence > REMARKABLE_EVIDENCE && remaining.share_after > REMARKABLE_SHARE
 }
 
-/// Whether a force that remembers, as the log has it, leaves enough to be another one. However small
-/// that is: the share says what is worth a name, and here it is only about whose.
-fn remembers_otherwise(remaining: &Remaining) -> bool {
-    remaining.evidence > REMARKABLE_EVIDENCE
-        && remaining.share_after > MEMORY_UNEXPLAINED * remaining.share_before
-}
-
 /// Whether findings leave so much that it must be asked what it is.
-pub(super) fn much_remains(dictionary: &Dictionary, basis: Basis, selection: &Selection) -> bool {
+pub(super) fn much_remains(basis: Basis, selection: &Selection) -> bool {
     let remaining = &selection.remaining;
-    let mostly = remaining.share_after > MOSTLY_UNEXPLAINED * remaining.share_before;
-    let remembers = |term: &Term| remembers(dictionary, term.candidate);
-    mostly && (basis == Basis::Forces || something_remains(remaining))
-        || remembers_otherwise(remaining) && selection.terms.iter().any(remembers)
+    remaining.share_after > MOSTLY_UNEXPLAINED * remaining.share_before
+        && (basis == Basis::Forces || something_remains(remaining))
 }
 
 /// Whether a candidate is a force with states of its own.
-fn remembers(dictionary: &Dictionary, candidate: usize) -> bool {
+pub(super) fn remembers(dictionary: &Dictionary, candidate: usize) -> bool {
     let candidate = &dictionary.candidates[candidate];
     let model = &dictionary.machine.compiled.model;
     let own = |effect: usize| {
@@ -394,22 +382,10 @@ mod tests {
             panic!("{:?}: {:#?}", outcome.verdict, outcome.findings);
         };
         assert_eq!(friction.effect, "lugre");
-        let remaining = &outcome.remaining;
-        assert!(remembers_otherwise(remaining), "{remaining:?}");
-    }
-
-    /// Bouc's and Wen's hysteresis as LuGre's friction leaves little, but evidently.
-    #[test]
-    fn little_is_enough_to_tell_one_hysteresis_from_another() {
-        let remaining = |share_after: f64, evidence: f64| Remaining {
-            share_before: 0.027,
-            share_after,
-            evidence,
-            forces: Vec::new(),
-        };
-        assert!(remembers_otherwise(&remaining(0.002, 22.0)));
-        assert!(!something_remains(&remaining(0.002, 22.0)));
-        assert!(!remembers_otherwise(&remaining(0.002, 2.0)));
-        assert!(!remembers_otherwise(&remaining(0.0001, 22.0)));
+        assert!(
+            something_remains(&outcome.remaining),
+            "{:?}",
+            outcome.remaining
+        );
     }
 }

@@ -1,6 +1,7 @@
 //! From a log to the named effects that the model lacks.
 
 mod advice;
+mod another_memory;
 #[cfg(test)]
 mod bar;
 mod beginning;

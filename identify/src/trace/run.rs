@@ -1,6 +1,7 @@
 //! The whole loop: log in, findings and patched model out.
 
 use super::advice::advice;
+use super::another_memory::is_another;
 use super::between_samples::set_apart;
 use super::blows;
 use super::command::drives;
@@ -15,7 +16,7 @@ use super::learn::{Learner, Learnt};
 use super::logs::{Logs, selected};
 use super::microscope::View;
 use super::misread;
-use super::outcome::Outcome;
+use super::outcome::{Basis, Outcome};
 use super::progress::{Progress, Silent, Stage};
 use super::score::Score;
 use super::unmeasured::estimated;
@@ -201,7 +202,7 @@ fn traced(request: &Request<'_>, plain: Compiled) -> Result<Outcome, TraceError>
     let Learnt {
         dictionary,
         selection,
-        ..
+        basis,
     } = &judged.learnt;
     let record = &selection.observed.record;
     let drives = drives(dictionary, record);
@@ -232,7 +233,8 @@ fn traced(request: &Request<'_>, plain: Compiled) -> Result<Outcome, TraceError>
     };
     let is_other = left
         .as_ref()
-        .is_some_and(|left| left.is_a_law() || judged.foretells_nothing());
+        .is_some_and(|left| left.is_a_law() || judged.foretells_nothing())
+        || *basis == Basis::Motion && is_another(dictionary, selection);
     let verdict = judged.verdict(&drives, is_other);
     let unnamed = match verdict {
         Verdict::Unknown => {

@@ -77,7 +77,7 @@ impl Features {
 
 /// `ṗ = v − |v| p/r` from nothing on, exactly for a way that goes on in one direction; anew
 /// after each gap.
-fn past(t: &[f64], v: &[f64], way: f64) -> Vec<f64> {
+pub(in super::super) fn past(t: &[f64], v: &[f64], way: f64) -> Vec<f64> {
     let way = way.max(f64::MIN_POSITIVE);
     let mut past = vec![0.0; v.len()];
     for range in segments(t) {

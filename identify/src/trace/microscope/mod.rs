@@ -12,6 +12,7 @@ mod law;
 
 use super::corrected::corrected;
 use super::dictionary::Dictionary;
+use super::finding::remembers;
 use super::focus::Focus;
 use super::linearised::{first_noise, linearised};
 use super::refine::{Explanation, refine_curve};
@@ -22,6 +23,7 @@ use crate::log::{Record, median_step};
 use crate::machine::SolveError;
 use crate::regression::Whitener;
 use crate::smooth::savgol_states;
+pub(super) use features::past;
 use features::{Feature, Features, Motion, deviation, kinds};
 use law::{Law, LawError};
 use nalgebra::DVector;
@@ -41,14 +43,17 @@ pub struct Unnamed {
     pub recovered: f64,
 }
 
-/// Share of what a force makes a model err by from which its description is a law.
+/// Share of what a force makes a model err by from which its description is a law, of root mean squares.
 const LAWFUL: f64 = 0.5;
 
 impl Unnamed {
     /// Whether the variables that a force is said to depend on foretell much of it where nothing was
-    /// learnt: then it is a law, of the machine or its inputs, and not what no model holds.
+    /// learnt, be that another log or other runs of the same: then it is a law, of the machine or its inputs, and
+    /// not what no model holds.
     pub(super) fn is_a_law(&self) -> bool {
-        self.recovered > LAWFUL
+        let strongest = self.forces.first();
+        let foretold = strongest.map_or(0.0, |force| 1.0 - (1.0 - force.explained).max(0.0).sqrt());
+        self.recovered > LAWFUL || foretold > LAWFUL
     }
 }
 
@@ -236,20 +241,23 @@ fn recovered(before: f64, after: f64, floor: f64) -> f64 {
 }
 
 /// The ways over which accepted effects forget, by coordinate: the log has said how far
-/// bristles bend, even where it does not say whose they are.
-fn remembered_ways(dictionary: &Dictionary, selection: &Selection) -> Vec<(usize, f64)> {
-    let coordinates = &dictionary.machine.compiled.model.coordinates;
+/// bristles bend, even where it does not say whose they are. They are shapes of a force with states, in
+/// the coordinate's unit.
+pub(super) fn remembered_ways(dictionary: &Dictionary, selection: &Selection) -> Vec<(usize, f64)> {
+    let model = &dictionary.machine.compiled.model;
+    let terms = selection.terms.iter().map(|term| term.candidate);
     let mut ways = Vec::new();
-    for term in &selection.terms {
-        let candidate = &dictionary.candidates[term.candidate];
+    for term in terms.filter(|&term| remembers(dictionary, term)) {
+        let candidate = &dictionary.candidates[term];
         let on = candidate.subject.on();
-        let names = dictionary.short_names(term.candidate);
-        let Some(place) = names.iter().position(|&name| name == "reach") else {
-            continue;
-        };
-        let way = selection.values[candidate.parameters[place]];
-        let of = |c: &&String| coordinates.iter().position(|own| own.name == **c);
-        ways.extend(on.iter().filter_map(|c| of(&c)).map(|i| (i, way)));
+        let coordinates = model.coordinates.iter().enumerate();
+        for (i, coordinate) in coordinates.filter(|(_, own)| on.contains(&own.name)) {
+            let shapes = candidate.parameters.iter();
+            let own = shapes.filter(|&&p| {
+                model.parameters[p].unit == coordinate.unit && !candidate.strengths.contains(&p)
+            });
+            ways.extend(own.map(|&p| (i, selection.values[p])));
+        }
     }
     ways
 }
