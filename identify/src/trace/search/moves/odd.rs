@@ -37,52 +37,38 @@ impl Move for Odd {
         }
         odd.retain(|one| one.places == whole);
         let values = &at.fitted.explanation.values;
-        let mean = |timed: &[&Timed<'_>]| {
-            let times = timed.iter().map(|one| one.sign * values[one.parameter]);
-            times.sum::<f64>() / timed.len() as f64
-        };
         let all: Vec<&Timed<'_>> = known.iter().collect();
-        let late = mean(&all);
-        let out: Vec<usize> = known.iter().map(|one| one.candidate).collect();
-        let (drives, sensors): (Vec<&Timed<'_>>, _) =
-            all.into_iter().partition(|one| one.sign < 0.0);
-        let bounds = &at.dictionary.machine.compiled.model.parameters;
-        let is_possible = |one: &Timed<'_>, time: f64| {
-            let bounds = &bounds[one.parameter];
-            (bounds.lower..=bounds.upper).contains(&time)
-        };
-        let alone = odd.iter().filter_map(|one| {
-            let time = -one.sign * late;
-            is_possible(one, time).then(|| Proposal {
-                ahead: -late,
-                ..at.exchanged(
-                    &out,
-                    &[one.candidate],
-                    at.with(&vec![(one.parameter, time)]),
-                )
+        let (drives, sensors): (Vec<&Timed<'_>>, Vec<&Timed<'_>>) =
+            known.iter().partition(|one| one.sign < 0.0);
+        // What is early, and drives that keep what is left of their time.
+        let mut early = vec![(&all, None)];
+        if let ([drives], [_, ..]) = (&drives[..], &sensors[..]) {
+            early.push((&sensors, Some(*drives)));
+        }
+        let proposals = early.into_iter().flat_map(|(early, kept)| {
+            let ahead = early.iter().map(|one| one.sign * values[one.parameter]);
+            let ahead = ahead.sum::<f64>() / early.len() as f64;
+            let out: Vec<usize> = early.iter().map(|one| one.candidate).collect();
+            let left = kept.map(|drives| (drives.parameter, values[drives.parameter] + ahead));
+            let is_new = move |one: &&Timed<'_>| kept.is_none() || one.sign > 0.0;
+            odd.iter().filter(is_new).filter_map(move |one| {
+                let own = (one.parameter, -one.sign * ahead);
+                let times: Vec<(usize, f64)> = [own].into_iter().chain(left).collect();
+                is_possible(at.dictionary, &times).then(|| Proposal {
+                    ahead: -ahead,
+                    ..at.exchanged(&out, &[one.candidate], at.with(&times))
+                })
             })
         });
-        let mut proposals: Vec<Proposal> = alone.collect();
-        if let [drives] = drives[..]
-            && !sensors.is_empty()
-        {
-            let late = mean(&sensors);
-            let left = values[drives.parameter] + late;
-            let out: Vec<usize> = sensors.iter().map(|one| one.candidate).collect();
-            let beside = odd.iter().filter(|one| one.sign > 0.0);
-            proposals.extend(beside.filter_map(|one| {
-                let are_possible = is_possible(one, -late) && is_possible(drives, left);
-                are_possible.then(|| {
-                    let times = vec![(one.parameter, -late), (drives.parameter, left)];
-                    Proposal {
-                        ahead: -late,
-                        ..at.exchanged(&out, &[one.candidate], at.with(&times))
-                    }
-                })
-            }));
-        }
-        proposals
+        proposals.collect()
     }
+}
+
+/// Whether all of some parameters are within their bounds.
+fn is_possible(dictionary: &Dictionary, values: &[(usize, f64)]) -> bool {
+    let bounds = &dictionary.machine.compiled.model.parameters;
+    let mut values = values.iter();
+    values.all(|&(p, value)| (bounds[p].lower..=bounds[p].upper).contains(&value))
 }
 
 /// A candidate that says how late a channel is.
