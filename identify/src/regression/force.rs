@@ -9,9 +9,9 @@ impl ErrorDynamics {
     /// step the transition holds them, of a force that decays.
     fn pushed(&self, k: usize, i: usize) -> DVector<f64> {
         let n = self.coordinate_count();
-        let phi = &self.transition[k];
-        let left = phi[(2 * n + i, 2 * n + i)];
-        phi.view((n, 2 * n + i), (n, 1)).column(0) * (left.ln() / (left - 1.0))
+        let decayed = (self.t[k + 1] - self.t[k]) / self.correlation[i];
+        let made = self.transition[k].view((n, 2 * n + i), (n, 1));
+        made.column(0) * (decayed / -(-decayed).exp_m1())
     }
 
     /// The same beside a force on coordinate `i`, in its unit, that is constant through each interval.

@@ -11,7 +11,7 @@
 
 use super::dictionary::Dictionary;
 use super::linearised::{linearised, smooth};
-use super::microscope::{past, remembered_ways};
+use super::remembered::{past, remembered_ways};
 use super::selection::Selection;
 use crate::machine::SolveError;
 use crate::regression::{ErrorDynamics, Whitener};

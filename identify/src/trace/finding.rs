@@ -130,18 +130,6 @@ pub(super) fn much_remains(basis: Basis, selection: &Selection) -> bool {
         && (basis == Basis::Forces || something_remains(remaining))
 }
 
-/// Whether a candidate is a force with states of its own.
-pub(super) fn remembers(dictionary: &Dictionary, candidate: usize) -> bool {
-    let candidate = &dictionary.candidates[candidate];
-    let model = &dictionary.machine.compiled.model;
-    let own = |effect: usize| {
-        let mut parameters = model.effects[effect].parameters.iter();
-        parameters.any(|p| candidate.parameters.contains(p))
-    };
-    let mut states = model.states.iter();
-    !candidate.channel && states.any(|state| state.effect.is_some_and(own))
-}
-
 /// Judges the outcome of a selection. `is_other` says whether what it leaves shows that its findings
 /// are not what the machine has.
 pub(super) fn verdict(dictionary: &Dictionary, selection: &Selection, is_other: bool) -> Verdict {

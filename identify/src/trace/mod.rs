@@ -36,6 +36,7 @@ mod places;
 mod progress;
 mod refine;
 mod remaining;
+mod remembered;
 mod reread;
 mod roles;
 mod run;

@@ -1,6 +1,6 @@
 //! What an unknown force may depend on: positions, velocities, inputs and the past.
 
-use crate::log::segments;
+use super::super::remembered::past;
 
 /// Candidate variables along a motion, one column each.
 #[derive(Debug, Clone)]
@@ -75,38 +75,9 @@ impl Features {
     }
 }
 
-/// `ṗ = v − |v| p/r` from nothing on, exactly for a way that goes on in one direction; anew
-/// after each gap.
-pub(in super::super) fn past(t: &[f64], v: &[f64], way: f64) -> Vec<f64> {
-    let way = way.max(f64::MIN_POSITIVE);
-    let mut past = vec![0.0; v.len()];
-    for range in segments(t) {
-        for k in range.clone().skip(1) {
-            let step = 0.5 * (v[k] + v[k - 1]) * (t[k] - t[k - 1]);
-            let decay = (-step.abs() / way).exp();
-            past[k] = past[k - 1] * decay + step.signum() * way * (1.0 - decay);
-        }
-    }
-    past
-}
-
 /// Standard deviation.
 pub(super) fn deviation(values: &[f64]) -> f64 {
     let count = values.len().max(1) as f64;
     let mean = values.iter().sum::<f64>() / count;
     (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count).sqrt()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_past_of_a_steady_motion_settles() {
-        let t: Vec<f64> = (0..1000).map(|k| 0.01 * f64::from(k)).collect();
-        let v = vec![2.0; t.len()];
-        let past = past(&t, &v, 0.5);
-        assert_eq!(past[0], 0.0);
-        assert!((past[999] - 0.5).abs() < 1e-6, "the way");
-    }
 }

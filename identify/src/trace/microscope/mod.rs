@@ -12,10 +12,10 @@ mod law;
 
 use super::corrected::corrected;
 use super::dictionary::Dictionary;
-use super::finding::remembers;
 use super::focus::Focus;
 use super::linearised::{first_noise, linearised};
 use super::refine::{Explanation, refine_curve};
+use super::remembered::remembered_ways;
 use super::run::Request;
 use super::score::{Errors, NEGLIGIBLE, ScoreError, Scoring};
 use super::selection::Selection;
@@ -23,7 +23,6 @@ use crate::log::{Record, median_step};
 use crate::machine::SolveError;
 use crate::regression::Whitener;
 use crate::smooth::savgol_states;
-pub(super) use features::past;
 use features::{Feature, Features, Motion, deviation, kinds};
 use law::{Law, LawError};
 use nalgebra::DVector;
@@ -238,28 +237,6 @@ fn recovered(before: f64, after: f64, floor: f64) -> f64 {
     }
     let beyond = |error: f64| (error.powi(2) - floor.powi(2)).max(0.0);
     1.0 - (beyond(after) / beyond(before)).sqrt()
-}
-
-/// The ways over which accepted effects forget, by coordinate: the log has said how far
-/// bristles bend, even where it does not say whose they are. They are shapes of a force with states, in
-/// the coordinate's unit.
-pub(super) fn remembered_ways(dictionary: &Dictionary, selection: &Selection) -> Vec<(usize, f64)> {
-    let model = &dictionary.machine.compiled.model;
-    let terms = selection.terms.iter().map(|term| term.candidate);
-    let mut ways = Vec::new();
-    for term in terms.filter(|&term| remembers(dictionary, term)) {
-        let candidate = &dictionary.candidates[term];
-        let on = candidate.subject.on();
-        let coordinates = model.coordinates.iter().enumerate();
-        for (i, coordinate) in coordinates.filter(|(_, own)| on.contains(&own.name)) {
-            let shapes = candidate.parameters.iter();
-            let own = shapes.filter(|&&p| {
-                model.parameters[p].unit == coordinate.unit && !candidate.strengths.contains(&p)
-            });
-            ways.extend(own.map(|&p| (i, selection.values[p])));
-        }
-    }
-    ways
 }
 
 /// Mean square of the accelerations that a force on coordinate `i` makes.
