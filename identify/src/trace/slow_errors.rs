@@ -1,6 +1,5 @@
 //! Selection where a sensor's slow errors look like faint forces.
 
-use super::another_memory::is_another;
 use super::corrected::corrected;
 use super::dictionary::Dictionary;
 use super::estimate::Observed;
@@ -71,7 +70,7 @@ pub(super) fn select_with_slow_errors(
         }
     }
     let is_faint = || {
-        let is_other = much_remains(Basis::Motion, &best) || is_another(dictionary, &best);
+        let is_other = much_remains(Basis::Motion, &best);
         let verdict = verdict(dictionary, &best, is_other);
         let has_no_name = verdict == Verdict::Unknown || best.left_out_nameless;
         best.remaining.share_after < FAINT_SHARE && has_no_name
