@@ -326,6 +326,7 @@ mod tests {
             free_hold: false,
             suggested: None,
             at_most: 1,
+            only_with_terms: false,
             progress: &Silent,
         };
         select(task, observed).unwrap().selection

@@ -15,6 +15,7 @@ use super::settings::{GLANCE, MAX_TERMS, NEARLY_NOTHING};
 use super::slow_errors::select_with_slow_errors;
 use super::subject::Subject;
 use crate::machine::SolveError;
+use std::cell::Cell;
 
 /// More terms than this are suspicious: one wrong length looks like many effects.
 const FEW_TERMS: usize = 2;
@@ -64,6 +65,8 @@ pub(super) struct Learner<'a> {
     pub seed: u64,
     /// Who is told how far the work is.
     pub progress: &'a dyn Progress,
+    /// Whether numbers of a robot description were asked, and none shows: they are not asked again.
+    pub shows_no_number: Cell<bool>,
 }
 
 impl Learner<'_> {
@@ -251,23 +254,37 @@ impl Learner<'_> {
         suggested: Option<&Selection>,
         at_most: usize,
     ) -> Result<Selection, SolveError> {
-        let task = Task {
+        let task = self.task(dictionary, suggested, at_most);
+        select_with_slow_errors(task, self.felt.clone())
+    }
+
+    fn task<'b>(
+        &'b self,
+        dictionary: &'b Dictionary,
+        suggested: Option<&'b Selection>,
+        at_most: usize,
+    ) -> Task<'b> {
+        Task {
             dictionary,
             free_hold: self.free_hold,
             suggested,
             at_most,
+            only_with_terms: false,
             progress: self.progress,
-        };
-        select_with_slow_errors(task, self.felt.clone())
+        }
     }
 
     /// What the log says where all numbers of the model's robot description may be wrong, if
-    /// that is better. First so many of these numbers are asked alone: beside all effects they are dear.
+    /// that is better. First so many of these numbers are asked alone: beside all effects they are dear. That none
+    /// of them shows is no answer: the model as given was asked before.
     fn by_description(
         &self,
         is_better: impl Fn(&Selection) -> bool,
         at_most: usize,
     ) -> Option<Learnt> {
+        if self.shows_no_number.get() {
+            return None;
+        }
         let text = opened(self.source.text)?;
         self.progress.enter(Stage::Derive, &[]);
         let opened = Source {
@@ -276,8 +293,13 @@ impl Learner<'_> {
         };
         // Neither compiles where the model has names of its own like the description's.
         let numbers = Dictionary::of_parameters(&opened, self.ranges).ok()?;
-        let alone = self.by_motion(&numbers, None, at_most).ok()?;
-        if !is_better(&alone) {
+        let task = Task {
+            only_with_terms: true,
+            ..self.task(&numbers, None, at_most)
+        };
+        let alone = select_with_slow_errors(task, self.felt.clone()).ok()?;
+        self.shows_no_number.set(alone.terms.is_empty());
+        if alone.terms.is_empty() || !is_better(&alone) {
             return None;
         }
         let dictionary = Dictionary::new(&opened, self.ranges).ok()?;

@@ -69,6 +69,9 @@ pub(super) fn select_with_slow_errors(
             best = less_believed;
         }
     }
+    if task.only_with_terms && best.terms.is_empty() {
+        return Ok(best);
+    }
     let is_faint = || {
         let is_other = much_remains(Basis::Motion, &best);
         let verdict = verdict(dictionary, &best, is_other);
@@ -148,6 +151,7 @@ mod tests {
             free_hold: false,
             suggested: None,
             at_most: 1,
+            only_with_terms: false,
             progress: &Silent,
         };
         select(task, start.observed).unwrap()

@@ -124,6 +124,7 @@ impl<'a> Search<'a> {
             free_hold,
             suggested: None,
             at_most: self.at_most,
+            only_with_terms: false,
             progress: self.progress,
         }
     }
@@ -268,10 +269,10 @@ impl<'a> Search<'a> {
             search.explored.replace(dictionary, Arc::clone(given));
         }
         search.explored.replace(dictionary, Arc::clone(&best));
-        // Forces too small to be worth a name are not looked into again; of those that nothing
-        // explained in the part the whole may show more than the part, one term at a time.
+        // Forces too small to be worth a name are not looked into again; of others the whole may show
+        // more than the part, one term at a time.
         search.is_done = !best.leaves_forces();
-        search.by_steps = found.leaves_forces();
+        search.by_steps = true;
         let likely = likely.into_iter().take(KEPT);
         let likely = likely.map(|(hypothesis, outline)| Proposal {
             hypothesis,

@@ -47,6 +47,9 @@ pub struct Task<'a> {
     pub suggested: Option<&'a Selection>,
     /// Hypotheses of so many terms are not gone on from.
     pub at_most: usize,
+    /// Whether an answer without any term says nothing that is not known: such a search ends where the part that it
+    /// begins with shows none.
+    pub only_with_terms: bool,
     /// Who is told how far the work is.
     pub progress: &'a dyn Progress,
 }
@@ -80,7 +83,8 @@ pub fn select(task: Task<'_>, mut observed: Observed) -> Result<Answer, SolveErr
         search = search.again(|observed| observed.correlation = correlation)?;
         search.run()?;
     }
-    if part.is_some() {
+    let is_spent = task.only_with_terms && search.best().hypothesis.candidates().is_empty();
+    if part.is_some() && !is_spent {
         search = search.on_the_whole(&observed)?;
         search.run()?;
         search.question();
@@ -122,6 +126,7 @@ mod tests {
             free_hold: false,
             suggested: None,
             at_most: 2,
+            only_with_terms: false,
             progress: &Silent,
         };
         let mut search = Search::begin(task, &start.observed).unwrap();
