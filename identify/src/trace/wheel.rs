@@ -67,12 +67,22 @@ pub(super) fn begun_with(
 /// torque that `torque` says of its position, velocity and acceleration.
 pub(super) fn turned(
     waves: [(f64, f64); 2],
+    noise: (u64, f64),
+    torque: impl Fn([f64; 3]) -> f64,
+) -> String {
+    turned_for(2000, waves, noise, torque)
+}
+
+/// The same in so many samples.
+pub(super) fn turned_for(
+    samples: u32,
+    waves: [(f64, f64); 2],
     (seed, noise): (u64, f64),
     torque: impl Fn([f64; 3]) -> f64,
 ) -> String {
     let mut text = String::from("t,q_angle,u_motor\n");
     let mut random = rectangular(seed);
-    for k in 0..2000 {
+    for k in 0..samples {
         let t = 0.005 * f64::from(k);
         let [q, v, a] = waves.iter().fold([0.0; 3], |[q, v, a], &(size, w)| {
             let (sin, cos) = (w * t).sin_cos();

@@ -109,7 +109,7 @@ pub fn select(task: Task<'_>, mut observed: Observed) -> Result<Answer, SolveErr
 mod tests {
     use super::*;
     use crate::trace::progress::Silent;
-    use crate::trace::wheel::{WHEEL, begun, named, turned};
+    use crate::trace::wheel::{WHEEL, begun, named, turned, turned_for};
 
     /// A wheel that is half as heavy again, and is driven a little where friction would brake it: beside the
     /// inertia friction comes to nothing, and the inertia alone is found although nothing proposed it.
@@ -134,5 +134,31 @@ mod tests {
         let given = search.given.clone();
         search.try_first(&[both], given).unwrap();
         assert_eq!(search.best().hypothesis.candidates(), [inertia]);
+    }
+
+    /// That a wheel lacks nothing its part says already: who only wants what is found there need not look at the
+    /// whole.
+    #[test]
+    fn a_search_for_terms_alone_ends_where_its_part_shows_none() {
+        let waves = [(0.9, 3.0), (0.5, 7.0)];
+        let log = turned_for(4000, waves, (5, 1e-4), |[_, _, a]| 0.02 * a);
+        let (dictionary, start) = begun(WHEEL, &log, ["angle", "motor"]);
+        let rows = |only_with_terms: bool| {
+            let task = Task {
+                dictionary: &dictionary,
+                free_hold: false,
+                suggested: None,
+                at_most: 2,
+                only_with_terms,
+                progress: &Silent,
+            };
+            let Selection {
+                terms, observed, ..
+            } = select(task, start.observed.clone()).unwrap().selection;
+            assert!(terms.is_empty(), "{terms:#?}");
+            observed.record.len()
+        };
+        let whole = start.observed.record.len();
+        assert_eq!([true, false].map(rows), [SEARCHED, whole]);
     }
 }

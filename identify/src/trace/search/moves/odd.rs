@@ -46,16 +46,16 @@ impl Move for Odd {
             early.push((&sensors, Some(*drives)));
         }
         let proposals = early.into_iter().flat_map(|(early, kept)| {
-            let ahead = early.iter().map(|one| one.sign * values[one.parameter]);
-            let ahead = ahead.sum::<f64>() / early.len() as f64;
+            let times = early.iter().map(|one| one.sign * values[one.parameter]);
+            let late = -times.sum::<f64>() / early.len() as f64;
             let out: Vec<usize> = early.iter().map(|one| one.candidate).collect();
-            let left = kept.map(|drives| (drives.parameter, values[drives.parameter] + ahead));
+            let left = kept.map(|drives| (drives.parameter, values[drives.parameter] - late));
             let is_new = move |one: &&Timed<'_>| kept.is_none() || one.sign > 0.0;
             odd.iter().filter(is_new).filter_map(move |one| {
-                let own = (one.parameter, -one.sign * ahead);
+                let own = (one.parameter, one.sign * late);
                 let times: Vec<(usize, f64)> = [own].into_iter().chain(left).collect();
                 is_possible(at.dictionary, &times).then(|| Proposal {
-                    ahead: -ahead,
+                    ahead: late,
                     ..at.exchanged(&out, &[one.candidate], at.with(&times))
                 })
             })
