@@ -270,7 +270,10 @@ fn found(outcome: &Outcome) -> String {
         None => String::new(),
     };
     match outcome.verdict {
-        Verdict::None => "The log agrees with the model: nothing is missing.".to_string(),
+        Verdict::None => match outcome.unfinished {
+            Some(_) => "Nothing tried so far explains the log better than the model.".to_string(),
+            None => "The log agrees with the model: nothing is missing.".to_string(),
+        },
         Verdict::Effect => format!("The model lacks {names}.{left}"),
         Verdict::Channel => format!("A channel is not what it seems: {names}.{left}"),
         Verdict::Parameter => match left.is_empty() {
@@ -370,4 +373,60 @@ pub fn diff(name: &str, before: &str, after: &str) -> String {
         .ok();
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::Log;
+    use crate::trace::{Ended, Progress, Request, Silent, Stage, trace};
+    use dynamics_codegen::Library;
+
+    /// A search without time.
+    #[derive(Debug)]
+    struct Over;
+
+    impl Progress for Over {
+        fn enter(&self, _: Stage, _: &[String]) {}
+
+        fn notice(&self, _: &str) {}
+
+        fn ended(&self) -> Option<Ended> {
+            Some(Ended::TimeLimit)
+        }
+    }
+
+    /// Only who has looked at everything may say that nothing is missing.
+    #[test]
+    fn a_search_that_is_over_does_not_say_that_nothing_is_missing() {
+        let model = "model wheel; coordinate angle: rad; input motor: N*m;\n\
+                     parameter i: kg*m^2 = 0.02; kinetic i/2*dot(angle)^2; force angle = input(motor);";
+        let mut text = String::from("t,q_angle,u_motor\n");
+        for k in 0..600 {
+            let (t, noise) = (0.01 * f64::from(k), f64::from(k * k % 7) - 2.0);
+            let q = (3.0 * t).sin() + 0.4 * (7.0 * t).sin();
+            let a = -9.0 * (3.0 * t).sin() - 19.6 * (7.0 * t).sin();
+            writeln!(text, "{t},{},{}", q + 2e-5 * noise, 0.02 * a).unwrap();
+        }
+        let log = Log::from_bytes("wheel.csv", text.as_bytes()).unwrap();
+        let library = Library::builtin();
+        let said = |progress: &dyn Progress| {
+            let request = Request::new("wheel", model, &library, &log);
+            verdict(
+                &trace(&Request {
+                    progress,
+                    ..request
+                })
+                .unwrap(),
+            )
+        };
+        assert_eq!(
+            [said(&Silent), said(&Over)],
+            [
+                "The log agrees with the model: nothing is missing.",
+                "Unfinished: the time limit ended the search. Until then: Nothing tried so far \
+                 explains the log better than the model."
+            ]
+        );
+    }
 }
