@@ -258,6 +258,7 @@ impl Learner<'_> {
         select_with_slow_errors(task, self.felt.clone())
     }
 
+    /// What is searched for in the log as the machine felt it.
     fn task<'b>(
         &'b self,
         dictionary: &'b Dictionary,
