@@ -312,7 +312,7 @@ mod tests {
     use crate::trace::estimate::Observed;
     use crate::trace::progress::Silent;
     use crate::trace::score::{Errors, RolloutErrors};
-    use crate::trace::search::{Task, select};
+    use crate::trace::search::{Inquiry, Task};
     use crate::trace::selection::Term;
     use crate::trace::wheel::{WHEEL, begun, named, rectangular};
     use dynamics_codegen::Library;
@@ -324,12 +324,10 @@ mod tests {
         let task = Task {
             dictionary,
             free_hold: false,
-            suggested: None,
-            at_most: 1,
             only_with_terms: false,
             progress: &Silent,
         };
-        select(task, observed).unwrap().selection
+        Inquiry::new(task, observed).ask(1, None).unwrap().selection
     }
 
     /// The log of a wheel that its model describes, from a sample on.

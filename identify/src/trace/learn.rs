@@ -12,7 +12,7 @@ use super::progress::{Progress, Stage};
 use super::search::{Task, is_on_a_body};
 use super::selection::{Selection, Term};
 use super::settings::{GLANCE, MAX_TERMS, NEARLY_NOTHING};
-use super::slow_errors::select_with_slow_errors;
+use super::slow_errors::Inquiries;
 use super::subject::Subject;
 use crate::machine::SolveError;
 use std::cell::Cell;
@@ -197,7 +197,8 @@ impl Learner<'_> {
     /// goes on, unless that is so much that it would take longer than anyone waits, or foretells the motion clearly
     /// better already.
     fn explained(&self, dictionary: &Dictionary, forces: &Selection) -> Option<Explained> {
-        match self.in_few_terms(dictionary) {
+        let mut motion = self.motion(dictionary);
+        match self.in_few_terms(&mut motion) {
             Ok(Explained::AsGiven(few)) if few.forces_remain() => {}
             Ok(explained) => return Some(explained),
             Err(_) => {}
@@ -209,14 +210,14 @@ impl Learner<'_> {
         {
             return None;
         }
-        let all = self.by_motion(dictionary, Some(forces), MAX_TERMS).ok()?;
+        let all = motion.ask(MAX_TERMS, Some(forces)).ok()?;
         (!all.forces_remain()).then_some(Explained::AsGiven(Box::new(all)))
     }
 
     /// What few terms of the motion say; where they leave forces, few numbers of a robot description in their place
     /// that leave none. One wrong length looks like many effects.
-    fn in_few_terms(&self, dictionary: &Dictionary) -> Result<Explained, SolveError> {
-        let few = self.by_motion(dictionary, None, FEW_TERMS)?;
+    fn in_few_terms(&self, motion: &mut Inquiries<'_>) -> Result<Explained, SolveError> {
+        let few = motion.ask(FEW_TERMS, None)?;
         if few.forces_remain()
             && !self.is_over()
             && let Some(described) = self.by_description(Selection::leaves_nothing, FEW_TERMS)
@@ -233,43 +234,27 @@ impl Learner<'_> {
         dictionary: &Dictionary,
         suggested: Option<&Selection>,
     ) -> Result<Explained, SolveError> {
-        let mut begun = None;
+        let mut motion = self.motion(dictionary);
         if opened(self.source.text).is_some() {
-            match self.in_few_terms(dictionary)? {
-                Explained::AsGiven(few) if few.forces_remain() && !self.is_over() => {
-                    begun = Some(few)
-                }
+            match self.in_few_terms(&mut motion)? {
+                Explained::AsGiven(few) if few.forces_remain() && !self.is_over() => {}
                 explained => return Ok(explained),
             }
         }
-        let suggested = suggested.or(begun.as_deref());
-        let motion = self.by_motion(dictionary, suggested, MAX_TERMS)?;
-        Ok(Explained::AsGiven(Box::new(motion)))
+        let selection = motion.ask(MAX_TERMS, suggested)?;
+        Ok(Explained::AsGiven(Box::new(selection)))
     }
 
-    /// What the motion says, beginning with what was suggested, and going on to so many terms.
-    fn by_motion(
-        &self,
-        dictionary: &Dictionary,
-        suggested: Option<&Selection>,
-        at_most: usize,
-    ) -> Result<Selection, SolveError> {
-        let task = self.task(dictionary, suggested, at_most);
-        select_with_slow_errors(task, self.felt.clone())
+    /// A search in the motion, as the machine felt its inputs.
+    fn motion<'b>(&'b self, dictionary: &'b Dictionary) -> Inquiries<'b> {
+        Inquiries::new(self.task(dictionary), self.felt.clone())
     }
 
-    /// What is searched for in the log as the machine felt it.
-    fn task<'b>(
-        &'b self,
-        dictionary: &'b Dictionary,
-        suggested: Option<&'b Selection>,
-        at_most: usize,
-    ) -> Task<'b> {
+    /// What is searched for.
+    fn task<'b>(&'b self, dictionary: &'b Dictionary) -> Task<'b> {
         Task {
             dictionary,
             free_hold: self.free_hold,
-            suggested,
-            at_most,
             only_with_terms: false,
             progress: self.progress,
         }
@@ -296,9 +281,10 @@ impl Learner<'_> {
         let numbers = Dictionary::of_parameters(&opened, self.ranges).ok()?;
         let task = Task {
             only_with_terms: true,
-            ..self.task(&numbers, None, at_most)
+            ..self.task(&numbers)
         };
-        let alone = select_with_slow_errors(task, self.felt.clone()).ok()?;
+        let mut alone = Inquiries::new(task, self.felt.clone());
+        let alone = alone.ask(at_most, None).ok()?;
         self.shows_no_number.set(alone.terms.is_empty());
         if alone.terms.is_empty() || !is_better(&alone) {
             return None;
@@ -308,7 +294,7 @@ impl Learner<'_> {
             true => at_most,
             false => MAX_TERMS,
         };
-        let selection = self.by_motion(&dictionary, None, at_most).ok()?;
+        let selection = self.motion(&dictionary).ask(at_most, None).ok()?;
         is_better(&selection).then_some(Learnt {
             dictionary,
             selection,

@@ -6,7 +6,6 @@ use super::fit::{Fitted, fit};
 use super::hypothesis::Hypothesis;
 use crate::machine::SolveError;
 use crate::trace::dictionary::Dictionary;
-use crate::trace::estimate::Observed;
 use crate::trace::finding::{Rival, says_no_strength, worth};
 use crate::trace::refine::Explanation;
 use crate::trace::remaining::{Remaining, beside};
@@ -18,29 +17,23 @@ use nalgebra::{DMatrix, DVector};
 use std::sync::Arc;
 
 /// What a search found.
+#[derive(Clone)]
 pub struct Answer {
     /// That.
     pub selection: Selection,
     /// Whether it explains the log up to white noise of the sensors, and is likelier than the model as given beside
     /// sensors that err as they look.
     pub is_whole: bool,
-    /// The log seen through sensors whose errors last, if they seem to under the model as given.
-    pub lasting: Option<Observed>,
 }
 
 /// For how many rivals of a term a motion is sought that tells them apart.
 const TOLD_APART: usize = 4;
 
-/// The answer of a finished search, of which this is the best that is [`determined`]; with the log seen through
-/// sensors whose errors last, if so they seem to.
+/// The answer of a finished search, of which this is the best that is [`determined`].
 ///
 /// # Errors
 /// If the equation of motion cannot be solved along the curve.
-pub fn answer(
-    search: &Search<'_>,
-    best: &Fitted,
-    lasting: Option<Observed>,
-) -> Result<Answer, SolveError> {
+pub fn answer(search: &Search<'_>, best: &Fitted) -> Result<Answer, SolveError> {
     let dictionary = search.dictionary;
     let nothing = Hypothesis::nothing(best.hypothesis.hold);
     let mut given = search.given.iter();
@@ -101,7 +94,6 @@ pub fn answer(
     Ok(Answer {
         is_whole: is_white && beside_best.score(best) < beside_given.score(&given),
         selection,
-        lasting,
     })
 }
 

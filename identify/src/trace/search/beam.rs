@@ -34,6 +34,7 @@ enum Next {
 }
 
 /// A search in a part of a log.
+#[derive(Clone)]
 pub struct Search<'a> {
     /// What may be there.
     pub dictionary: &'a Dictionary,
@@ -42,7 +43,7 @@ pub struct Search<'a> {
     /// Whether the log says what inputs do between samples.
     pub free_hold: bool,
     /// Hypotheses of so many terms are not gone on from.
-    at_most: usize,
+    pub at_most: usize,
     /// The model as given, under each assumption about inputs that is open.
     pub given: Vec<Arc<Fitted>>,
     /// Everything that was fitted.
@@ -62,26 +63,27 @@ pub struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    /// Begins with the model as given, under each assumption about inputs that is open.
+    /// Begins with the model as given, under each assumption about inputs that is open; hypotheses of `at_most` terms
+    /// are not gone on from.
     ///
     /// # Errors
     /// If the equation of motion cannot be solved along the curve.
-    pub fn begin(task: Task<'a>, observed: &Observed) -> Result<Self, SolveError> {
+    pub fn begin(task: Task<'a>, observed: &Observed, at_most: usize) -> Result<Self, SolveError> {
         let dictionary = task.dictionary;
         let noise = first_noise(&dictionary.focus(&[]), observed, &dictionary.defaults)?;
-        Self::begin_with(task, observed, &noise)
+        Self::begin_with(task, observed, at_most, &noise)
     }
 
     /// The same with some noise, which says the least that there is.
     fn begin_with(
         task: Task<'a>,
         observed: &Observed,
+        at_most: usize,
         noise: &ProcessNoise,
     ) -> Result<Self, SolveError> {
         let Task {
             dictionary,
             free_hold,
-            at_most,
             progress,
             ..
         } = task;
@@ -117,13 +119,11 @@ impl<'a> Search<'a> {
         Ok(search)
     }
 
-    /// The same task once more, with what this has found in place of what was suggested.
+    /// The same task once more.
     fn task(&self, free_hold: bool) -> Task<'a> {
         Task {
             dictionary: self.dictionary,
             free_hold,
-            suggested: None,
-            at_most: self.at_most,
             only_with_terms: false,
             progress: self.progress,
         }
@@ -173,9 +173,11 @@ impl<'a> Search<'a> {
         given: Vec<Arc<Fitted>>,
     ) -> Result<(), SolveError> {
         // What each candidate is worth by itself is known from here on, as of any search.
-        self.enter(Stage::Screen);
-        let at = Neighbourhood::new(self.dictionary, &self.given[0], &[], self.free_hold)?;
-        self.fresh = at.considered.into();
+        if self.fresh.is_empty() {
+            self.enter(Stage::Screen);
+            let at = Neighbourhood::new(self.dictionary, &self.given[0], &[], self.free_hold)?;
+            self.fresh = at.considered.into();
+        }
         self.enter(Stage::Fit);
         for given in given {
             let proposals = first.iter().map(|(terms, values)| Proposal {
@@ -210,7 +212,7 @@ impl<'a> Search<'a> {
         let mut observed = self.given[0].explanation.observed.clone();
         observed.hold = found.hypothesis.hold;
         seen(&mut observed);
-        let mut search = Self::begin(self.task(self.free_hold), &observed)?;
+        let mut search = Self::begin(self.task(self.free_hold), &observed, self.at_most)?;
         let likely = self.explored.kept().iter().map(|kept| Proposal {
             hypothesis: kept.hypothesis.clone(),
             values: kept.explanation.values.clone(),
@@ -240,7 +242,8 @@ impl<'a> Search<'a> {
         // The least gap of a constraint would be another in the whole than in its part.
         let least = &self.given[0].explanation.noise;
         let noise = first_noise(&dictionary.focus(&[]), &observed, &dictionary.defaults)?;
-        let given = Self::begin_with(self.task(false), &observed, &noise.at_least(least))?;
+        let noise = noise.at_least(least);
+        let given = Self::begin_with(self.task(false), &observed, self.at_most, &noise)?;
         self.enter(Stage::Settle);
         // A sensor that was found to misread has read another motion all along.
         let focus = dictionary.focus(found.hypothesis.candidates());

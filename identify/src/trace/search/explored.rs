@@ -24,7 +24,7 @@ pub struct Outline {
 }
 
 /// What was explored.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Explored {
     known: BTreeMap<Hypothesis, Outline>,
     /// The best ones, best first.

@@ -35,6 +35,7 @@ use beam::Search;
 pub(super) use channel::is_time;
 pub(super) use fit::{Fitted, as_given};
 pub(super) use moves::merge::is_on_a_body;
+use std::sync::Arc;
 
 /// What is searched in, and how.
 #[derive(Clone, Copy)]
@@ -43,10 +44,6 @@ pub struct Task<'a> {
     pub dictionary: &'a Dictionary,
     /// Whether what inputs do between samples is part of the answer.
     pub free_hold: bool,
-    /// What the balance of forces says, which is cheap to ask: it is fitted first.
-    pub suggested: Option<&'a Selection>,
-    /// Hypotheses of so many terms are not gone on from.
-    pub at_most: usize,
     /// Whether an answer without any term says nothing that is not known: such a search ends where the part that it
     /// begins with shows none.
     pub only_with_terms: bool,
@@ -54,53 +51,157 @@ pub struct Task<'a> {
     pub progress: &'a dyn Progress,
 }
 
-/// Searches for the terms that explain `observed` best.
-///
-/// # Errors
-/// If the equation of motion cannot be solved along the curve.
-pub fn select(task: Task<'_>, mut observed: Observed) -> Result<Answer, SolveError> {
-    let Task { dictionary, .. } = task;
-    task.progress.enter(Stage::Fit, &[]);
-    let shown = observed.record.sensed.as_ref();
-    let shown = shown.map_or(0, |sensed| sensed.readings.len());
-    let part = observed.excerpt(SEARCHED.min(SEARCHED_READINGS / shown.max(1)));
-    let searched = part.as_ref().unwrap_or(&observed);
-    let (closing, measured) = (closing(dictionary, searched), searched.curve.clone());
-    let mut search = Search::begin(task, searched)?;
-    let lasting = with_memory(dictionary, search.best(), searched)?.map(|seen| {
-        let mut whole = observed.clone();
-        whole.err_as(&seen);
-        whole
-    });
-    search.try_suggested(task.suggested)?;
-    search.try_closing(closing, &measured)?;
-    search.run()?;
-    if search.best().leaves_forces()
-        && task.progress.ended().is_none()
-        && let Some(correlation) = discrepancy::correlation(dictionary, search.best())?
-    {
-        observed.correlation.clone_from(&correlation);
-        search = search.again(|observed| observed.correlation = correlation)?;
-        search.run()?;
+/// A search for the terms that explain a log best. It can be asked more than once: where more terms are allowed, or
+/// others were suggested, it goes on from what it has.
+pub struct Inquiry<'a> {
+    task: Task<'a>,
+    observed: Observed,
+    begun: Option<Begun<'a>>,
+}
+
+/// How far a search has come.
+struct Begun<'a> {
+    /// In the part of the log that it begins with, or the whole of a short one.
+    search: Search<'a>,
+    /// The log seen through sensors whose errors last, if they seem to under the model as given.
+    lasting: Option<Observed>,
+    answered: Option<Answered>,
+}
+
+/// What was answered, and when.
+struct Answered {
+    answer: Answer,
+    /// The best hypothesis that the search had then.
+    best: Arc<Fitted>,
+    /// Hypotheses of so many terms were not gone on from.
+    at_most: usize,
+}
+
+impl<'a> Inquiry<'a> {
+    /// Into a log, of which nothing was asked yet.
+    pub fn new(task: Task<'a>, observed: Observed) -> Self {
+        Self {
+            task,
+            observed,
+            begun: None,
+        }
     }
-    let is_spent = task.only_with_terms && search.best().hypothesis.candidates().is_empty();
-    if part.is_some() && !is_spent {
-        search = search.on_the_whole(&observed)?;
-        search.run()?;
-        search.question();
+
+    /// The log seen through sensors whose errors last, if they seem to under the model as given; known once
+    /// something was asked.
+    pub fn lasting(&self) -> Option<&Observed> {
+        self.begun.as_ref()?.lasting.as_ref()
     }
-    loop {
-        let best = answer::determined(&search);
-        let Some(nameless) = search.nameless_in(&best) else {
-            return answer::answer(&search, &best, lasting);
+
+    /// The terms that explain the log best, going on from hypotheses of fewer than `at_most` terms. What the balance
+    /// of forces has `suggested`, which is cheap to ask, is fitted first.
+    ///
+    /// # Errors
+    /// If the equation of motion cannot be solved along the curve.
+    pub fn ask(
+        &mut self,
+        at_most: usize,
+        suggested: Option<&Selection>,
+    ) -> Result<Answer, SolveError> {
+        self.task.progress.enter(Stage::Fit, &[]);
+        let part = self.part();
+        let begun = match &mut self.begun {
+            Some(begun) => {
+                begun.search.at_most = at_most;
+                begun.search.try_suggested(suggested)?;
+                begun
+            }
+            none => {
+                let searched = part.as_ref().unwrap_or(&self.observed);
+                let begun = Begun::new(self.task, (&self.observed, searched), at_most, suggested)?;
+                none.insert(begun)
+            }
         };
-        let with_it = answer::answer(&search, &best, lasting.clone())?;
-        // What has no name is a force without one, and takes nothing from what is named.
-        search.leave_out(nameless);
-        search.left_out_nameless = true;
-        let left = search.best();
-        if left.hypothesis.candidates().is_empty() || standing::makes_up(&best, left) {
-            return Ok(with_it);
+        begun.search.run()?;
+        let best = Arc::clone(begun.search.best());
+        if let Some(known) = &begun.answered
+            && Arc::ptr_eq(&known.best, &best)
+            && known.answer.selection.terms.len() < known.at_most
+        {
+            return Ok(known.answer.clone());
+        }
+        let whole = part.is_some().then_some(&self.observed);
+        let answer = begun.settled(self.task, whole)?;
+        begun.answered = Some(Answered {
+            answer: answer.clone(),
+            best,
+            at_most,
+        });
+        Ok(answer)
+    }
+
+    /// The part of the log that is searched first, if that is not the whole.
+    fn part(&self) -> Option<Observed> {
+        let shown = self.observed.record.sensed.as_ref();
+        let shown = shown.map_or(0, |sensed| sensed.readings.len());
+        (self.observed).excerpt(SEARCHED.min(SEARCHED_READINGS / shown.max(1)))
+    }
+}
+
+impl<'a> Begun<'a> {
+    /// Begins with the model as given in the part of a log that is searched first, and with what was suggested.
+    fn new(
+        task: Task<'a>,
+        (whole, searched): (&Observed, &Observed),
+        at_most: usize,
+        suggested: Option<&Selection>,
+    ) -> Result<Self, SolveError> {
+        let dictionary = task.dictionary;
+        let (closing, measured) = (closing(dictionary, searched), searched.curve.clone());
+        let mut search = Search::begin(task, searched, at_most)?;
+        let lasting = with_memory(dictionary, search.best(), searched)?.map(|seen| {
+            let mut whole = whole.clone();
+            whole.err_as(&seen);
+            whole
+        });
+        search.try_suggested(suggested)?;
+        search.try_closing(closing, &measured)?;
+        Ok(Self {
+            search,
+            lasting,
+            answered: None,
+        })
+    }
+
+    /// What the search says when it has settled, on the `whole` log where it began with a part.
+    fn settled(&self, task: Task<'_>, whole: Option<&Observed>) -> Result<Answer, SolveError> {
+        let mut search = self.search.clone();
+        let mut correlation = None;
+        if search.best().leaves_forces() && task.progress.ended().is_none() {
+            correlation = discrepancy::correlation(task.dictionary, search.best())?;
+        }
+        if let Some(correlation) = &correlation {
+            search = search.again(|observed| observed.correlation.clone_from(correlation))?;
+            search.run()?;
+        }
+        let is_spent = task.only_with_terms && search.best().hypothesis.candidates().is_empty();
+        if let Some(whole) = whole.filter(|_| !is_spent) {
+            let mut whole = whole.clone();
+            if let Some(correlation) = correlation {
+                whole.correlation = correlation;
+            }
+            search = search.on_the_whole(&whole)?;
+            search.run()?;
+            search.question();
+        }
+        loop {
+            let best = answer::determined(&search);
+            let answer = answer::answer(&search, &best)?;
+            let Some(nameless) = search.nameless_in(&best) else {
+                return Ok(answer);
+            };
+            // What has no name is a force without one, and takes nothing from what is named.
+            search.leave_out(nameless);
+            search.left_out_nameless = true;
+            let left = search.best();
+            if left.hypothesis.candidates().is_empty() || standing::makes_up(&best, left) {
+                return Ok(answer);
+            }
         }
     }
 }
@@ -124,12 +225,10 @@ mod tests {
         let task = Task {
             dictionary: &dictionary,
             free_hold: false,
-            suggested: None,
-            at_most: 2,
             only_with_terms: false,
             progress: &Silent,
         };
-        let mut search = Search::begin(task, &start.observed).unwrap();
+        let mut search = Search::begin(task, &start.observed, 2).unwrap();
         let both = (vec![friction, inertia], dictionary.defaults.clone());
         let given = search.given.clone();
         search.try_first(&[both], given).unwrap();
@@ -147,14 +246,15 @@ mod tests {
             let task = Task {
                 dictionary: &dictionary,
                 free_hold: false,
-                suggested: None,
-                at_most: 2,
                 only_with_terms,
                 progress: &Silent,
             };
             let Selection {
                 terms, observed, ..
-            } = select(task, start.observed.clone()).unwrap().selection;
+            } = {
+                let mut inquiry = Inquiry::new(task, start.observed.clone());
+                inquiry.ask(2, None).unwrap().selection
+            };
             assert!(terms.is_empty(), "{terms:#?}");
             observed.record.len()
         };
