@@ -1,5 +1,4 @@
-//! The filter backwards: the smoothed departure, and how the likelihood depends on
-//! the size of the unexplained forces.
+//! The filter backwards: how the likelihood depends on the size of the unexplained forces.
 
 use super::readings::Sensor;
 use super::small::congruence_transposed;
@@ -65,43 +64,12 @@ pub(super) struct Adjoint {
     /// `λ`, `3n`.
     pub(super) vector: DVector<f64>,
     /// `Λ`, `3n×3n`, its covariance; empty if not wanted.
-    matrix: Option<DMatrix<f64>>,
+    pub(super) matrix: Option<DMatrix<f64>>,
     /// There to be written to, `3n`.
     image: DVector<f64>,
 }
 
 impl Whitener<'_> {
-    /// The departure and force `(δq, δv, f)` given all readings, with the columns'
-    /// coefficients `coefficients`: `3n` per sample (modified Bryson–Frazier smoother).
-    pub fn smooth(&self, coefficients: &DVector<f64>) -> Vec<DVector<f64>> {
-        let weights = coefficients.clone().insert_row(0, 1.0);
-        let rows = self.whiten(&Mix::Sum(&weights));
-        let predicted = self.predict(&weights);
-        let mut smoothed = vec![DVector::zeros(0); self.dynamics.t.len()];
-        self.backward(&rows, false, |sample, adjoint, _| {
-            smoothed[sample] = &predicted[sample] - &self.covariance[sample] * &adjoint.vector;
-        });
-        smoothed
-    }
-
-    /// Variances of the departure and force `(δq, δv, f)` given all readings: `3n` per sample,
-    /// the diagonal of `P − P Λ P`.
-    pub fn variances(&self) -> Vec<DVector<f64>> {
-        let nothing = DMatrix::zeros(self.updates.len(), 1);
-        let mut variances = vec![DVector::zeros(0); self.dynamics.t.len()];
-        self.backward(&nothing, true, |sample, adjoint, _| {
-            let covariance = &self.covariance[sample];
-            let known = adjoint.matrix.as_ref().map(|matrix| {
-                let known = covariance * matrix * covariance;
-                known.diagonal()
-            });
-            let left = known.map_or(covariance.diagonal(), |known| covariance.diagonal() - known);
-            // Negative only by rounding.
-            variances[sample] = left.map(|variance| variance.max(0.0));
-        });
-        variances
-    }
-
     /// The evidence about the unexplained forces' size, with the columns' coefficients
     /// `coefficients`.
     pub fn noise_evidence(&self, coefficients: &DVector<f64>) -> NoiseEvidence {
@@ -209,35 +177,6 @@ impl Whitener<'_> {
             }
             see(sample, &adjoint, &errors);
         }
-    }
-
-    /// One-step predictions of the departure. The innovations follow from the state anew:
-    /// known ones would not hold back the round-off of a machine that falls over.
-    fn predict(&self, weights: &DVector<f64>) -> Vec<DVector<f64>> {
-        let mix = Mix::Sum(weights);
-        let mut state = self.begin(0, &mix);
-        let mut after = state.clone();
-        let mut shown = DVector::zeros(1);
-        let mut row = DVector::zeros(state.nrows());
-        let mut predicted = Vec::with_capacity(self.dynamics.t.len());
-        let mut next = 0;
-        for sample in 0..self.dynamics.t.len() {
-            predicted.push(state.column(0).into_owned());
-            let direct = self.direct(sample, &mix);
-            while next < self.updates.len() && self.updates[next].sample as usize == sample {
-                let update = &self.updates[next];
-                let read = (&mut row, &mut shown);
-                self.predict_reading(update, &mix, (&state, &direct), read);
-                let reading = self.reading(update).unwrap_or(shown[0]);
-                let mut column = state.column_mut(0);
-                column.axpy(reading - shown[0], &self.gain(next), 1.0);
-                next += 1;
-            }
-            if sample + 1 < self.dynamics.t.len() {
-                self.advance(sample, &mix, &mut state, &mut after);
-            }
-        }
-        predicted
     }
 }
 

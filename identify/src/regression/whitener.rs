@@ -28,8 +28,6 @@ pub struct Whitener<'a> {
     pub(super) updates: Vec<Update>,
     /// What the filter makes of a unit of each innovation, `3n` numbers after the other.
     gains: Vec<f64>,
-    /// Predicted covariance per sample, kept for smoothing.
-    pub(super) covariance: Vec<DMatrix<f64>>,
     /// `Σ ln sd`
     log_sd: f64,
     /// Intervals across which nothing is predicted.
@@ -39,12 +37,21 @@ pub struct Whitener<'a> {
 impl<'a> Whitener<'a> {
     /// Runs the filter's covariance along the log.
     pub fn new(dynamics: &'a ErrorDynamics, readings: &'a Readings, noise: &ProcessNoise) -> Self {
+        Self::along(dynamics, readings, noise, |_| {})
+    }
+
+    /// The same; `see` is shown the covariance that is predicted for each sample.
+    pub(super) fn along(
+        dynamics: &'a ErrorDynamics,
+        readings: &'a Readings,
+        noise: &ProcessNoise,
+        mut see: impl FnMut(&DMatrix<f64>),
+    ) -> Self {
         let mut whitener = Self {
             dynamics,
             readings,
             updates: Vec::new(),
             gains: Vec::new(),
-            covariance: Vec::with_capacity(dynamics.t.len()),
             log_sd: readings.log_slope,
             gaps: gaps(&dynamics.t),
         };
@@ -54,7 +61,7 @@ impl<'a> Whitener<'a> {
         let mut row = DVector::zeros(initial.nrows());
         let mut column = row.clone();
         for sample in 0..dynamics.t.len() {
-            whitener.covariance.push(covariance.clone());
+            see(&covariance);
             let mut update = |sensor, reading: usize, sd| {
                 let update = Update {
                     sample: sample as u32,

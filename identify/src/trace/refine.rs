@@ -8,7 +8,7 @@ use super::score::{NEGLIGIBLE, deviation};
 use super::settings::NO_EXCESS;
 use super::settle::{Adapt, SMALLEST_SHARE, beyond_inputs, settle, unexplained};
 use crate::machine::{SolveError, States};
-use crate::regression::{Columns, ErrorDynamics, Gram, ProcessNoise, Readings, Whitener};
+use crate::regression::{Columns, ErrorDynamics, Gram, ProcessNoise, Readings, Smoothing};
 use nalgebra::{DMatrix, DVector};
 
 /// An explanation of the log: parameters, the motion that goes with them, and the
@@ -290,8 +290,8 @@ impl Step {
         let steps = change.iter().chain(begun.iter());
         let columns = self.fitted.iter().zip(steps);
         columns.for_each(|(&column, step)| whole[column] = *step);
-        let whitener = Whitener::new(&self.dynamics, &self.readings, &self.from.noise);
-        there.observed.move_by(&whitener.smooth(&whole));
+        let smoothing = Smoothing::new(&self.dynamics, &self.readings, &self.from.noise);
+        there.observed.move_by(&smoothing.smooth(&whole));
         beginning.moved(&mut there.observed, &begun);
         let model = &dictionary.machine.compiled.model;
         for (i, &index) in parameters.iter().enumerate() {

@@ -21,7 +21,7 @@ use super::score::{Errors, NEGLIGIBLE, ScoreError, Scoring};
 use super::selection::Selection;
 use crate::log::{Record, median_step};
 use crate::machine::SolveError;
-use crate::regression::Whitener;
+use crate::regression::Smoothing;
 use crate::smooth::savgol_states;
 use features::{Feature, Features, Motion, deviation, kinds};
 use law::{Law, LawError};
@@ -170,8 +170,8 @@ impl View<'_> {
         let dynamics = linearised(focus, observed, &explanation.values)?;
         let accelerations = dynamics.accelerations();
         let readings = observed.readings(focus, &explanation.values, &accelerations);
-        let whitener = Whitener::new(&dynamics, &readings, &explanation.noise);
-        let smoothed = whitener.smooth(&DVector::zeros(0));
+        let smoothing = Smoothing::new(&dynamics, &readings, &explanation.noise);
+        let smoothed = smoothing.smooth(&DVector::zeros(0));
         let n = dynamics.coordinate_count();
         let force = |i: usize| -> Vec<f64> { smoothed.iter().map(|s| s[2 * n + i]).collect() };
         let mut strengths: Vec<(usize, f64)> = (0..n)

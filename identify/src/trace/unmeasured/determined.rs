@@ -6,7 +6,7 @@ use super::super::estimate::Observed;
 use super::super::linearised::linearised;
 use super::UNKNOWN;
 use crate::log::{Record, Warning, rms};
-use crate::regression::{ProcessNoise, Whitener};
+use crate::regression::{ProcessNoise, Smoothing};
 
 /// What is left of the uncertainty of a position that readings do not determine.
 const UNDETERMINED: f64 = 0.1;
@@ -27,7 +27,7 @@ pub(super) fn check(
     let values = &dictionary.defaults;
     let dynamics = linearised(&focus, observed, values).map_err(located)?;
     let readings = observed.readings(&focus, values, &dynamics.accelerations());
-    let variances = Whitener::new(&dynamics, &readings, noise).variances();
+    let variances = Smoothing::new(&dynamics, &readings, noise).variances();
     let n = dynamics.coordinate_count();
     let sd = |row: usize| {
         let each: Vec<f64> = variances.iter().map(|v| v[row].sqrt()).collect();
