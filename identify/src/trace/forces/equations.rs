@@ -3,7 +3,7 @@
 use super::balance::Forces;
 use crate::log::{rms, share_of_news};
 use crate::regression::{BLOCKS, Gram, INVISIBLE};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, DVectorViewMut};
 use std::ops::Range;
 
 /// The equations along a log, one row per kept sample and coordinate.
@@ -23,13 +23,9 @@ impl Equations {
         let (n, samples) = (missing.len(), missing.first().map_or(0, Vec::len));
         let scale: Vec<f64> = missing.iter().map(|force| positive(rms(force))).collect();
         let mut rows = DMatrix::zeros(n * samples, 1 + columns.len());
-        for (column, forces) in std::iter::once(missing).chain(columns).enumerate() {
-            let mut target = rows.column_mut(column);
-            for (i, force) in forces.iter().enumerate() {
-                for (k, value) in force.iter().enumerate() {
-                    target[k * n + i] = value / scale[i];
-                }
-            }
+        let all = std::iter::once(missing).chain(columns);
+        for (forces, column) in all.zip(rows.column_iter_mut()) {
+            write(forces, |i| 1.0 / scale[i], column);
         }
         Self {
             rows,
@@ -55,10 +51,29 @@ impl Equations {
     }
 
     fn gram_of_rows(&self, rows: &DMatrix<f64>) -> Gram {
+        Gram::new(rows, &self.blocks(), rows.nrows())
+    }
+
+    /// The blocks, in rows.
+    fn blocks(&self) -> Vec<Range<usize>> {
         let n = self.scale.len();
         let range = |samples: Range<usize>| n * samples.start..n * samples.end;
-        let blocks: Vec<Range<usize>> = (0..BLOCKS).map(|b| range(self.block(b))).collect();
-        Gram::new(rows, &blocks, rows.nrows())
+        (0..BLOCKS).map(|b| range(self.block(b))).collect()
+    }
+
+    /// The equations with `further` columns behind theirs, in the same units, and the products of all: those of their
+    /// own are in `gram`.
+    pub fn extended(&self, gram: &Gram, further: &[Forces]) -> (Self, Gram) {
+        let (old, rows) = (self.rows.ncols(), self.rows.nrows());
+        let mut own = DMatrix::zeros(rows, further.len());
+        for (forces, column) in further.iter().zip(own.column_iter_mut()) {
+            write(forces, |i| self.news[i].sqrt() / self.scale[i], column);
+        }
+        let gram = gram.extended(&self.rows, &own, &self.blocks());
+        let mut wider = self.clone();
+        wider.rows = wider.rows.resize_horizontally(old + further.len(), 0.0);
+        wider.rows.columns_mut(old, further.len()).copy_from(&own);
+        (wider, gram)
     }
 
     /// Number of equations that say something of their own.
@@ -160,6 +175,17 @@ impl Equations {
             squares > INVISIBLE && squares * squares > SHOWN * self.samples() as f64 * fourth
         };
         (1..self.rows.ncols()).map(shown).collect()
+    }
+}
+
+/// Writes forces to a column, samples outside and coordinates inside, those of each coordinate times a factor.
+fn write(forces: &Forces, factor: impl Fn(usize) -> f64, mut column: DVectorViewMut<'_, f64>) {
+    let n = forces.len();
+    for (i, force) in forces.iter().enumerate() {
+        let factor = factor(i);
+        for (k, value) in force.iter().enumerate() {
+            column[k * n + i] = factor * value;
+        }
     }
 }
 

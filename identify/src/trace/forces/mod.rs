@@ -67,9 +67,10 @@ pub(super) fn learn(
     let located = |error| TraceError::at(error, &observed.record.t);
     let balance = in_telling_band(dictionary, observed)?;
     let missing = (balance.missing(machine, &dictionary.defaults)).map_err(located)?;
-    let columns = columns(dictionary, &balance).map_err(located)?;
     let options = force_options(dictionary);
+    let columns = columns(dictionary, &balance).map_err(located)?;
     let equations = weighed(Equations::new(&missing, &columns), &first_columns(&options));
+    drop(columns);
     let (gram, visible) = (equations.gram(), equations.visible());
     let choice = Choice {
         dictionary,
@@ -88,7 +89,7 @@ pub(super) fn learn(
     let explained = Explained::new((&choice, &balance), state.terms, first).map_err(located)?;
     let explained = explained.plainer(&choice, &balance);
     let considered = choice.considered();
-    let terms = terms(choice, (&balance, &missing, columns), &explained).map_err(located)?;
+    let terms = terms(choice, &balance, &explained).map_err(located)?;
     let values = explained.settled.values;
     let kept = without_idle(dictionary, (&balance, &equations), terms, values).map_err(located)?;
     let Some((terms, settled)) = kept else {

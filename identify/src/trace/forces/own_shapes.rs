@@ -17,18 +17,18 @@ use crate::trace::selection::Term;
 /// If a state's equation has no solution along the curve.
 pub(super) fn terms(
     choice: Choice<'_>,
-    (balance, missing, columns): (&Balance, &Forces, Vec<Forces>),
+    balance: &Balance,
     explained: &Explained,
 ) -> Result<Vec<Term>, SolveError> {
     let OwnShapes {
         columns,
         options,
         terms: chosen,
-    } = in_own_shapes(&choice, (balance, columns), explained)?;
-    let equations = choice.equations.alike(missing, &columns);
+    } = in_own_shapes(&choice, balance, explained)?;
+    let (equations, gram) = choice.equations.extended(&choice.gram, &columns);
     let choice = Choice {
         options: &options,
-        gram: equations.gram(),
+        gram,
         visible: equations.visible(),
         equations: &equations,
         ..choice
@@ -50,16 +50,17 @@ pub(super) fn terms(
 
 /// All that is asked with.
 struct OwnShapes {
+    /// Those of the terms, behind all that there are.
     columns: Vec<Forces>,
     options: Vec<ShapedCandidate>,
     terms: Vec<Chosen>,
 }
 
-/// Columns and options with those of some terms in the shapes in which they explain most, and the terms
-/// with these.
+/// Columns of some terms in the shapes in which they explain most, all options with those of these, and the
+/// terms with them.
 fn in_own_shapes(
     choice: &Choice<'_>,
-    (balance, mut columns): (&Balance, Vec<Forces>),
+    balance: &Balance,
     explained: &Explained,
 ) -> Result<OwnShapes, SolveError> {
     let dictionary = choice.dictionary;
@@ -75,9 +76,10 @@ fn in_own_shapes(
     let added = balance.added(&focus.machine, &focus.by_parameter, &own)?;
     let parameters = dictionary.parameters_of(&accepted);
     let mut options = choice.options.to_vec();
-    let mut terms = Vec::new();
+    let (mut terms, mut columns) = (Vec::new(), Vec::new());
+    let known = choice.visible.len();
     for (term, &candidate) in explained.terms.iter().zip(&accepted) {
-        let first = columns.len();
+        let first = known + columns.len();
         let strengths = &dictionary.candidates[candidate].strengths;
         for strength in strengths {
             let place = parameters.iter().position(|p| p == strength);
@@ -93,7 +95,7 @@ fn in_own_shapes(
         options.push(ShapedCandidate {
             candidate,
             shape: choice.options[term.option].shape,
-            columns: (first..columns.len()).collect(),
+            columns: (first..known + columns.len()).collect(),
         });
     }
     Ok(OwnShapes {
