@@ -101,7 +101,8 @@ impl Observed {
         if noisy.is_empty() {
             return Ok(self.clone());
         }
-        let score = |quiet: &[&Quiet]| -> Result<f64, SolveError> {
+        // What cannot come below a known score need not be fitted to the end.
+        let score = |quiet: &[&Quiet], known: f64| -> Result<f64, SolveError> {
             let mut felt = self.with_inputs(quiet);
             felt.input_noise.fill(InputNoise::default());
             let felt = felt.excerpt(SEARCHED).unwrap_or(felt);
@@ -109,17 +110,20 @@ impl Observed {
                 true => &[Hold::Linear, Hold::Previous][..],
                 false => &[self.hold],
             };
-            let each = holds.iter().map(|&hold| as_given(dictionary, &felt, hold));
-            let scores = each.map(|fitted| fitted.map(|Fitted { score, .. }| score));
-            scores.reduce(|a, b| Ok(a?.min(b?))).expect("a hold")
+            let mut least = f64::INFINITY;
+            for &hold in holds {
+                let Fitted { score, .. } = as_given(dictionary, &felt, hold, known.min(least))?;
+                least = least.min(score);
+            }
+            Ok(least)
         };
-        let as_logged = score(&[])?;
+        let as_logged = score(&[], f64::INFINITY)?;
         let all: Vec<&Quiet> = noisy.iter().collect();
         let is_over = || progress.ended().is_some();
         if is_over() {
             return Ok(self.clone());
         }
-        if score(&all)? < as_logged - MARGIN {
+        if score(&all, as_logged)? < as_logged - MARGIN {
             return Ok(self.with_inputs(&all));
         }
         let (mut felt, mut best) = (Vec::new(), as_logged);
@@ -128,7 +132,7 @@ impl Observed {
                 break;
             }
             felt.push(one);
-            match score(&felt)? {
+            match score(&felt, best)? {
                 better if better < best - MARGIN => best = better,
                 _ => drop(felt.pop()),
             }

@@ -9,7 +9,7 @@ use super::moves::{ALIKE, EXCHANGE, LEAP, MORE, Move, STEP};
 use super::neighbourhood::Neighbourhood;
 use super::placement::placed;
 use super::proposal::Proposal;
-use super::score::structure;
+use super::score::{is_expected, structure};
 use crate::machine::{SolveError, States};
 use crate::regression::{Hold, ProcessNoise};
 use crate::trace::dictionary::Dictionary;
@@ -112,7 +112,12 @@ impl<'a> Search<'a> {
             if search.is_over() && !search.given.is_empty() {
                 break;
             }
-            let given = Arc::new(given_with(dictionary, observed, hold, noise)?);
+            let given = Arc::new(given_with(
+                dictionary,
+                observed,
+                (hold, f64::INFINITY),
+                noise,
+            )?);
             search.explored.add(dictionary, Arc::clone(&given));
             search.given.push(given);
         }
@@ -200,7 +205,8 @@ impl<'a> Search<'a> {
         let Explanation {
             observed, noise, ..
         } = &self.given[0].explanation;
-        given_with(self.dictionary, observed, of.hypothesis.hold, noise)
+        let hold = of.hypothesis.hold;
+        given_with(self.dictionary, observed, (hold, f64::INFINITY), noise)
     }
 
     /// A search in the same log, seen otherwise, begun with what this has found.
@@ -382,7 +388,9 @@ impl<'a> Search<'a> {
             return None;
         }
         let forces_remain = best.leaves_forces();
-        let is_simple = best.hypothesis.candidates().len() < 2 && !forces_remain;
+        let stated = |&&term: &&usize| !is_expected(self.dictionary, term, &best.explanation);
+        let terms = best.hypothesis.candidates().iter();
+        let is_simple = !forces_remain && terms.filter(stated).count() < 2;
         let mut given = self.given.iter();
         if let Some(given) = given.find(|given| given.hypothesis.hold == best.hypothesis.hold) {
             // What was suggested may be hardly better than nothing, and others far better.

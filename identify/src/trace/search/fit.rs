@@ -60,7 +60,7 @@ impl Fitted {
     }
 }
 
-/// The model as given, fitted to a log.
+/// The model as given, fitted to a log as far as it may come below a cost.
 ///
 /// # Errors
 /// If the equation of motion cannot be solved along the curve.
@@ -68,9 +68,10 @@ pub fn as_given(
     dictionary: &Dictionary,
     observed: &Observed,
     hold: Hold,
+    bar: f64,
 ) -> Result<Fitted, SolveError> {
     let noise = first_noise(&dictionary.focus(&[]), observed, &dictionary.defaults)?;
-    given_with(dictionary, observed, hold, &noise)
+    given_with(dictionary, observed, (hold, bar), &noise)
 }
 
 /// The same begun with some noise, which says the least that there is.
@@ -80,7 +81,7 @@ pub fn as_given(
 pub fn given_with(
     dictionary: &Dictionary,
     observed: &Observed,
-    hold: Hold,
+    (hold, bar): (Hold, f64),
     noise: &ProcessNoise,
 ) -> Result<Fitted, SolveError> {
     let starts = [noise.at_smallest_jitter(), noise.at_smallest()];
@@ -90,7 +91,8 @@ pub fn given_with(
             values: dictionary.defaults.clone(),
             observed: observed.clone(),
         };
-        fit(dictionary, &Hypothesis::nothing(hold), start)
+        let effort = Effort { held: 0, bar };
+        fit_with(dictionary, &Hypothesis::nothing(hold), start, effort)
     });
     let [lasting, white]: [_; 2] = fitted.collect::<Vec<_>>().try_into().expect("two");
     let lasting = lasting?;

@@ -55,25 +55,23 @@ impl<'a> Glance<'a> {
         each.fold(f64::INFINITY, f64::min)
     }
 
-    /// Shares of a `radian` that the channels of a candidate may be late by, or early.
-    pub fn times(&self, candidate: usize, radian: f64) -> Vec<Lateness> {
+    /// Shares of a `radian` that the channels of a candidate may be late by, and such that they may be early by.
+    pub fn times(&self, candidate: usize, radian: f64) -> [Vec<Lateness>; 2] {
         let dictionary = self.at.dictionary;
         let parameter = dictionary.candidates[candidate].parameters[0];
         let bounds = &dictionary.machine.compiled.model.parameters[parameter];
-        let both = LATE
-            .iter()
-            .flat_map(|share| [share * radian, -share * radian]);
-        let possible = both.filter(|time| (bounds.lower..=bounds.upper).contains(time));
-        possible.map(|time| Lateness { candidate, time }).collect()
+        [radian, -radian].map(|radian| {
+            let times = LATE.iter().map(|share| share * radian);
+            let possible = times.filter(|time| (bounds.lower..=bounds.upper).contains(time));
+            possible.map(|time| Lateness { candidate, time }).collect()
+        })
     }
 
     /// Hypotheses with what is late that gains a share in the part of what the best one that was explored gains in
-    /// all, each at the time beside it that costs least.
-    pub fn likely(&self, times: Vec<Lateness>, explored: &Explored) -> Vec<Proposal> {
-        if times.is_empty() {
-            return Vec::new();
-        }
-        let Some(now) = self.cost(None) else {
+    /// all, each at the time beside it that costs least. Of `ways` from no time at all on, each with the least first:
+    /// where that gains nothing, none of them is gone further.
+    pub fn likely(&self, ways: Vec<Vec<Lateness>>, explored: &Explored) -> Vec<Proposal> {
+        let Some(now) = ways.first().and_then(|_| self.cost(None)) else {
             return Vec::new();
         };
         let fitted = self.at.fitted;
@@ -81,8 +79,18 @@ impl<'a> Glance<'a> {
         let gained = best.map_or(0.0, |best| fitted.score - best.score);
         let least = MARGIN.max(WORTH_A_FIT * self.share * gained);
         let cost = |late: Lateness| self.cost(Some(late)).unwrap_or(f64::INFINITY);
-        let costs: Vec<f64> = times.par_iter().map(|&late| cost(late)).collect();
-        let mut likely: Vec<(f64, Lateness)> = costs.into_iter().zip(times).collect();
+        let along = ways.par_iter().map(|times| {
+            let costs = |times: &[Lateness]| -> Vec<(f64, Lateness)> {
+                times.par_iter().map(|&late| (cost(late), late)).collect()
+            };
+            let (first, others) = times.split_at(times.len().min(1));
+            let mut known = costs(first);
+            if known.iter().all(|(cost, _)| *cost < now - MARGIN) {
+                known.extend(costs(others));
+            }
+            known
+        });
+        let mut likely: Vec<(f64, Lateness)> = along.flatten().collect();
         likely.retain(|(cost, _)| *cost < now - least);
         likely.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut seen = Vec::new();

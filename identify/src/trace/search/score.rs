@@ -23,14 +23,16 @@ pub fn evidence(dictionary: &Dictionary, explanation: &Explanation, refined: &Re
 
 /// What is believed of a hypothesis before the log is read, nats, the less the better.
 pub fn prior(dictionary: &Dictionary, hypothesis: &Hypothesis, explanation: &Explanation) -> f64 {
-    // A controller that is faster than the log makes all its drives late by part of a sample: nothing is stated
-    // by that, and nothing was chosen.
-    let half = || 0.5 * median_step(&explanation.observed.record.t);
-    let is_expected = |term: usize| {
-        let clock = clock_of_inputs(dictionary, term);
-        clock.is_some_and(|time| explanation.values[time].abs() <= half())
-    };
+    let is_expected = |term: usize| is_expected(dictionary, term, explanation);
     price(dictionary, hypothesis, is_expected) + driving(dictionary, hypothesis, explanation)
+}
+
+/// Whether a term says that all drives are late by part of a sample, as a controller that is faster than the log
+/// makes them: nothing is stated by that, and nothing was chosen.
+pub fn is_expected(dictionary: &Dictionary, term: usize, explanation: &Explanation) -> bool {
+    let half = || 0.5 * median_step(&explanation.observed.record.t);
+    let clock = clock_of_inputs(dictionary, term);
+    clock.is_some_and(|time| explanation.values[time].abs() <= half())
 }
 
 /// What it costs to have chosen a term among all candidates, nats.

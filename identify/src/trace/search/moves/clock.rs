@@ -32,9 +32,7 @@ impl Move for Clock {
         }
         let glance = Glance::new(at);
         let radian = glance.quickest();
-        let times = clocks
-            .into_iter()
-            .flat_map(|clock| glance.times(clock, radian));
+        let times = clocks.into_iter().flat_map(|c| glance.times(c, radian));
         glance.likely(times.collect(), explored)
     }
 }
@@ -54,7 +52,7 @@ mod tests {
         }
         let channels: [&[&str]; 2] = [&["x", "phi"], &["left", "right"]];
         let (dictionary, start) = begun_with(BAR, &log([0.03, 0.03]), channels);
-        let given = as_given(&dictionary, &start.observed, Hold::Previous).unwrap();
+        let given = as_given(&dictionary, &start.observed, Hold::Previous, f64::INFINITY).unwrap();
         let at = Neighbourhood::new(&dictionary, &given, &[], false).unwrap();
         let proposed = Clock.propose(&at, &Explored::default());
         let both = named(&dictionary, "input_lag(left, right)");

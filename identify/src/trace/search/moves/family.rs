@@ -122,7 +122,7 @@ force x = input(x);
 force y = input(y);
 ";
         let (dictionary, start) = begun_with(PUCK, log, [&["x", "y"], &["x", "y"]]);
-        let given = as_given(&dictionary, &start.observed, Hold::Linear).unwrap();
+        let given = as_given(&dictionary, &start.observed, Hold::Linear, f64::INFINITY).unwrap();
         let at = Neighbourhood::new(&dictionary, &given, &[], false).unwrap();
         let proposals = Family.propose(&at, &Explored::default());
         let families = proposals.iter().map(|proposal| {
