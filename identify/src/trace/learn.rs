@@ -7,15 +7,16 @@ use super::error::TraceError;
 use super::estimate::Observed;
 use super::forces;
 use super::judge::trained;
+use super::numbers::Numbers;
 use super::outcome::Basis;
-use super::progress::{Progress, Stage};
+use super::progress::Progress;
 use super::search::{Task, is_on_a_body};
 use super::selection::{Selection, Term};
 use super::settings::{GLANCE, MAX_TERMS, NEARLY_NOTHING};
 use super::slow_errors::Inquiries;
 use super::subject::Subject;
 use crate::machine::SolveError;
-use std::cell::Cell;
+use std::cell::OnceCell;
 
 /// More terms than this are suspicious: one wrong length looks like many effects.
 const FEW_TERMS: usize = 2;
@@ -65,8 +66,6 @@ pub(super) struct Learner<'a> {
     pub seed: u64,
     /// Who is told how far the work is.
     pub progress: &'a dyn Progress,
-    /// Whether numbers of a robot description were asked, and none shows: they are not asked again.
-    pub shows_no_number: Cell<bool>,
 }
 
 impl Learner<'_> {
@@ -82,11 +81,13 @@ impl Learner<'_> {
             input_noise: self.felt.input_noise.clone(),
             ..self.observed.clone()
         };
+        let numbers = OnceCell::new();
+        let mut numbers = Numbers::new(self, &numbers);
         let by_forces = forces::learn(&dictionary, &logged, self.seed)?;
         let (basis, selection) = match by_forces {
             Some(forces) if immobile || is_plain(&dictionary, &forces) => (Basis::Forces, forces),
             Some(forces) if forces.terms.len() >= MANY => {
-                match self.explained(&dictionary, &forces) {
+                match self.explained(&dictionary, &forces, &mut numbers) {
                     Some(Explained::AsGiven(motion)) => (Basis::Motion, *motion),
                     Some(Explained::Described(learnt)) => return Ok(*learnt),
                     None => (Basis::Forces, forces),
@@ -94,7 +95,7 @@ impl Learner<'_> {
             }
             few => {
                 let explained = self
-                    .in_few_terms_or_many(&dictionary, few.as_ref())
+                    .in_few_terms_or_many(&dictionary, few.as_ref(), &mut numbers)
                     .map_err(located)?;
                 let motion = match explained {
                     Explained::AsGiven(motion) => *motion,
@@ -115,14 +116,11 @@ impl Learner<'_> {
             !is_settled && (selection.forces_remain() || selection.terms.len() > FEW_TERMS);
         let described = match is_suspicious && !immobile && !self.is_over() {
             true => {
-                let is_better = |other: &Selection| {
-                    other.explains_with_less(&selection) || other.leaves_much_less(&selection)
-                };
                 let at_most = match selection.terms.len() >= MANY {
                     true => FEW_TERMS,
                     false => MAX_TERMS,
                 };
-                self.by_description(is_better, at_most)
+                numbers.better_than(&selection, at_most)
             }
             false => None,
         };
@@ -196,9 +194,14 @@ impl Learner<'_> {
     /// right. What the balance leaves a lot of beside all that it says, it has not found: from there the motion
     /// goes on, unless that is so much that it would take longer than anyone waits, or foretells the motion clearly
     /// better already.
-    fn explained(&self, dictionary: &Dictionary, forces: &Selection) -> Option<Explained> {
+    fn explained(
+        &self,
+        dictionary: &Dictionary,
+        forces: &Selection,
+        numbers: &mut Numbers<'_>,
+    ) -> Option<Explained> {
         let mut motion = self.motion(dictionary);
-        match self.in_few_terms(&mut motion) {
+        match self.in_few_terms(&mut motion, numbers) {
             Ok(Explained::AsGiven(few)) if few.forces_remain() => {}
             Ok(explained) => return Some(explained),
             Err(_) => {}
@@ -214,16 +217,21 @@ impl Learner<'_> {
         (!all.forces_remain()).then_some(Explained::AsGiven(Box::new(all)))
     }
 
-    /// What few terms of the motion say; where they leave forces, few numbers of a robot description in their place
-    /// that leave none. One wrong length looks like many effects.
-    fn in_few_terms(&self, motion: &mut Inquiries<'_>) -> Result<Explained, SolveError> {
-        let few = motion.ask(FEW_TERMS, None)?;
-        if few.forces_remain()
+    /// What few terms of the motion say; where they leave forces in the part that is searched first, few numbers of a
+    /// robot description in their place that leave none. One wrong length looks like many effects, and like slow errors
+    /// of many sensors, which are dear to ask.
+    fn in_few_terms(
+        &self,
+        motion: &mut Inquiries<'_>,
+        numbers: &mut Numbers<'_>,
+    ) -> Result<Explained, SolveError> {
+        if motion.leaves_forces_at_first(FEW_TERMS)?
             && !self.is_over()
-            && let Some(described) = self.by_description(Selection::leaves_nothing, FEW_TERMS)
+            && let Some(described) = numbers.that_leave_nothing(FEW_TERMS)
         {
             return Ok(Explained::Described(Box::new(described)));
         }
+        let few = motion.ask(FEW_TERMS, None)?;
         Ok(Explained::AsGiven(Box::new(few)))
     }
 
@@ -233,10 +241,11 @@ impl Learner<'_> {
         &self,
         dictionary: &Dictionary,
         suggested: Option<&Selection>,
+        numbers: &mut Numbers<'_>,
     ) -> Result<Explained, SolveError> {
         let mut motion = self.motion(dictionary);
         if opened(self.source.text).is_some() {
-            match self.in_few_terms(&mut motion)? {
+            match self.in_few_terms(&mut motion, numbers)? {
                 Explained::AsGiven(few) if few.forces_remain() && !self.is_over() => {}
                 explained => return Ok(explained),
             }
@@ -246,60 +255,18 @@ impl Learner<'_> {
     }
 
     /// A search in the motion, as the machine felt its inputs.
-    fn motion<'b>(&'b self, dictionary: &'b Dictionary) -> Inquiries<'b> {
+    pub fn motion<'b>(&'b self, dictionary: &'b Dictionary) -> Inquiries<'b> {
         Inquiries::new(self.task(dictionary), self.felt.clone())
     }
 
     /// What is searched for.
-    fn task<'b>(&'b self, dictionary: &'b Dictionary) -> Task<'b> {
+    pub fn task<'b>(&'b self, dictionary: &'b Dictionary) -> Task<'b> {
         Task {
             dictionary,
             free_hold: self.free_hold,
             only_with_terms: false,
             progress: self.progress,
         }
-    }
-
-    /// What the log says where all numbers of the model's robot description may be wrong, if
-    /// that is better. First so many of these numbers are asked alone: beside all effects they are dear. That none
-    /// of them shows is no answer: the model as given was asked before.
-    fn by_description(
-        &self,
-        is_better: impl Fn(&Selection) -> bool,
-        at_most: usize,
-    ) -> Option<Learnt> {
-        if self.shows_no_number.get() {
-            return None;
-        }
-        let text = opened(self.source.text)?;
-        self.progress.enter(Stage::Derive, &[]);
-        let opened = Source {
-            text: &text,
-            ..self.source
-        };
-        // Neither compiles where the model has names of its own like the description's.
-        let numbers = Dictionary::of_parameters(&opened, self.ranges).ok()?;
-        let task = Task {
-            only_with_terms: true,
-            ..self.task(&numbers)
-        };
-        let mut alone = Inquiries::new(task, self.felt.clone());
-        let alone = alone.ask(at_most, None).ok()?;
-        self.shows_no_number.set(alone.terms.is_empty());
-        if alone.terms.is_empty() || !is_better(&alone) {
-            return None;
-        }
-        let dictionary = Dictionary::new(&opened, self.ranges).ok()?;
-        let at_most = match alone.leaves_nothing() {
-            true => at_most,
-            false => MAX_TERMS,
-        };
-        let selection = self.motion(&dictionary).ask(at_most, None).ok()?;
-        is_better(&selection).then_some(Learnt {
-            dictionary,
-            selection,
-            basis: Basis::Motion,
-        })
     }
 }
 

@@ -28,6 +28,7 @@ mod logs;
 mod microscope;
 mod misread;
 mod nested;
+mod numbers;
 mod one_clock;
 mod outcome;
 mod past;

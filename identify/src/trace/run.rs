@@ -26,7 +26,6 @@ use crate::log::{Log, Record, said_of};
 use crate::machine::Machine;
 use crate::regression::Hold;
 use dynamics_codegen::{Compiled, Library};
-use std::cell::Cell;
 use std::collections::BTreeMap;
 
 /// What to trace.
@@ -192,7 +191,6 @@ fn traced(request: &Request<'_>, plain: Compiled) -> Result<Outcome, TraceError>
         seed: request.seed,
         free_hold: request.hold.is_none(),
         progress,
-        shows_no_number: Cell::default(),
     };
     let mut learnt = learner.learn(dictionary)?;
     let unfinished = progress.ended();

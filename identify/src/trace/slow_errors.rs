@@ -108,6 +108,14 @@ impl<'a> Inquiries<'a> {
         Ok(self.nearest(seen))
     }
 
+    /// See [`Inquiry::leaves_forces_at_first`], under the noise that the sensors show from sample to sample.
+    ///
+    /// # Errors
+    /// If the equation of motion cannot be solved along the curve.
+    pub fn leaves_forces_at_first(&mut self, at_most: usize) -> Result<bool, SolveError> {
+        self.as_read.leaves_forces_at_first(at_most)
+    }
+
     fn is_over(&self) -> bool {
         self.task.progress.ended().is_some()
     }

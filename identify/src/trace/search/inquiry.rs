@@ -1,0 +1,257 @@
+//! A search that can be asked more than once.
+
+use super::answer::{self, Answer};
+use super::beam::Search;
+use super::fit::Fitted;
+use super::{Task, discrepancy, standing};
+use crate::machine::SolveError;
+use crate::trace::constraints::closing;
+use crate::trace::estimate::Observed;
+use crate::trace::progress::Stage;
+use crate::trace::selection::Selection;
+use crate::trace::sensor_memory::with_memory;
+use crate::trace::settings::{SEARCHED, SEARCHED_READINGS};
+use std::sync::Arc;
+
+/// A search for the terms that explain a log best. It can be asked more than once: where more terms are allowed, or
+/// others were suggested, it goes on from what it has.
+pub struct Inquiry<'a> {
+    task: Task<'a>,
+    observed: Observed,
+    begun: Option<Begun<'a>>,
+}
+
+/// How far a search has come.
+struct Begun<'a> {
+    /// In the part of the log that it begins with, or the whole of a short one.
+    search: Search<'a>,
+    /// Whether that is a part.
+    is_part: bool,
+    /// The log seen through sensors whose errors last, if they seem to under the model as given.
+    lasting: Option<Observed>,
+    answered: Option<Answered>,
+}
+
+/// What was answered, and when.
+struct Answered {
+    answer: Answer,
+    /// The best hypothesis that the search had then.
+    best: Arc<Fitted>,
+    /// Hypotheses of so many terms were not gone on from.
+    at_most: usize,
+}
+
+impl<'a> Inquiry<'a> {
+    /// Into a log, of which nothing was asked yet.
+    pub fn new(task: Task<'a>, observed: Observed) -> Self {
+        Self {
+            task,
+            observed,
+            begun: None,
+        }
+    }
+
+    /// The log seen through sensors whose errors last, if they seem to under the model as given; known once
+    /// something was asked.
+    pub fn lasting(&self) -> Option<&Observed> {
+        self.begun.as_ref()?.lasting.as_ref()
+    }
+
+    /// The terms that explain the log best, going on from hypotheses of fewer than `at_most` terms. What the balance
+    /// of forces has `suggested`, which is cheap to ask, is fitted first.
+    ///
+    /// # Errors
+    /// If the equation of motion cannot be solved along the curve.
+    pub fn ask(
+        &mut self,
+        at_most: usize,
+        suggested: Option<&Selection>,
+    ) -> Result<Answer, SolveError> {
+        let (task, observed) = (self.task, self.observed.clone());
+        let begun = self.searched(at_most, suggested)?;
+        let best = Arc::clone(begun.search.best());
+        if let Some(known) = &begun.answered
+            && Arc::ptr_eq(&known.best, &best)
+            && known.answer.selection.terms.len() < known.at_most
+        {
+            return Ok(known.answer.clone());
+        }
+        let answer = begun.settled(task, observed)?;
+        begun.answered = Some(Answered {
+            answer: answer.clone(),
+            best,
+            at_most,
+        });
+        Ok(answer)
+    }
+
+    /// Whether the terms that explain the part of the log best that is searched first leave forces there; `at_most` is
+    /// as for [`ask`](Self::ask).
+    ///
+    /// # Errors
+    /// If the equation of motion cannot be solved along the curve.
+    pub fn leaves_forces_at_first(&mut self, at_most: usize) -> Result<bool, SolveError> {
+        Ok(self.searched(at_most, None)?.search.best().leaves_forces())
+    }
+
+    /// Searches in the part of the log that is searched first.
+    fn searched(
+        &mut self,
+        at_most: usize,
+        suggested: Option<&Selection>,
+    ) -> Result<&mut Begun<'a>, SolveError> {
+        let begun = match &mut self.begun {
+            Some(begun) => {
+                begun.search.at_most = at_most;
+                begun.search.try_suggested(suggested)?;
+                begun
+            }
+            none => none.insert(Begun::new(self.task, &self.observed, at_most, suggested)?),
+        };
+        begun.search.run()?;
+        Ok(begun)
+    }
+}
+
+impl<'a> Begun<'a> {
+    /// Begins with the model as given in the part of a log that is searched first, and with what was suggested.
+    fn new(
+        task: Task<'a>,
+        whole: &Observed,
+        at_most: usize,
+        suggested: Option<&Selection>,
+    ) -> Result<Self, SolveError> {
+        task.progress.enter(Stage::Fit, &[]);
+        let dictionary = task.dictionary;
+        let shown = whole.record.sensed.as_ref();
+        let shown = shown.map_or(0, |sensed| sensed.readings.len());
+        let part = whole.excerpt(SEARCHED.min(SEARCHED_READINGS / shown.max(1)));
+        let searched = part.as_ref().unwrap_or(whole);
+        let (closing, measured) = (closing(dictionary, searched), searched.curve.clone());
+        let mut search = Search::begin(task, searched, at_most)?;
+        let lasting = with_memory(dictionary, search.best(), searched)?.map(|seen| {
+            let mut whole = whole.clone();
+            whole.err_as(&seen);
+            whole
+        });
+        search.try_suggested(suggested)?;
+        search.try_closing(closing, &measured)?;
+        Ok(Self {
+            search,
+            is_part: part.is_some(),
+            lasting,
+            answered: None,
+        })
+    }
+
+    /// What the search says when it has settled, on the `whole` log where it began with a part.
+    fn settled(&self, task: Task<'_>, mut whole: Observed) -> Result<Answer, SolveError> {
+        let mut search = self.search.clone();
+        if search.best().leaves_forces()
+            && task.progress.ended().is_none()
+            && let Some(correlation) = discrepancy::correlation(task.dictionary, search.best())?
+        {
+            whole.correlation.clone_from(&correlation);
+            search = search.again(|observed| observed.correlation = correlation)?;
+            search.run()?;
+        }
+        let is_spent = task.only_with_terms && search.best().hypothesis.candidates().is_empty();
+        if self.is_part && !is_spent {
+            search = search.on_the_whole(&whole)?;
+            search.run()?;
+            search.question();
+        }
+        loop {
+            let best = answer::determined(&search);
+            let answer = answer::answer(&search, &best)?;
+            let Some(nameless) = search.nameless_in(&best) else {
+                return Ok(answer);
+            };
+            // What has no name is a force without one, and takes nothing from what is named.
+            search.leave_out(nameless);
+            search.left_out_nameless = true;
+            let left = search.best();
+            if left.hypothesis.candidates().is_empty() || standing::makes_up(&best, left) {
+                return Ok(answer);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trace::progress::{Progress, Silent};
+    use crate::trace::wheel::{WHEEL, begun, turned, turned_for};
+    use std::sync::Mutex;
+
+    /// That a wheel lacks nothing its part says already: who only wants what is found there need not look at the
+    /// whole.
+    #[test]
+    fn a_search_for_terms_alone_ends_where_its_part_shows_none() {
+        let waves = [(0.9, 3.0), (0.5, 7.0)];
+        let log = turned_for(4000, waves, (5, 1e-4), |[_, _, a]| 0.02 * a);
+        let (dictionary, start) = begun(WHEEL, &log, ["angle", "motor"]);
+        let rows = |only_with_terms: bool| {
+            let task = Task {
+                dictionary: &dictionary,
+                free_hold: false,
+                only_with_terms,
+                progress: &Silent,
+            };
+            let Selection {
+                terms, observed, ..
+            } = {
+                let mut inquiry = Inquiry::new(task, start.observed.clone());
+                inquiry.ask(2, None).unwrap().selection
+            };
+            assert!(terms.is_empty(), "{terms:#?}");
+            observed.record.len()
+        };
+        let whole = start.observed.record.len();
+        assert_eq!([true, false].map(rows), [SEARCHED, whole]);
+    }
+
+    /// How often a search has entered a stage.
+    #[derive(Debug, Default)]
+    struct Count(Mutex<usize>);
+
+    impl Progress for Count {
+        fn enter(&self, _: Stage, _: &[String]) {
+            *self.0.lock().unwrap() += 1;
+        }
+
+        fn notice(&self, _: &str) {}
+    }
+
+    /// A wheel with friction and a spring.
+    #[test]
+    fn asked_for_more_terms_it_goes_on_and_asked_the_same_it_knows() {
+        let log = turned([(0.9, 3.0), (0.5, 7.0)], (3, 1e-4), |[q, v, a]| {
+            0.02 * a + 0.01 * v + 0.2 * q
+        });
+        let (dictionary, start) = begun(WHEEL, &log, ["angle", "motor"]);
+        let steps = Count::default();
+        let task = Task {
+            dictionary: &dictionary,
+            free_hold: false,
+            only_with_terms: false,
+            progress: &steps,
+        };
+        let mut inquiry = Inquiry::new(task, start.observed.clone());
+        let mut ask = |at_most: usize| {
+            let before = *steps.0.lock().unwrap();
+            let found = inquiry.ask(at_most, None).unwrap().selection.accepted();
+            (found, *steps.0.lock().unwrap() - before)
+        };
+        let (_, at_first) = ask(1);
+        let (both, further) = ask(3);
+        let (again, nothing) = ask(3);
+        assert_eq!(both.len(), 2);
+        assert_eq!((again, nothing), (both.clone(), 0));
+        let mut anew = Inquiry::new(task, start.observed);
+        assert_eq!(anew.ask(3, None).unwrap().selection.accepted(), both);
+        let whole = *steps.0.lock().unwrap() - at_first - further;
+        assert!(further < whole, "{further} {whole}");
+    }
+}
