@@ -7,6 +7,7 @@ use super::sensed::Sensed;
 use super::shooting::{Shot, shoot, unresolved, usual_accelerations};
 use super::shown::{Derivatives, Places, Shown, shown};
 use super::trails::Trails;
+use super::transition::{decay, transition};
 use super::unseen::{bends, forces};
 use crate::log::longest_step;
 use crate::machine::{
@@ -479,49 +480,6 @@ fn with_mobility(local: &Local) -> DMatrix<f64> {
     slope.columns_mut(2 * n, n).copy_from(&local.mobility());
     slope
 }
-
-/// `Φ = exp(hJ)` with `J = [[0, I, 0], [F, P], [0, 0, −1/τ]]` at the middle; by its
-/// series where that has converged after three terms, in full where friction is stiff.
-fn transition(
-    slope: &DMatrix<f64>,
-    mobility: &DMatrix<f64>,
-    h: f64,
-    correlation: &DVector<f64>,
-) -> DMatrix<f64> {
-    let n = slope.nrows();
-    let mut step = DMatrix::zeros(2 * n, 2 * n);
-    step.view_mut((0, n), (n, n)).fill_diagonal(h);
-    step.view_mut((n, 0), (n, 2 * n)).copy_from(&(slope * h));
-    let motion = if step.amax() > STIFF {
-        step.exp()
-    } else {
-        let square = &step * &step;
-        let cube = &square * &step;
-        DMatrix::identity(2 * n, 2 * n) + step + square * 0.5 + cube * (1.0 / 6.0)
-    };
-    // The force, falling off, through half of the way on average.
-    let mut whole = DMatrix::identity(3 * n, 3 * n);
-    let pushed = (motion.view((n, n), (n, n)) + DMatrix::identity(n, n)) * mobility;
-    for (i, &tau) in correlation.iter().enumerate() {
-        let decay = decay(h, tau);
-        let mean = tau * (1.0 - decay);
-        let moved = mobility.column(i) * (0.5 * h * mean);
-        whole.view_mut((0, 2 * n + i), (n, 1)).copy_from(&moved);
-        let pushed = pushed.column(i) * (0.5 * mean);
-        whole.view_mut((n, 2 * n + i), (n, 1)).copy_from(&pushed);
-        whole[(2 * n + i, 2 * n + i)] = decay;
-    }
-    whole.view_mut((0, 0), (2 * n, 2 * n)).copy_from(&motion);
-    whole
-}
-
-/// What is left of an unexplained force after `h` seconds.
-pub(super) fn decay(h: f64, tau: f64) -> f64 {
-    (-h / tau).exp()
-}
-
-/// The largest entry of `hJ` for which three terms of the series will do.
-const STIFF: f64 = 0.05;
 
 /// `∫ a` and `∫ (h−τ) a` by Simpson's rule, minus what the curve does itself.
 fn forcing(curve: &States, k: usize, start: &Local, middle: &Local, end: &Local) -> DMatrix<f64> {

@@ -31,6 +31,7 @@ mod small;
 mod smoothing;
 mod telling;
 mod trails;
+mod transition;
 mod unseen;
 mod whitener;
 

@@ -337,8 +337,11 @@ impl Mix<'_> {
     fn add(&self, all: &DMatrix<f64>, mut to: DMatrixViewMut<'_, f64>) {
         match self {
             Self::Columns(columns) => {
+                let size = all.nrows();
                 for (mut sum, &column) in to.column_iter_mut().zip(*columns) {
-                    sum += all.column(column);
+                    let own = &all.as_slice()[column * size..][..size];
+                    let sums = sum.as_mut_slice().iter_mut().zip(own);
+                    sums.for_each(|(sum, own)| *sum += own);
                 }
             }
             Self::Sum(weights) => {
