@@ -81,15 +81,10 @@ impl<'a> Search<'a> {
         at_most: usize,
         noise: &ProcessNoise,
     ) -> Result<Self, SolveError> {
-        let Task {
-            dictionary,
-            free_hold,
-            progress,
-            ..
-        } = task;
+        let (dictionary, free_hold) = (task.dictionary, task.free_hold);
         let mut search = Self {
             dictionary,
-            progress,
+            progress: task.progress,
             free_hold,
             at_most,
             given: Vec::new(),
