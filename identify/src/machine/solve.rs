@@ -195,10 +195,10 @@ impl Factorisation {
     }
 }
 
-/// Machines with more coordinates are left to the library.
+/// Machines with more coordinates are left to the library, which sums longer columns in another order.
 const SMALL: usize = 8;
 
-/// `columns ← M⁻¹ columns`, with `M = L Lᵀ`. Of matrices as small as a machine's, a general product would spend its
+/// `columns ← M⁻¹ columns`, with `M = L Lᵀ`. Of matrices as small as a machine's, a general solve would spend its
 /// time on views of their columns. In the order of the library, so that no bit differs.
 fn solve_columns(inertia: &Cholesky<f64, Dyn>, columns: &mut DMatrix<f64>) {
     let lower = inertia.l_dirty();
