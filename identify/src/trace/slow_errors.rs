@@ -30,7 +30,18 @@ pub(super) struct Inquiries<'a> {
     as_read: Inquiry<'a>,
     lasting: Option<Inquiry<'a>>,
     /// Under each [`LARGER_NOISE`], as far as it was asked.
-    noisier: Vec<Inquiry<'a>>,
+    larger: [Option<Inquiry<'a>>; LARGER_NOISE.len()],
+}
+
+/// How a log's sensors err.
+#[derive(Clone, Copy)]
+enum Noise {
+    /// As they seem to from sample to sample.
+    AsRead,
+    /// With errors that last as they seem to.
+    Lasting,
+    /// By one of [`LARGER_NOISE`] times as much.
+    Larger(usize),
 }
 
 impl<'a> Inquiries<'a> {
@@ -41,15 +52,12 @@ impl<'a> Inquiries<'a> {
             task,
             start,
             lasting: None,
-            noisier: Vec::new(),
+            larger: [const { None }; LARGER_NOISE.len()],
         }
     }
 
-    /// Asks for the terms that explain the log best under the noise that the sensors show from sample to sample, with
-    /// errors that last where these seem to, unless white ones foretell the motion clearly better; where what remains is
-    /// faint but real, also under larger noise. Which noise is right shows in open-loop predictions along the training
-    /// log; where motion is an estimate, which agrees with the sensors that it came from, in the likelihood of what
-    /// they read. See [`Inquiry::ask`].
+    /// Asks for the terms that explain the log best under the noise that the sensors show from sample to sample; where
+    /// that may be wrong, under the one that is right. See [`Inquiry::ask`].
     ///
     /// # Errors
     /// If the equation of motion cannot be solved along the curve.
@@ -58,54 +66,94 @@ impl<'a> Inquiries<'a> {
         at_most: usize,
         suggested: Option<&Selection>,
     ) -> Result<Selection, SolveError> {
-        let Answer {
-            selection: mut best,
-            is_whole,
-        } = self.as_read.ask(at_most, suggested)?;
-        // What explains the log with white errors of the sensors says that they only seemed to last.
-        if !is_whole
-            && !self.is_over()
-            && let Some(seen) = self.as_read.lasting()
-        {
-            let new = || Inquiry::new(self.task, seen.clone());
-            let lasting = self.lasting.get_or_insert_with(new);
-            let less_believed = lasting.ask(at_most, suggested)?.selection;
+        let mut as_read = self.as_read.ask_at_first(at_most, suggested)?;
+        // The whole log may show what the part does not that is searched first.
+        if self.is_settled(&as_read) {
+            as_read = self.as_read.ask(at_most, suggested)?;
+            if self.is_settled(&as_read) {
+                return Ok(as_read.selection);
+            }
+        }
+        let noise = self.right_noise(&as_read, at_most, suggested)?;
+        Ok(self.under(noise).ask(at_most, suggested)?.selection)
+    }
+
+    /// Whether no other noise is asked beside an answer from the log as it was read.
+    fn is_settled(&self, as_read: &Answer) -> bool {
+        self.is_over() || !(self.may_last(as_read) || self.may_be_noise(&as_read.selection))
+    }
+
+    /// Whether the sensors' errors may last. What explains the log with white ones says that they only seemed to.
+    fn may_last(&self, as_read: &Answer) -> bool {
+        !as_read.is_whole && self.as_read.lasting().is_some()
+    }
+
+    /// Whether what a selection leaves may be a sensor's: what is faint, and forces beside which nothing at all shows.
+    fn may_be_noise(&self, selection: &Selection) -> bool {
+        match selection.terms.is_empty() {
+            true => !self.task.only_with_terms && !selection.remaining.forces.is_empty(),
+            false => is_faint(self.task.dictionary, selection),
+        }
+    }
+
+    /// Which noise is right, in the part of the log that is searched first: errors that last where they seem to, unless
+    /// white ones foretell the motion clearly better; where what remains may be noise, larger ones. It shows in
+    /// open-loop predictions along the training log; where motion is an estimate, which agrees with the sensors that it
+    /// came from, in the likelihood of what they read.
+    fn right_noise(
+        &mut self,
+        as_read: &Answer,
+        at_most: usize,
+        suggested: Option<&Selection>,
+    ) -> Result<Noise, SolveError> {
+        let ask = |this: &mut Self, noise: Noise| {
+            let answer = this.under(noise).ask_at_first(at_most, suggested)?;
+            Ok((noise, answer.selection))
+        };
+        let mut best = ask(self, Noise::AsRead)?;
+        let mut may_be_noise = self.may_be_noise(&as_read.selection);
+        if self.may_last(as_read) {
+            let lasting = ask(self, Noise::Lasting)?;
             // Sensors with errors that last are given less weight, and may hide what is there: then the
             // findings of those taken at their word foretell the motion better, where it was measured. An estimate of
             // it holds what its sensors get wrong.
-            let errors = [&less_believed, &best]
-                .map(|one| self.prediction_error(one).unwrap_or(f64::INFINITY));
+            let errors = [&lasting, &best].map(|(_, one)| self.prediction_error(one));
             if !self.start.record.is_wholly_measured() || errors[1] >= WORTH_IT * errors[0] {
-                best = less_believed;
+                may_be_noise = self.may_be_noise(&lasting.1);
+                best = lasting;
             }
         }
-        if self.task.only_with_terms && best.terms.is_empty() {
-            return Ok(best);
+        if !may_be_noise {
+            return Ok(best.0);
         }
-        // Forces beside which nothing at all shows may be a sensor's, too.
-        let may_be_noise = match best.terms.is_empty() {
-            true => !best.remaining.forces.is_empty(),
-            false => is_faint(self.task.dictionary, &best),
-        };
-        if !may_be_noise || self.is_over() {
-            return Ok(best);
-        }
-        let mut seen = vec![best];
-        for (i, factor) in LARGER_NOISE.into_iter().enumerate() {
-            if self.is_over() {
-                break;
-            }
-            if self.noisier.len() == i {
-                let mut noisier = self.start.clone();
-                noisier.scale_noise(factor);
-                self.noisier.push(Inquiry::new(self.task, noisier));
-            }
-            // Noise under which nothing can be fitted is none.
-            if let Ok(Answer { selection, .. }) = self.noisier[i].ask(at_most, suggested) {
-                seen.push(selection);
+        let mut others = Vec::new();
+        for factor in 0..LARGER_NOISE.len() {
+            if !self.is_over() {
+                // Noise under which nothing can be fitted is none.
+                others.extend(ask(self, Noise::Larger(factor)).ok());
             }
         }
-        Ok(self.nearest(seen))
+        Ok(self.nearest(best, others))
+    }
+
+    /// The search under some noise.
+    fn under(&mut self, noise: Noise) -> &mut Inquiry<'a> {
+        match noise {
+            Noise::AsRead => &mut self.as_read,
+            Noise::Lasting => {
+                let seen = self.as_read.lasting().unwrap_or(&self.start);
+                let new = || Inquiry::new(self.task, seen.clone());
+                self.lasting.get_or_insert_with(new)
+            }
+            Noise::Larger(factor) => {
+                let new = || {
+                    let mut noisier = self.start.clone();
+                    noisier.scale_noise(LARGER_NOISE[factor]);
+                    Inquiry::new(self.task, noisier)
+                };
+                self.larger[factor].get_or_insert_with(new)
+            }
+        }
     }
 
     /// See [`Inquiry::leaves_forces_at_first`], under the noise that the sensors show from sample to sample.
@@ -120,34 +168,29 @@ impl<'a> Inquiries<'a> {
         self.task.progress.ended().is_some()
     }
 
-    /// Of some selections, the first from the log as it was read, the one whose noise is right.
-    fn nearest(&self, mut seen: Vec<Selection>) -> Selection {
+    /// Which noise is right: that of the first selection, or of others under larger ones.
+    fn nearest(&self, first: (Noise, Selection), others: Vec<(Noise, Selection)>) -> Noise {
+        let seen = std::iter::once(first).chain(others);
         if !self.start.record.is_wholly_measured() {
-            let by_likelihood = |a: &Selection, b: &Selection| {
-                let [a, b] = [a, b].map(|one| one.log_likelihood[1]);
-                a.total_cmp(&b)
-            };
-            let likeliest = seen.into_iter().max_by(by_likelihood);
-            return likeliest.expect("the first stays");
+            let likelihood = |(_, one): &(Noise, Selection)| one.log_likelihood[1];
+            let likeliest = seen.max_by(|a, b| likelihood(a).total_cmp(&likelihood(b)));
+            return likeliest.expect("the first stays").0;
         }
-        let first = seen.remove(0);
-        let error = self.prediction_error(&first).unwrap_or(f64::INFINITY);
-        let others = seen.into_iter();
-        let others = others.filter_map(|one| Some((self.prediction_error(&one)?, one)));
-        let mut seen: Vec<(f64, Selection)> = others.collect();
-        seen.insert(0, (error, first));
+        let measured = seen.map(|(noise, one)| (self.prediction_error(&one), noise, one));
+        let mut seen: Vec<(f64, Noise, Selection)> = measured.collect();
         // Of those that foretell about as well, the plainest is nearest to what holds elsewhere.
-        let errors = seen.iter().map(|(error, _)| *error);
+        let errors = seen.iter().map(|(error, ..)| *error);
         let lowest = errors.fold(f64::INFINITY, f64::min);
-        seen.retain(|(error, _)| WORTH_IT * error <= lowest);
-        let plainest = seen
-            .into_iter()
-            .min_by_key(|(_, one)| numbers(self.task.dictionary, one));
+        seen.retain(|(error, ..)| WORTH_IT * error <= lowest);
+        let plain = |(error, _, one): &&(f64, Noise, Selection)| {
+            (error.is_infinite(), numbers(self.task.dictionary, one))
+        };
+        let plainest = seen.iter().min_by_key(plain);
         plainest.expect("the nearest stays").1
     }
 
-    /// How far open-loop predictions of a selection miss the log to learn from.
-    fn prediction_error(&self, selection: &Selection) -> Option<f64> {
+    /// How far open-loop predictions of a selection miss the log to learn from; beyond all bounds where it makes none.
+    fn prediction_error(&self, selection: &Selection) -> f64 {
         let focus = self.task.dictionary.focus(&selection.accepted());
         let scoring = Scoring {
             machine: &focus.machine,
@@ -156,9 +199,12 @@ impl<'a> Inquiries<'a> {
             horizon: JUDGED_HORIZON,
             begun: &selection.observed.curve.begun,
         };
-        let record = corrected(&self.start.record, &focus, scoring.values).ok()?;
-        let score = scoring.score(&record).ok()?;
-        Some(score.rollout.errors.total).filter(|error| error.is_finite())
+        let record = corrected(&self.start.record, &focus, scoring.values).ok();
+        let score = record.and_then(|record| scoring.score(&record).ok());
+        let error = score.map(|score| score.rollout.errors.total);
+        error
+            .filter(|error| error.is_finite())
+            .unwrap_or(f64::INFINITY)
     }
 }
 

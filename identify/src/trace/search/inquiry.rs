@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// others were suggested, it goes on from what it has.
 pub struct Inquiry<'a> {
     task: Task<'a>,
-    observed: Observed,
+    observed: Arc<Observed>,
     begun: Option<Begun<'a>>,
 }
 
@@ -29,16 +29,19 @@ struct Begun<'a> {
     is_part: bool,
     /// The log seen through sensors whose errors last, if they seem to under the model as given.
     lasting: Option<Observed>,
-    answered: Option<Answered>,
+    ended: Option<Ended<'a>>,
 }
 
-/// What was answered, and when.
-struct Answered {
-    answer: Answer,
-    /// The best hypothesis that the search had then.
+/// A search that has come to an end, and what it said then.
+struct Ended<'a> {
+    /// The best hypothesis that it had.
     best: Arc<Fitted>,
     /// Hypotheses of so many terms were not gone on from.
     at_most: usize,
+    /// The same beside forces that last.
+    search: Search<'a>,
+    at_first: Option<Answer>,
+    in_all: Option<Answer>,
 }
 
 impl<'a> Inquiry<'a> {
@@ -46,7 +49,7 @@ impl<'a> Inquiry<'a> {
     pub fn new(task: Task<'a>, observed: Observed) -> Self {
         Self {
             task,
-            observed,
+            observed: Arc::new(observed),
             begun: None,
         }
     }
@@ -67,22 +70,32 @@ impl<'a> Inquiry<'a> {
         at_most: usize,
         suggested: Option<&Selection>,
     ) -> Result<Answer, SolveError> {
-        let (task, observed) = (self.task, self.observed.clone());
-        let begun = self.searched(at_most, suggested)?;
-        let best = Arc::clone(begun.search.best());
-        if let Some(known) = &begun.answered
-            && Arc::ptr_eq(&known.best, &best)
-            && known.answer.selection.terms.len() < known.at_most
-        {
-            return Ok(known.answer.clone());
+        let only_with_terms = self.task.only_with_terms;
+        let whole = Arc::clone(&self.observed);
+        let (ended, is_part) = self.ended(at_most, suggested)?;
+        if let Some(known) = &ended.in_all {
+            return Ok(known.clone());
         }
-        let answer = begun.settled(task, observed)?;
-        begun.answered = Some(Answered {
-            answer: answer.clone(),
-            best,
-            at_most,
-        });
+        let is_spent = only_with_terms && ended.search.best().hypothesis.candidates().is_empty();
+        let answer = match is_part && !is_spent {
+            true => ended.on_the_whole(&whole)?,
+            false => ended.at_first()?,
+        };
+        ended.in_all = Some(answer.clone());
         Ok(answer)
+    }
+
+    /// What the part of the log says that is searched first, which is the whole of a short one; asked as by
+    /// [`ask`](Self::ask).
+    ///
+    /// # Errors
+    /// If the equation of motion cannot be solved along the curve.
+    pub fn ask_at_first(
+        &mut self,
+        at_most: usize,
+        suggested: Option<&Selection>,
+    ) -> Result<Answer, SolveError> {
+        self.ended(at_most, suggested)?.0.at_first()
     }
 
     /// Whether the terms that explain the part of the log best that is searched first leave forces there; `at_most` is
@@ -110,6 +123,30 @@ impl<'a> Inquiry<'a> {
         };
         begun.search.run()?;
         Ok(begun)
+    }
+
+    /// The search that has come to an end there, and whether that is a part of the log.
+    fn ended(
+        &mut self,
+        at_most: usize,
+        suggested: Option<&Selection>,
+    ) -> Result<(&mut Ended<'a>, bool), SolveError> {
+        let task = self.task;
+        let begun = self.searched(at_most, suggested)?;
+        let best = Arc::clone(begun.search.best());
+        let known = begun.ended.take();
+        let known = known.filter(|known| known.holds_for(&best, at_most));
+        let ended = match known {
+            Some(known) => known,
+            None => Ended {
+                best,
+                at_most,
+                search: begun.beside_forces(task)?,
+                at_first: None,
+                in_all: None,
+            },
+        };
+        Ok((begun.ended.insert(ended), begun.is_part))
     }
 }
 
@@ -140,40 +177,71 @@ impl<'a> Begun<'a> {
             search,
             is_part: part.is_some(),
             lasting,
-            answered: None,
+            ended: None,
         })
     }
 
-    /// What the search says when it has settled, on the `whole` log where it began with a part.
-    fn settled(&self, task: Task<'_>, mut whole: Observed) -> Result<Answer, SolveError> {
+    /// The search that has come to an end, beside forces that last where it leaves such.
+    fn beside_forces(&self, task: Task<'_>) -> Result<Search<'a>, SolveError> {
         let mut search = self.search.clone();
         if search.best().leaves_forces()
             && task.progress.ended().is_none()
             && let Some(correlation) = discrepancy::correlation(task.dictionary, search.best())?
         {
-            whole.correlation.clone_from(&correlation);
             search = search.again(|observed| observed.correlation = correlation)?;
             search.run()?;
         }
-        let is_spent = task.only_with_terms && search.best().hypothesis.candidates().is_empty();
-        if self.is_part && !is_spent {
-            search = search.on_the_whole(&whole)?;
-            search.run()?;
-            search.question();
+        Ok(search)
+    }
+}
+
+impl Ended<'_> {
+    /// Whether a search would end so again that has this best hypothesis.
+    fn holds_for(&self, best: &Arc<Fitted>, at_most: usize) -> bool {
+        let answers = [&self.at_first, &self.in_all].into_iter().flatten();
+        let mut sizes = answers.map(|answer| answer.selection.terms.len());
+        let may_go_on = sizes.any(|size| size >= self.at_most);
+        Arc::ptr_eq(&self.best, best) && (self.at_most == at_most || !may_go_on)
+    }
+
+    /// What the search says where it began.
+    fn at_first(&mut self) -> Result<Answer, SolveError> {
+        if let Some(known) = &self.at_first {
+            return Ok(known.clone());
         }
-        loop {
-            let best = answer::determined(&search);
-            let answer = answer::answer(&search, &best)?;
-            let Some(nameless) = search.nameless_in(&best) else {
-                return Ok(answer);
-            };
-            // What has no name is a force without one, and takes nothing from what is named.
-            search.leave_out(nameless);
-            search.left_out_nameless = true;
-            let left = search.best();
-            if left.hypothesis.candidates().is_empty() || standing::makes_up(&best, left) {
-                return Ok(answer);
-            }
+        let answer = settled(self.search.clone())?;
+        self.at_first = Some(answer.clone());
+        Ok(answer)
+    }
+
+    /// What it says of the `whole` log, of which it began with a part.
+    fn on_the_whole(&self, whole: &Observed) -> Result<Answer, SolveError> {
+        let beside = &self.search.given[0].explanation.observed;
+        let whole = Observed {
+            correlation: beside.correlation.clone(),
+            ..whole.clone()
+        };
+        let mut search = self.search.clone().on_the_whole(&whole)?;
+        search.run()?;
+        search.question();
+        settled(search)
+    }
+}
+
+/// What a search says in the end.
+fn settled(mut search: Search<'_>) -> Result<Answer, SolveError> {
+    loop {
+        let best = answer::determined(&search);
+        let answer = answer::answer(&search, &best)?;
+        let Some(nameless) = search.nameless_in(&best) else {
+            return Ok(answer);
+        };
+        // What has no name is a force without one, and takes nothing from what is named.
+        search.leave_out(nameless);
+        search.left_out_nameless = true;
+        let left = search.best();
+        if left.hypothesis.candidates().is_empty() || standing::makes_up(&best, left) {
+            return Ok(answer);
         }
     }
 }
