@@ -83,6 +83,12 @@ impl Record {
         median_step(&self.t)
     }
 
+    /// Whether a channel that is late, or early, by `time` s is so by half a sample at most: what inputs do between
+    /// two samples is not in a log.
+    pub fn hides(&self, time: f64) -> bool {
+        time.abs() <= 0.5 * self.step()
+    }
+
     /// Stretches without a gap, as ranges of samples: cut where the step is
     /// longer than five median steps. They cover all samples in order.
     pub fn segments(&self) -> Vec<Range<usize>> {

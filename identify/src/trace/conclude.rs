@@ -353,6 +353,7 @@ mod tests {
             candidate: term,
             evidence: 69.0,
             rivals: Vec::new(),
+            is_its_own: false,
         });
         selection.estimate.parameters = dictionary.parameters_of(&[term]);
         selection.estimate.covariance = DMatrix::from_element(1, 1, 1e-6);

@@ -13,6 +13,9 @@ pub(super) fn remembered_ways(dictionary: &Dictionary, selection: &Selection) ->
     let mut ways = Vec::new();
     for term in terms.filter(|&term| remembers(dictionary, term)) {
         let candidate = &dictionary.candidates[term];
+        if candidate.channel {
+            continue;
+        }
         let on = candidate.subject.on();
         let coordinates = model.coordinates.iter().enumerate();
         for (i, coordinate) in coordinates.filter(|(_, own)| on.contains(&own.name)) {
@@ -26,8 +29,8 @@ pub(super) fn remembered_ways(dictionary: &Dictionary, selection: &Selection) ->
     ways
 }
 
-/// Whether a candidate is a force with states of its own.
-fn remembers(dictionary: &Dictionary, candidate: usize) -> bool {
+/// Whether a candidate has states of its own.
+pub(super) fn remembers(dictionary: &Dictionary, candidate: usize) -> bool {
     let candidate = &dictionary.candidates[candidate];
     let model = &dictionary.machine.compiled.model;
     let own = |effect: usize| {
@@ -35,7 +38,7 @@ fn remembers(dictionary: &Dictionary, candidate: usize) -> bool {
         parameters.any(|p| candidate.parameters.contains(p))
     };
     let mut states = model.states.iter();
-    !candidate.channel && states.any(|state| state.effect.is_some_and(own))
+    states.any(|state| state.effect.is_some_and(own))
 }
 
 /// `ṗ = v − |v| p/r` from nothing on, exactly for a way that goes on in one direction; anew

@@ -19,6 +19,9 @@ pub struct Term {
     pub evidence: f64,
     /// What explains about as well what it explains.
     pub rivals: Vec<Rival>,
+    /// Whether it is part of a sample that only this channel is late by, as the log tells: no step of a controller,
+    /// which all inputs share.
+    pub is_its_own: bool,
 }
 
 /// The outcome.

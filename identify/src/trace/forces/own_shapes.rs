@@ -42,6 +42,7 @@ pub(super) fn terms(
         candidate: choice.options[term.option].candidate,
         evidence,
         rivals: rivals.into_iter().map(rival).collect(),
+        is_its_own: false,
     });
     let mut terms: Vec<Term> = terms.collect();
     terms.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));

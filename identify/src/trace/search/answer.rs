@@ -1,7 +1,7 @@
 //! What a search says: terms with their evidence, rivals, and what remains.
 
 use super::beam::Search;
-use super::channel::is_time;
+use super::channel::{clock_of_inputs, delay_of_inputs, is_time, timed_input, timed_sensor};
 use super::fit::{Fitted, fit};
 use super::hypothesis::Hypothesis;
 use crate::machine::SolveError;
@@ -60,6 +60,7 @@ pub fn answer(search: &Search<'_>, best: &Fitted) -> Result<Answer, SolveError> 
         candidate,
         evidence: evidence(search, best, candidate),
         rivals: rivals(search, best, candidate),
+        is_its_own: is_its_own(search, best, candidate),
     };
     let mut terms: Vec<Term> = best.hypothesis.candidates().iter().map(term).collect();
     terms.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
@@ -131,6 +132,43 @@ fn evidence(search: &Search<'_>, best: &Fitted, term: usize) -> f64 {
             worth(search.dictionary, term, &best.explanation.values, known)
         }
     }
+}
+
+/// Whether a term says that a sensor, or some of the inputs, are late by part of a sample, and the log is clearly less
+/// likely with all inputs late by one time instead, whatever they do between samples.
+fn is_its_own(search: &Search<'_>, best: &Fitted, term: usize) -> bool {
+    let dictionary = search.dictionary;
+    let (hypothesis, found) = (&best.hypothesis, &best.explanation);
+    let is_of_all = clock_of_inputs(dictionary, term).is_some();
+    let is_of_sensor = timed_sensor(dictionary, term).is_some();
+    if is_of_all || !is_of_sensor && timed_input(dictionary, term).is_none() {
+        return false;
+    }
+    let time = dictionary.candidates[term].parameters[0];
+    if !found.observed.record.hides(found.values[time]) || search.progress.ended().is_some() {
+        return false;
+    }
+    let cost = |shared: Hypothesis, clock: usize| {
+        let mut values = dictionary.without(&[term], &found.values);
+        if values[clock] == dictionary.defaults[clock] {
+            values[clock] = found.values[time].abs();
+        }
+        let start = Explanation {
+            values,
+            ..found.clone()
+        };
+        fit(dictionary, &shared, start).map_or(f64::INFINITY, |fitted| fitted.estimate.cost)
+    };
+    let is_told_from = |(candidate, clock): (usize, usize)| {
+        let shared = hypothesis.exchange(&[term], &[candidate]);
+        let otherwise = search.free_hold.then(|| shared.held_otherwise());
+        let mut shared = std::iter::once(shared).chain(otherwise);
+        shared.all(|shared| cost(shared, clock) > best.estimate.cost + TIE)
+    };
+    let candidates = 0..dictionary.candidates.len();
+    let clocks = candidates.filter_map(|c| Some((c, delay_of_inputs(dictionary, c)?)));
+    let clocks: Vec<(usize, usize)> = clocks.collect();
+    !clocks.is_empty() && clocks.into_iter().all(is_told_from)
 }
 
 /// What the log cannot tell from a term, the best first, with motions that would tell. A law that holds

@@ -1,6 +1,7 @@
 //! What candidates say about channels: inputs and sensors, and their times.
 
 use crate::trace::dictionary::Dictionary;
+use crate::trace::remembered::remembers;
 use dynamics_codegen::dimension::Dimension;
 use dynamics_codegen::syntax::PortKind;
 
@@ -42,6 +43,11 @@ pub fn clock_of_inputs(dictionary: &Dictionary, candidate: usize) -> Option<usiz
     let (places, _) = number_of_channel(dictionary, candidate)?;
     let all = dictionary.machine.compiled.model.inputs.len();
     timed_input(dictionary, candidate).filter(|_| places.len() == all)
+}
+
+/// The same where they do nothing but come later: what lags has a state.
+pub fn delay_of_inputs(dictionary: &Dictionary, candidate: usize) -> Option<usize> {
+    clock_of_inputs(dictionary, candidate).filter(|_| !remembers(dictionary, candidate))
 }
 
 /// Whether the only parameter of a candidate is a time.

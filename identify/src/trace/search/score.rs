@@ -2,7 +2,6 @@
 
 use super::channel::clock_of_inputs;
 use super::hypothesis::Hypothesis;
-use crate::log::median_step;
 use crate::machine::States;
 use crate::regression::Hold;
 use crate::trace::dictionary::Dictionary;
@@ -30,9 +29,8 @@ pub fn prior(dictionary: &Dictionary, hypothesis: &Hypothesis, explanation: &Exp
 /// Whether a term says that all drives are late by part of a sample, as a controller that is faster than the log
 /// makes them: nothing is stated by that, and nothing was chosen.
 pub fn is_expected(dictionary: &Dictionary, term: usize, explanation: &Explanation) -> bool {
-    let half = || 0.5 * median_step(&explanation.observed.record.t);
     let clock = clock_of_inputs(dictionary, term);
-    clock.is_some_and(|time| explanation.values[time].abs() <= half())
+    clock.is_some_and(|time| explanation.observed.record.hides(explanation.values[time]))
 }
 
 /// What it costs to have chosen a term among all candidates, nats.
