@@ -14,7 +14,6 @@ use crate::machine::{SolveError, States};
 use crate::regression::{Hold, ProcessNoise};
 use crate::trace::dictionary::Dictionary;
 use crate::trace::estimate::Observed;
-use crate::trace::finding::is_without_its_mark;
 use crate::trace::linearised::first_noise;
 use crate::trace::progress::{Progress, Stage};
 use crate::trace::refine::{Effort, Explanation};
@@ -306,57 +305,8 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// Leaves each term of the best hypothesis out, until none of them is one too many.
-    pub fn question(&mut self) {
-        loop {
-            let best = Arc::clone(self.best());
-            if self.is_over() || best.hypothesis.candidates().is_empty() {
-                return;
-            }
-            let terms = best.hypothesis.candidates().iter();
-            let without = terms.map(|&term| self.without(&best, &[term]));
-            self.try_all(&best, without.collect());
-            if self.best().hypothesis == best.hypothesis {
-                return;
-            }
-        }
-    }
-
-    /// Leaves a term out, and what the log does not show without. What was not found beside it, and is
-    /// now, would only stand for it.
-    pub fn leave_out(&mut self, term: usize) {
-        let best = Arc::clone(self.best());
-        let others = best.hypothesis.exchange(&[term], &[]);
-        self.explored.keep_within(&others);
-        for given in &self.given {
-            self.explored.replace(self.dictionary, Arc::clone(given));
-        }
-        self.try_all(&best, vec![self.without(&best, &[term])]);
-        self.question();
-    }
-
-    /// A term of a hypothesis that has lost what gives it its name, beside others.
-    pub fn nameless_in(&self, fitted: &Fitted) -> Option<usize> {
-        let terms = fitted.hypothesis.candidates();
-        let (values, known) = (&fitted.explanation.values, fitted.estimate.known());
-        let is_nameless =
-            |&&term: &&usize| is_without_its_mark(self.dictionary, term, values, known);
-        let nameless = terms.iter().find(is_nameless).copied();
-        nameless.filter(|_| terms.len() > 1 && !self.is_over())
-    }
-
-    /// A hypothesis without some of its terms, to be fitted in any case.
-    fn without(&self, of: &Fitted, terms: &[usize]) -> Proposal {
-        Proposal {
-            hypothesis: of.hypothesis.exchange(terms, &[]),
-            values: self.dictionary.without(terms, &of.explanation.values),
-            promise: 0.0,
-            within_reach: f64::NEG_INFINITY,
-            ahead: 0.0,
-        }
-    }
-
-    fn is_over(&self) -> bool {
+    /// Whether the search is to end.
+    pub fn is_over(&self) -> bool {
         self.progress.ended().is_some()
     }
 
@@ -473,7 +423,7 @@ impl<'a> Search<'a> {
 
     /// Fits what is new of some proposals: the most promising first, and the others as far as they
     /// may still come near the best. Those that come near it get another start each.
-    fn try_all(&mut self, from: &Fitted, proposals: Vec<Proposal>) {
+    pub fn try_all(&mut self, from: &Fitted, proposals: Vec<Proposal>) {
         let mut seen: Vec<&Hypothesis> = Vec::new();
         let mut new: Vec<&Proposal> = Vec::new();
         for proposal in &proposals {
@@ -520,12 +470,12 @@ impl<'a> Search<'a> {
         for fitted in &improved {
             self.explored.add(self.dictionary, Arc::clone(fitted));
         }
-        // What came to nothing beside another term has shown that one alone, which may not have been tried: it
+        // What is worth nothing beside another term has shown that one alone, which may not have been tried: it
         // promised less.
         for fitted in improved {
-            let idle = fitted.idle(self.dictionary);
-            if !idle.is_empty() && fitted.score < self.best().score && !self.is_over() {
-                let alone = self.without(&fitted, &idle);
+            if let Some(alone) = self.without_the_worthless(&fitted)
+                && !self.is_over()
+            {
                 self.try_all(&fitted, vec![alone]);
             }
         }

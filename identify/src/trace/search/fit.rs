@@ -34,16 +34,6 @@ impl Fitted {
         self.estimate.leaves_forces()
     }
 
-    /// Its terms that came to nothing.
-    pub fn idle(&self, dictionary: &Dictionary) -> Vec<usize> {
-        let is_idle = |&&term: &&usize| {
-            let mut strengths = dictionary.candidates[term].strengths.iter();
-            strengths.all(|&p| self.explanation.values[p] == dictionary.defaults[p])
-        };
-        let terms = self.hypothesis.candidates().iter();
-        terms.filter(is_idle).copied().collect()
-    }
-
     /// Whether each of its terms does something, within what is possible.
     pub fn is_possible(&self, dictionary: &Dictionary) -> bool {
         let model = &dictionary.machine.compiled.model;

@@ -17,6 +17,7 @@ mod inquiry;
 mod jumps;
 mod lateness;
 mod moves;
+mod needed;
 mod neighbourhood;
 mod placement;
 mod proposal;
@@ -53,25 +54,30 @@ mod tests {
     use crate::trace::wheel::{WHEEL, begun, named, turned};
 
     /// A wheel that is half as heavy again, and is driven a little where friction would brake it: beside the
-    /// inertia friction comes to nothing, and the inertia alone is found although nothing proposed it.
+    /// inertia friction comes to nothing and a constant force nearly so, and the inertia alone is found although
+    /// nothing proposed it.
     #[test]
-    fn what_comes_to_nothing_leaves_the_rest() {
+    fn what_is_worth_nothing_leaves_the_rest() {
         let log = turned([(0.9, 3.0), (0.5, 7.0)], (3, 1e-4), |[_, v, a]| {
             0.03 * a - 1e-5 * v
         });
         let (dictionary, start) = begun(WHEEL, &log, ["angle", "motor"]);
-        let [friction, inertia] =
-            ["viscous(angle)", "parameter(i)"].map(|name| named(&dictionary, name));
         let task = Task {
             dictionary: &dictionary,
             free_hold: false,
             only_with_terms: false,
             progress: &Silent,
         };
-        let mut search = Search::begin(task, &start.observed, 2).unwrap();
-        let both = (vec![friction, inertia], dictionary.defaults.clone());
-        let given = search.given.clone();
-        search.try_first(&[both], given).unwrap();
-        assert_eq!(search.best().hypothesis.candidates(), [inertia]);
+        let inertia = named(&dictionary, "parameter(i)");
+        for other in ["viscous(angle)", "constant_force(angle)"] {
+            let mut search = Search::begin(task, &start.observed, 2).unwrap();
+            let both = (
+                vec![named(&dictionary, other), inertia],
+                dictionary.defaults.clone(),
+            );
+            let given = search.given.clone();
+            search.try_first(&[both], given).unwrap();
+            assert_eq!(search.best().hypothesis.candidates(), [inertia], "{other}");
+        }
     }
 }

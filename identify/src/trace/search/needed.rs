@@ -1,0 +1,77 @@
+//! Whether a hypothesis needs each of its terms.
+
+use super::beam::Search;
+use super::fit::Fitted;
+use super::proposal::Proposal;
+use super::score::structure;
+use crate::trace::finding::{is_without_its_mark, worth};
+use crate::trace::settings::MARGIN;
+use std::sync::Arc;
+
+impl Search<'_> {
+    /// Leaves each term of the best hypothesis out, until none of them is one too many.
+    pub fn question(&mut self) {
+        loop {
+            let best = Arc::clone(self.best());
+            if self.is_over() || best.hypothesis.candidates().is_empty() {
+                return;
+            }
+            let terms = best.hypothesis.candidates().iter();
+            let without = terms.map(|&term| self.without(&best, &[term]));
+            self.try_all(&best, without.collect());
+            if self.best().hypothesis == best.hypothesis {
+                return;
+            }
+        }
+    }
+
+    /// Leaves a term out, and what the log does not show without. What was not found beside it, and is
+    /// now, would only stand for it.
+    pub fn leave_out(&mut self, term: usize) {
+        let best = Arc::clone(self.best());
+        let others = best.hypothesis.exchange(&[term], &[]);
+        self.explored.keep_within(&others);
+        for given in &self.given {
+            self.explored.replace(self.dictionary, Arc::clone(given));
+        }
+        self.try_all(&best, vec![self.without(&best, &[term])]);
+        self.question();
+    }
+
+    /// A term of a hypothesis that has lost what gives it its name, beside others.
+    pub fn nameless_in(&self, fitted: &Fitted) -> Option<usize> {
+        let terms = fitted.hypothesis.candidates();
+        let (values, known) = (&fitted.explanation.values, fitted.estimate.known());
+        let is_nameless =
+            |&&term: &&usize| is_without_its_mark(self.dictionary, term, values, known);
+        let nameless = terms.iter().find(is_nameless).copied();
+        nameless.filter(|_| terms.len() > 1 && !self.is_over())
+    }
+
+    /// A hypothesis without some of its terms, to be fitted in any case.
+    fn without(&self, of: &Fitted, terms: &[usize]) -> Proposal {
+        Proposal {
+            hypothesis: of.hypothesis.exchange(terms, &[]),
+            values: self.dictionary.without(terms, &of.explanation.values),
+            promise: 0.0,
+            within_reach: f64::NEG_INFINITY,
+            ahead: 0.0,
+        }
+    }
+
+    /// A hypothesis without the term that the log says least of, if that is nothing, where it may be better than the
+    /// best one so and was not tried.
+    pub fn without_the_worthless(&self, fitted: &Fitted) -> Option<Proposal> {
+        let dictionary = self.dictionary;
+        let (values, known) = (&fitted.explanation.values, fitted.estimate.known());
+        let each = fitted.hypothesis.candidates().iter();
+        let each = each.map(|&term| (worth(dictionary, term, values, known), term));
+        let (worth, term) = each.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let alone = self.without(fitted, &[term]);
+        let [with, without] =
+            [&fitted.hypothesis, &alone.hypothesis].map(|h| structure(dictionary, h));
+        let promised = fitted.score + worth - (with - without);
+        let is_new = self.explored.of(&alone.hypothesis).is_none();
+        (worth <= MARGIN && promised < self.best().score && is_new).then_some(alone)
+    }
+}
