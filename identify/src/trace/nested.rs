@@ -1,6 +1,7 @@
 //! Laws that are special cases of others: a joint has one law of each kind.
 
-use super::dictionary::{Candidate, Dictionary, Ranges};
+use super::dictionary::{Dictionary, Ranges};
+use super::remembered::remembers;
 use super::screen::{ShapedCandidate, options};
 use super::subject::Subject;
 use crate::machine::{SensitivityTape, States};
@@ -27,20 +28,15 @@ impl Nested {
     /// Compares the forces of laws at states drawn from where a log goes, with velocities of either
     /// sign. Laws that remember, or are about channels, are not compared.
     pub(super) fn new(dictionary: &Dictionary, ranges: &Ranges) -> Self {
-        let model = &dictionary.machine.compiled.model;
-        let forgets = |candidate: &Candidate| {
-            let prefix = candidate.subject.prefix();
-            !model.states.iter().any(|s| s.name.starts_with(&prefix))
-        };
-        let is_law = |candidate: &Candidate| {
+        let is_law = |index: usize| {
+            let candidate = &dictionary.candidates[index];
             let is_effect = matches!(candidate.subject, Subject::Effect { .. });
-            is_effect && !candidate.channel && forgets(candidate)
+            is_effect && !candidate.channel && !remembers(dictionary, index)
         };
         let mut places: BTreeMap<Vec<String>, Vec<ShapedCandidate>> = BTreeMap::new();
         for option in options(dictionary, &[]) {
-            let candidate = &dictionary.candidates[option.candidate];
-            if is_law(candidate) {
-                let on = candidate.subject.on();
+            if is_law(option.candidate) {
+                let on = dictionary.candidates[option.candidate].subject.on();
                 places.entry(on).or_default().push(option);
             }
         }
