@@ -16,7 +16,7 @@ const FAINT_SHARE: f64 = 0.01;
 const LARGER_NOISE: [f64; 2] = [3.0, 10.0];
 /// What sees the sensors otherwise, as noisier or as white where their errors seem to last, must bring
 /// predictions at least this much nearer to the log.
-const WORTH_IT: f64 = 0.9;
+const CLEARLY_NEARER: f64 = 0.9;
 /// How long the predictions run that judge between noises, s.
 const JUDGED_HORIZON: f64 = 1.0;
 
@@ -75,7 +75,12 @@ impl<'a> Inquiries<'a> {
             }
         }
         let noise = self.right_noise(&as_read, at_most, suggested)?;
-        Ok(self.under(noise).ask(at_most, suggested)?.selection)
+        let answer = match (noise, self.under(noise).ask(at_most, suggested)) {
+            // What the part can be fitted under, the whole need not be.
+            (Noise::Larger(_), Err(_)) => self.as_read.ask(at_most, suggested)?,
+            (_, answer) => answer?,
+        };
+        Ok(answer.selection)
     }
 
     /// Whether no other noise is asked beside an answer from the log as it was read.
@@ -118,7 +123,7 @@ impl<'a> Inquiries<'a> {
             // findings of those taken at their word foretell the motion better, where it was measured. An estimate of
             // it holds what its sensors get wrong.
             let errors = [&lasting, &best].map(|(_, one)| self.prediction_error(one));
-            if !self.start.record.is_wholly_measured() || errors[1] >= WORTH_IT * errors[0] {
+            if !self.start.record.is_wholly_measured() || errors[1] >= CLEARLY_NEARER * errors[0] {
                 may_be_noise = self.may_be_noise(&lasting.1);
                 best = lasting;
             }
@@ -181,11 +186,13 @@ impl<'a> Inquiries<'a> {
         // Of those that foretell about as well, the plainest is nearest to what holds elsewhere.
         let errors = seen.iter().map(|(error, ..)| *error);
         let lowest = errors.fold(f64::INFINITY, f64::min);
-        seen.retain(|(error, ..)| WORTH_IT * error <= lowest);
-        let plain = |(error, _, one): &&(f64, Noise, Selection)| {
-            (error.is_infinite(), numbers(self.task.dictionary, one))
-        };
-        let plainest = seen.iter().min_by_key(plain);
+        if lowest.is_infinite() {
+            return seen[0].1;
+        }
+        seen.retain(|(error, ..)| CLEARLY_NEARER * error <= lowest);
+        let plainest = seen
+            .iter()
+            .min_by_key(|(_, _, one)| numbers(self.task.dictionary, one));
         plainest.expect("the nearest stays").1
     }
 

@@ -70,14 +70,20 @@ impl<'a> Inquiry<'a> {
         at_most: usize,
         suggested: Option<&Selection>,
     ) -> Result<Answer, SolveError> {
-        let only_with_terms = self.task.only_with_terms;
+        let Task {
+            only_with_terms,
+            progress,
+            ..
+        } = self.task;
         let whole = Arc::clone(&self.observed);
         let (ended, is_part) = self.ended(at_most, suggested)?;
         if let Some(known) = &ended.in_all {
             return Ok(known.clone());
         }
         let is_spent = only_with_terms && ended.search.best().hypothesis.candidates().is_empty();
-        let answer = match is_part && !is_spent {
+        // Who has to end says what the part says: each fit of the whole may take longer than the search has taken.
+        let is_over = progress.ended().is_some();
+        let answer = match is_part && !is_spent && !is_over {
             true => ended.on_the_whole(&whole)?,
             false => ended.at_first()?,
         };
