@@ -22,7 +22,12 @@ const STATES: usize = 300;
 /// does not differ, and so is Stribeck's where breaking away takes no more than sliding. No hypothesis
 /// holds both.
 #[derive(Debug, Clone, Default)]
-pub struct Nested(BTreeSet<(usize, usize)>);
+pub struct Nested {
+    /// The pairs, the smaller number first.
+    one: BTreeSet<(usize, usize)>,
+    /// A law, and a special case of it.
+    special: BTreeSet<(usize, usize)>,
+}
 
 impl Nested {
     /// Compares the forces of laws at states drawn from where a log goes, with velocities of either
@@ -46,13 +51,36 @@ impl Nested {
         }
         let forces = forces(dictionary, ranges);
         let places: Vec<Vec<ShapedCandidate>> = places.into_values().collect();
-        let each = places.par_iter().map(|options| nested(options, &forces));
-        Self(each.flatten_iter().collect())
+        let each = places.par_iter().map(|options| contained(options, &forces));
+        Self::of(each.flatten_iter().collect())
+    }
+
+    /// Of candidates in which others are contained: a special case, and in what.
+    fn of(contained: BTreeSet<(usize, usize)>) -> Self {
+        let ordered = |(a, b): (usize, usize)| (a.min(b), a.max(b));
+        let siblings = contained.iter().flat_map(|&(special, a)| {
+            let others = contained.range((special, a + 1)..(special + 1, 0));
+            others.map(move |&(_, b)| (a, b))
+        });
+        let pairs = contained.iter().copied();
+        let special = contained.iter().map(|&(special, law)| (law, special));
+        // Two laws that each contain the other are one by two names.
+        let special = special.filter(|pair| !contained.contains(pair));
+        Self {
+            one: pairs.chain(siblings).map(ordered).collect(),
+            special: special.collect(),
+        }
+    }
+
+    /// What a candidate is in some of its shapes, and is not in all.
+    pub fn special_cases(&self, candidate: usize) -> impl Iterator<Item = usize> {
+        let own = (candidate, 0)..(candidate + 1, 0);
+        self.special.range(own).map(|&(_, special)| special)
     }
 
     /// Whether two candidates are one law.
     pub fn are_one(&self, a: usize, b: usize) -> bool {
-        self.0.contains(&(a.min(b), a.max(b)))
+        self.one.contains(&(a.min(b), a.max(b)))
     }
 
     /// Whether some candidates hold two that are one law.
@@ -68,12 +96,12 @@ impl Nested {
             c if c == b => Some(a),
             _ => None,
         };
-        self.0.iter().filter_map(of)
+        self.one.iter().filter_map(of)
     }
 }
 
-/// Pairs of candidates that are one law, the smaller number first, among the options of one place.
-fn nested(options: &[ShapedCandidate], forces: &[Vec<Vec<f64>>]) -> BTreeSet<(usize, usize)> {
+/// Candidates that are others in some shape of these, among the options of one place: each with what it is in.
+fn contained(options: &[ShapedCandidate], forces: &[Vec<Vec<f64>>]) -> BTreeSet<(usize, usize)> {
     let mut columns: Vec<usize> = options.iter().flat_map(|o| o.columns.clone()).collect();
     columns.sort_unstable();
     columns.dedup();
@@ -105,13 +133,7 @@ fn nested(options: &[ShapedCandidate], forces: &[Vec<Vec<f64>>]) -> BTreeSet<(us
             }
         }
     }
-    let ordered = |(a, b): (usize, usize)| (a.min(b), a.max(b));
-    let siblings = contained.iter().flat_map(|&(special, a)| {
-        let others = contained.range((special, a + 1)..(special + 1, 0));
-        others.map(move |&(_, b)| (a, b))
-    });
-    let pairs = contained.iter().copied();
-    pairs.chain(siblings).map(ordered).collect()
+    contained
 }
 
 /// What a unit of each column of [`options`] adds to the force on each coordinate at each state.
@@ -177,6 +199,14 @@ mod tests {
             dictionary.nested.are_one(a, b)
         };
         assert!(is_one("coulomb", "asymmetric_coulomb") && is_one("viscous", "stribeck"));
+        let is_special = |a: &str, b: &str| {
+            let [a, b] = [a, b].map(|name| named(&dictionary, &format!("{name}(angle)")));
+            let mut special = dictionary.nested.special_cases(b);
+            special.any(|case| case == a)
+        };
+        assert!(is_special("coulomb", "stribeck") && is_special("viscous", "stribeck"));
+        assert!(!is_special("stribeck", "coulomb"));
+        assert!(!is_special("asymmetric_coulomb", "stribeck"));
         // Neither is the other, but both are Coulomb's.
         assert!(is_one("stribeck", "asymmetric_coulomb"));
         assert!(!is_one("coulomb", "viscous") && !is_one("viscous", "spring"));

@@ -10,6 +10,7 @@ use super::neighbourhood::Neighbourhood;
 use super::placement::placed;
 use super::proposal::Proposal;
 use super::score::{is_expected, structure};
+use super::standing::is_outdone;
 use crate::machine::{SolveError, States};
 use crate::regression::{Hold, ProcessNoise};
 use crate::trace::dictionary::Dictionary;
@@ -482,19 +483,30 @@ impl<'a> Search<'a> {
     }
 
     /// Another chance for some fits that leave forces: less of them to begin with and another place
-    /// on its body, where none of all leaves sensor noise alone and one comes near the best; another
-    /// place, where one term stands for several.
+    /// on its body, where none of all leaves sensor noise alone and one comes near the best, or behind a special case
+    /// of itself; another place, where one term stands for several.
     fn improved(&self, from: &Fitted, tried: Vec<Fitted>) -> Vec<Fitted> {
         if self.is_over() || self.by_steps {
             return tried;
         }
         let limit = self.near_miss(from, &tried);
+        let may_be_outdone = limit > f64::NEG_INFINITY && from.leaves_forces();
+        let cost = |of: &Hypothesis| {
+            let known = self.explored.of(of).map(|known| known.cost);
+            let new = tried.iter().find(|new| new.hypothesis == *of);
+            let costs = known.into_iter().chain(new.map(|new| new.estimate.cost));
+            costs.fold(f64::INFINITY, f64::min)
+        };
+        let is_near = |fitted: &Fitted| {
+            fitted.score <= limit || may_be_outdone && is_outdone(self.dictionary, fitted, cost)
+        };
+        let near: Vec<bool> = tried.iter().map(is_near).collect();
         let size = |fitted: &Fitted| fitted.hypothesis.candidates().len();
-        let improved = tried.into_par_iter().map(|fitted| {
+        let improved = tried.into_par_iter().zip(near).map(|(fitted, is_near)| {
             if !fitted.leaves_forces() {
                 return fitted;
             }
-            if fitted.score > limit {
+            if !is_near {
                 return match size(&fitted) < size(from) {
                     true => self.replaced(from, fitted),
                     false => fitted,
