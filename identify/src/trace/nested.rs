@@ -1,9 +1,8 @@
 //! Laws that are special cases of others: a joint has one law of each kind.
 
 use super::dictionary::{Dictionary, Ranges};
-use super::remembered::remembers;
+use super::remembered::is_memoryless;
 use super::screen::{ShapedCandidate, options};
-use super::subject::Subject;
 use crate::machine::{SensitivityTape, States};
 use crate::regression::{Gram, INVISIBLE};
 use nalgebra::DMatrix;
@@ -33,14 +32,9 @@ impl Nested {
     /// Compares the forces of laws at states drawn from where a log goes, with velocities of either
     /// sign. Laws that remember, or are about channels, are not compared.
     pub(super) fn new(dictionary: &Dictionary, ranges: &Ranges) -> Self {
-        let is_law = |index: usize| {
-            let candidate = &dictionary.candidates[index];
-            let is_effect = matches!(candidate.subject, Subject::Effect { .. });
-            is_effect && !candidate.channel && !remembers(dictionary, index)
-        };
         let mut places: BTreeMap<Vec<String>, Vec<ShapedCandidate>> = BTreeMap::new();
         for option in options(dictionary, &[]) {
-            if is_law(option.candidate) {
+            if is_memoryless(dictionary, option.candidate) {
                 let on = dictionary.candidates[option.candidate].subject.on();
                 places.entry(on).or_default().push(option);
             }

@@ -2,6 +2,7 @@
 
 use super::dictionary::Dictionary;
 use super::selection::Selection;
+use super::subject::Subject;
 use crate::log::segments;
 
 /// The ways over which accepted effects forget, by coordinate: the log has said how far
@@ -27,6 +28,13 @@ pub(super) fn remembered_ways(dictionary: &Dictionary, selection: &Selection) ->
         }
     }
     ways
+}
+
+/// Whether a candidate is a law of force without memory: an effect, on no channel, without states.
+pub(super) fn is_memoryless(dictionary: &Dictionary, candidate: usize) -> bool {
+    let own = &dictionary.candidates[candidate];
+    let is_effect = matches!(own.subject, Subject::Effect { .. });
+    is_effect && !own.channel && !remembers(dictionary, candidate)
 }
 
 /// Whether a candidate has states of its own.

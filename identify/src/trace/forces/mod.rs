@@ -27,11 +27,10 @@ use super::estimate::Observed;
 use super::finding::says_no_strength;
 use super::refine::Estimate;
 use super::remaining::{Remaining, of_balance};
-use super::remembered::remembers;
+use super::remembered::is_memoryless;
 use super::screen::{ShapedCandidate, options};
 use super::selection::{Selection, Term};
 use super::settings::{WORTH_A_NAME, WORTH_IT};
-use super::subject::Subject;
 use crate::log::rms;
 use crate::machine::{Machine, SolveError};
 use balance::{Balance, Forces};
@@ -283,10 +282,7 @@ fn force_options(dictionary: &Dictionary) -> Vec<ShapedCandidate> {
     let following: Vec<bool> = following.collect();
     let mut options = options(dictionary, &[]);
     options.retain(|option| {
-        let candidate = &dictionary.candidates[option.candidate];
-        let is_effect = matches!(candidate.subject, Subject::Effect { .. });
-        let is_law = is_effect && !candidate.channel && !remembers(dictionary, option.candidate);
-        is_law && !following[option.candidate]
+        is_memoryless(dictionary, option.candidate) && !following[option.candidate]
     });
     options
 }

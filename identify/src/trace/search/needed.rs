@@ -17,7 +17,7 @@ impl Search<'_> {
                 return;
             }
             let terms = best.hypothesis.candidates().iter();
-            let without = terms.map(|&term| self.without(&best, &[term]));
+            let without = terms.map(|&term| self.without(&best, term));
             self.try_all(&best, without.collect());
             if self.best().hypothesis == best.hypothesis {
                 return;
@@ -34,7 +34,7 @@ impl Search<'_> {
         for given in &self.given {
             self.explored.replace(self.dictionary, Arc::clone(given));
         }
-        self.try_all(&best, vec![self.without(&best, &[term])]);
+        self.try_all(&best, vec![self.without(&best, term)]);
         self.question();
     }
 
@@ -48,11 +48,11 @@ impl Search<'_> {
         nameless.filter(|_| terms.len() > 1 && !self.is_over())
     }
 
-    /// A hypothesis without some of its terms, to be fitted in any case.
-    fn without(&self, of: &Fitted, terms: &[usize]) -> Proposal {
+    /// A hypothesis without one of its terms, to be fitted in any case.
+    fn without(&self, of: &Fitted, term: usize) -> Proposal {
         Proposal {
-            hypothesis: of.hypothesis.exchange(terms, &[]),
-            values: self.dictionary.without(terms, &of.explanation.values),
+            hypothesis: of.hypothesis.exchange(&[term], &[]),
+            values: self.dictionary.without(&[term], &of.explanation.values),
             promise: 0.0,
             within_reach: f64::NEG_INFINITY,
             ahead: 0.0,
@@ -67,11 +67,10 @@ impl Search<'_> {
         let each = fitted.hypothesis.candidates().iter();
         let each = each.map(|&term| (worth(dictionary, term, values, known), term));
         let (worth, term) = each.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let alone = self.without(fitted, &[term]);
-        let [with, without] =
-            [&fitted.hypothesis, &alone.hypothesis].map(|h| structure(dictionary, h));
-        let promised = fitted.score + worth - (with - without);
-        let is_new = self.explored.of(&alone.hypothesis).is_none();
-        (worth <= MARGIN && promised < self.best().score && is_new).then_some(alone)
+        let alone = fitted.hypothesis.exchange(&[term], &[]);
+        let price = structure(dictionary, &fitted.hypothesis) - structure(dictionary, &alone);
+        let is_promising = fitted.score + worth - price < self.best().score;
+        let is_new = self.explored.of(&alone).is_none();
+        (worth <= MARGIN && is_promising && is_new).then(|| self.without(fitted, term))
     }
 }

@@ -5,7 +5,6 @@
 //! that is a time: all sensors early by half a sample are inputs late by as much.
 
 use super::Move;
-use crate::log::median_step;
 use crate::regression::Hold as Between;
 use crate::trace::search::channel::{is_time, timed_input};
 use crate::trace::search::explored::Explored;
@@ -62,7 +61,7 @@ fn otherwise(
     if !at.free_hold || record.u.is_empty() {
         return None;
     }
-    let half = 0.5 * median_step(&record.t);
+    let half = 0.5 * record.step();
     let mut proposal = at.exchanged(out, instead, values.to_vec());
     proposal.hypothesis = proposal.hypothesis.held_otherwise();
     let later = match proposal.hypothesis.hold {
