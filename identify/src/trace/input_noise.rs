@@ -12,9 +12,10 @@
 use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use super::progress::Progress;
+use super::refine::Effort;
 use super::score::deviation;
 use super::search::{Fitted, as_given};
-use super::settings::{MARGIN, SEARCHED};
+use super::settings::{MARGIN, SEARCHED, UNUSUAL};
 use crate::log::{Record, Warning, median_step, rms};
 use crate::machine::{Machine, SolveError};
 use crate::regression::{Hold, ProcessNoise};
@@ -101,8 +102,8 @@ impl Observed {
         if noisy.is_empty() {
             return Ok(self.clone());
         }
-        // What cannot come below a known score need not be fitted to the end.
-        let score = |quiet: &[&Quiet], known: f64| -> Result<f64, SolveError> {
+        // What cannot come below a known score need not be fitted to the end, nor what comes far enough below it.
+        let score = |quiet: &[&Quiet], known: f64, enough: f64| -> Result<f64, SolveError> {
             let mut felt = self.with_inputs(quiet);
             felt.input_noise.fill(InputNoise::default());
             let felt = felt.excerpt(SEARCHED).unwrap_or(felt);
@@ -112,18 +113,29 @@ impl Observed {
             };
             let mut least = f64::INFINITY;
             for &hold in holds {
-                let Fitted { score, .. } = as_given(dictionary, &felt, hold, known.min(least))?;
+                let effort = Effort {
+                    bar: known.min(least),
+                    // Inputs that are held cost so much.
+                    enough: enough - UNUSUAL,
+                    ..Effort::FULL
+                };
+                let Fitted { score, .. } = as_given(dictionary, &felt, hold, effort)?;
                 least = least.min(score);
+                if least < enough {
+                    break;
+                }
             }
             Ok(least)
         };
-        let as_logged = score(&[], f64::INFINITY)?;
+        let to_the_end = f64::NEG_INFINITY;
+        let as_logged = score(&[], f64::INFINITY, to_the_end)?;
         let all: Vec<&Quiet> = noisy.iter().collect();
         let is_over = || progress.ended().is_some();
         if is_over() {
             return Ok(self.clone());
         }
-        if score(&all, as_logged)? < as_logged - MARGIN {
+        let likelier = as_logged - MARGIN;
+        if score(&all, as_logged, likelier)? < likelier {
             return Ok(self.with_inputs(&all));
         }
         let (mut felt, mut best) = (Vec::new(), as_logged);
@@ -132,7 +144,7 @@ impl Observed {
                 break;
             }
             felt.push(one);
-            match score(&felt, best)? {
+            match score(&felt, best, to_the_end)? {
                 better if better < best - MARGIN => best = better,
                 _ => drop(felt.pop()),
             }

@@ -12,6 +12,7 @@ mod conclude;
 mod constraints;
 mod contradicted;
 mod corrected;
+mod damping;
 mod described;
 mod dictionary;
 mod error;

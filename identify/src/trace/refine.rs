@@ -2,6 +2,7 @@
 //! that nothing explains, together.
 
 use super::beginning::Beginning;
+use super::damping::{DAMPING, more_damping};
 use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use super::score::{NEGLIGIBLE, deviation};
@@ -83,6 +84,8 @@ pub struct Effort {
     pub held: usize,
     /// A fit that cannot come below this cost is given up.
     pub bar: f64,
+    /// One that has come below this cost needs no better.
+    pub enough: f64,
 }
 
 impl Effort {
@@ -90,6 +93,7 @@ impl Effort {
     pub const FULL: Self = Self {
         held: 0,
         bar: f64::INFINITY,
+        enough: f64::NEG_INFINITY,
     };
 
     /// Whether a fit at `cost`, whose last step gained some nats, ends above the bar even if the
@@ -211,15 +215,19 @@ fn refine_some(
         match next {
             Some(next) if next.estimate.cost < known => {
                 let improvement = known - next.estimate.cost;
-                let gained = improvement.max(next.promised);
+                let (cost, gained) = (next.estimate.cost, improvement.max(next.promised));
+                let is_straight = uphill == 0 || next.is_at_the_ground();
                 best = Some(next);
-                if step > 1 + held && uphill == 0 && improvement < SMALL_IMPROVEMENT
-                    || effort.is_hopeless(known - improvement, gained, step)
+                if step > 1 + held && is_straight && improvement < SMALL_IMPROVEMENT
+                    || effort.is_hopeless(cost, gained, step)
+                    || cost < effort.enough
                 {
                     break;
                 }
                 (uphill, detour) = (0, false);
             }
+            // Where hardly anything is promised no shorter step gains more.
+            _ if step > held && best.as_ref().is_some_and(Step::is_at_the_ground) => break,
             // A valley that bends: where the way straight ahead leads uphill, the next step from
             // there may lead back to the ground, farther on.
             Some(next) if uphill == 0 && !detour && count > 0 => {
@@ -227,11 +235,12 @@ fn refine_some(
                 *explanation = next.next(dictionary, parameters, &beginning, DAMPING[0]);
                 continue;
             }
-            _ => uphill += 1,
+            _ => match &best {
+                Some(best) if count > 0 => uphill = more_damping(&best.gram, fitted.len(), uphill),
+                _ => break,
+            },
         }
-        let Some(best) = &best else { break };
-        let choices = if count == 0 { 1 } else { DAMPING.len() };
-        let Some(&damping) = DAMPING[..choices].get(uphill) else {
+        let (Some(best), Some(&damping)) = (&best, DAMPING.get(uphill)) else {
             break;
         };
         *explanation = best.next(dictionary, parameters, &beginning, damping);
@@ -252,10 +261,6 @@ fn refine_some(
     }
 }
 
-/// Damping of the steps that are tried one after the other where one leads uphill: the first
-/// shorten steps along a narrow valley, the last ones all.
-const DAMPING: [f64; 5] = [0.0, 1e-6, 1e-4, 1e-2, 1.0];
-
 /// A place, and the linear equation there.
 struct Step {
     from: Explanation,
@@ -272,6 +277,11 @@ struct Step {
 }
 
 impl Step {
+    /// Whether the linear equation promises hardly anything.
+    fn is_at_the_ground(&self) -> bool {
+        self.promised < SMALL_IMPROVEMENT
+    }
+
     /// The place that the linear equation leads to, with some damping.
     fn next(
         &self,

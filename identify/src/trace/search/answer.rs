@@ -2,12 +2,12 @@
 
 use super::beam::Search;
 use super::channel::{clock_of_inputs, delay_of_inputs, is_time, timed_input, timed_sensor};
-use super::fit::{Fitted, fit};
+use super::fit::{Fitted, fit, fit_with};
 use super::hypothesis::Hypothesis;
 use crate::machine::SolveError;
 use crate::trace::dictionary::Dictionary;
 use crate::trace::finding::{Rival, says_no_strength, worth};
-use crate::trace::refine::Explanation;
+use crate::trace::refine::{Effort, Explanation};
 use crate::trace::remaining::{Remaining, beside};
 use crate::trace::selection::{Selection, Term};
 use crate::trace::sensor_memory::WithoutForces;
@@ -148,6 +148,7 @@ fn is_its_own(search: &Search<'_>, best: &Fitted, term: usize) -> bool {
     if !found.observed.record.hides(found.values[time]) || search.progress.ended().is_some() {
         return false;
     }
+    let as_likely = best.estimate.cost + TIE;
     let cost = |shared: Hypothesis, clock: usize| {
         let mut values = dictionary.without(&[term], &found.values);
         if values[clock] == dictionary.defaults[clock] {
@@ -157,13 +158,19 @@ fn is_its_own(search: &Search<'_>, best: &Fitted, term: usize) -> bool {
             values,
             ..found.clone()
         };
-        fit(dictionary, &shared, start).map_or(f64::INFINITY, |fitted| fitted.estimate.cost)
+        let effort = Effort {
+            bar: as_likely,
+            enough: as_likely,
+            ..Effort::FULL
+        };
+        let fitted = fit_with(dictionary, &shared, start, effort);
+        fitted.map_or(f64::INFINITY, |fitted| fitted.estimate.cost)
     };
     let is_told_from = |(candidate, clock): (usize, usize)| {
         let shared = hypothesis.exchange(&[term], &[candidate]);
         let otherwise = search.free_hold.then(|| shared.held_otherwise());
         let mut shared = std::iter::once(shared).chain(otherwise);
-        shared.all(|shared| cost(shared, clock) > best.estimate.cost + TIE)
+        shared.all(|shared| cost(shared, clock) > as_likely)
     };
     let candidates = 0..dictionary.candidates.len();
     let clocks = candidates.filter_map(|c| Some((c, delay_of_inputs(dictionary, c)?)));

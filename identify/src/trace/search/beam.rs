@@ -107,12 +107,8 @@ impl<'a> Search<'a> {
             if search.is_over() && !search.given.is_empty() {
                 break;
             }
-            let given = Arc::new(given_with(
-                dictionary,
-                observed,
-                (hold, f64::INFINITY),
-                noise,
-            )?);
+            let given = given_with(dictionary, observed, (hold, Effort::FULL), noise)?;
+            let given = Arc::new(given);
             search.explored.add(dictionary, Arc::clone(&given));
             search.given.push(given);
         }
@@ -201,7 +197,7 @@ impl<'a> Search<'a> {
             observed, noise, ..
         } = &self.given[0].explanation;
         let hold = of.hypothesis.hold;
-        given_with(self.dictionary, observed, (hold, f64::INFINITY), noise)
+        given_with(self.dictionary, observed, (hold, Effort::FULL), noise)
     }
 
     /// A search in the same log, seen otherwise, begun with what this has found.
@@ -451,8 +447,8 @@ impl<'a> Search<'a> {
             let fitted = wave.par_iter().map(|proposal| {
                 let hypothesis = &proposal.hypothesis;
                 let effort = Effort {
-                    held: 0,
                     bar: bar(known, structure(self.dictionary, hypothesis)),
+                    ..Effort::FULL
                 };
                 let start = proposal.start(self.dictionary, from);
                 // Under which the machine cannot move, it is no explanation.
@@ -550,7 +546,11 @@ impl<'a> Search<'a> {
         });
         let again = new.next().and_then(|term| {
             let start = placed(self.dictionary, &fitted, term)?;
-            fit(self.dictionary, &fitted.hypothesis, start).ok()
+            let effort = Effort {
+                bar: fitted.estimate.cost,
+                ..Effort::FULL
+            };
+            fit_with(self.dictionary, &fitted.hypothesis, start, effort).ok()
         });
         match again {
             Some(again) if again.score < fitted.score => again,

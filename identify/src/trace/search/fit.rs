@@ -50,7 +50,7 @@ impl Fitted {
     }
 }
 
-/// The model as given, fitted to a log as far as it may come below a cost.
+/// The model as given, fitted to a log with some effort.
 ///
 /// # Errors
 /// If the equation of motion cannot be solved along the curve.
@@ -58,10 +58,10 @@ pub fn as_given(
     dictionary: &Dictionary,
     observed: &Observed,
     hold: Hold,
-    bar: f64,
+    effort: Effort,
 ) -> Result<Fitted, SolveError> {
     let noise = first_noise(&dictionary.focus(&[]), observed, &dictionary.defaults)?;
-    given_with(dictionary, observed, (hold, bar), &noise)
+    given_with(dictionary, observed, (hold, effort), &noise)
 }
 
 /// The same begun with some noise, which says the least that there is.
@@ -71,7 +71,7 @@ pub fn as_given(
 pub fn given_with(
     dictionary: &Dictionary,
     observed: &Observed,
-    (hold, bar): (Hold, f64),
+    (hold, effort): (Hold, Effort),
     noise: &ProcessNoise,
 ) -> Result<Fitted, SolveError> {
     let starts = [noise.at_smallest_jitter(), noise.at_smallest()];
@@ -81,7 +81,6 @@ pub fn given_with(
             values: dictionary.defaults.clone(),
             observed: observed.clone(),
         };
-        let effort = Effort { held: 0, bar };
         fit_with(dictionary, &Hypothesis::nothing(hold), start, effort)
     });
     let [lasting, white]: [_; 2] = fitted.collect::<Vec<_>>().try_into().expect("two");
@@ -118,8 +117,11 @@ pub fn fit_with(
     let candidates = hypothesis.candidates();
     let refined = refine(dictionary, candidates, &mut explanation, effort)?;
     let bar = effort.bar.min(refined.estimate.cost);
-    let others = beside_jumps(dictionary, hypothesis, &explanation).into_par_iter();
-    let others = others.filter_map(|mut start| {
+    let others = match refined.estimate.cost < effort.enough {
+        true => Vec::new(),
+        false => beside_jumps(dictionary, hypothesis, &explanation),
+    };
+    let others = others.into_par_iter().filter_map(|mut start| {
         let refined = refine(dictionary, candidates, &mut start, Effort { bar, ..effort });
         Some((refined.ok()?, start))
     });
@@ -146,7 +148,11 @@ pub fn sharpened(dictionary: &Dictionary, fitted: Fitted, bar: f64) -> Fitted {
         sharper.noise = sharper.noise.times(SHARPER);
         let starts = [(fitted.explanation.clone(), 0), (sharper, SHARP_STEPS)];
         let again = starts.into_par_iter().map(|(start, held)| {
-            let effort = Effort { held, bar };
+            let effort = Effort {
+                held,
+                bar,
+                ..Effort::FULL
+            };
             fit_with(dictionary, &fitted.hypothesis, start, effort).ok()
         });
         let again: Vec<Option<Fitted>> = again.collect();
@@ -175,10 +181,8 @@ mod tests {
     use crate::trace::wheel::{WHEEL, begun, named, rectangular};
     use std::fmt::Write;
 
-    /// A drive that gives less, and a wheel that weighs more, are one law: `g u = i a`. Neither
-    /// may count as better known than the other.
-    #[test]
-    fn a_weak_drive_is_as_likely_as_a_heavy_wheel() {
+    /// A wheel whose drive gives 0.7 of what it is told.
+    fn weakly_driven() -> String {
         let mut text = String::from("t,q_angle,u_motor\n");
         let mut noise = rectangular(2);
         let waves = [(0.9, 3.0), (0.5, 7.0)];
@@ -188,7 +192,32 @@ mod tests {
             let a: f64 = waves.iter().map(|(a, w)| -a * w * w * (w * t).sin()).sum();
             writeln!(text, "{t},{},{}", q + 2e-5 * noise(), 0.02 / 0.7 * a).unwrap();
         }
-        let (dictionary, start) = begun(WHEEL, &text, ["angle", "motor"]);
+        text
+    }
+
+    /// From the place where it begins, if that will do.
+    #[test]
+    fn a_fit_that_is_good_enough_goes_no_further() {
+        let (dictionary, start) = begun(WHEEL, &weakly_driven(), ["angle", "motor"]);
+        let drive = Hypothesis::nothing(Hold::Linear);
+        let drive = drive.exchange(&[], &[named(&dictionary, "input_gain(motor)")]);
+        let gain = |enough: f64| {
+            let effort = Effort {
+                enough,
+                ..Effort::FULL
+            };
+            let fitted = fit_with(&dictionary, &drive, start.clone(), effort).unwrap();
+            fitted.explanation.values[fitted.estimate.parameters[0]]
+        };
+        assert_eq!(gain(f64::INFINITY), 1.0);
+        assert!((gain(Effort::FULL.enough) - 0.7).abs() < 1e-3);
+    }
+
+    /// A drive that gives less, and a wheel that weighs more, are one law: `g u = i a`. Neither
+    /// may count as better known than the other.
+    #[test]
+    fn a_weak_drive_is_as_likely_as_a_heavy_wheel() {
+        let (dictionary, start) = begun(WHEEL, &weakly_driven(), ["angle", "motor"]);
         let nothing = Hypothesis::nothing(Hold::Linear);
         let [drive, wheel] = ["input_gain(motor)", "parameter(i)"].map(|name| {
             let hypothesis = nothing.exchange(&[], &[named(&dictionary, name)]);

@@ -42,6 +42,7 @@ mod tests {
     use super::*;
     use crate::regression::Hold;
     use crate::trace::bar::{BAR, log};
+    use crate::trace::refine::Effort;
     use crate::trace::search::fit::as_given;
     use crate::trace::wheel::{begun_with, named, traced};
 
@@ -52,7 +53,7 @@ mod tests {
         }
         let channels: [&[&str]; 2] = [&["x", "phi"], &["left", "right"]];
         let (dictionary, start) = begun_with(BAR, &log([0.03, 0.03]), channels);
-        let given = as_given(&dictionary, &start.observed, Hold::Previous, f64::INFINITY).unwrap();
+        let given = as_given(&dictionary, &start.observed, Hold::Previous, Effort::FULL).unwrap();
         let at = Neighbourhood::new(&dictionary, &given, &[], false).unwrap();
         let proposed = Clock.propose(&at, &Explored::default());
         let both = named(&dictionary, "input_lag(left, right)");

@@ -84,6 +84,7 @@ fn families<'a>(at: &'a Neighbourhood<'_>) -> Vec<Vec<&'a ShapedCandidate>> {
 mod tests {
     use super::*;
     use crate::regression::Hold;
+    use crate::trace::refine::Effort;
     use crate::trace::search::fit::as_given;
     use crate::trace::wheel::{begun_with, rectangular};
     use std::fmt::Write;
@@ -122,7 +123,7 @@ force x = input(x);
 force y = input(y);
 ";
         let (dictionary, start) = begun_with(PUCK, log, [&["x", "y"], &["x", "y"]]);
-        let given = as_given(&dictionary, &start.observed, Hold::Linear, f64::INFINITY).unwrap();
+        let given = as_given(&dictionary, &start.observed, Hold::Linear, Effort::FULL).unwrap();
         let at = Neighbourhood::new(&dictionary, &given, &[], false).unwrap();
         let proposals = Family.propose(&at, &Explored::default());
         let families = proposals.iter().map(|proposal| {
