@@ -49,6 +49,7 @@ def rates(lines, details):
     named = [x for x in lines if x["class"] != "none" and x["wanted"] != "unknown"]
     print(f"\nfirst finding strictly true: {rate(named, 'leading')}; where the truth has no twin: "
           f"{rate([x for x in named if not x['twin']], 'leading')}")
+    print(f"exact where the truth has no twin: {rate([x for x in lines if not x['twin']], 'exact')}")
 
 
 def figures(lines):
