@@ -33,19 +33,34 @@ impl<'a> Numbers<'a> {
     /// At most so many numbers that leave no forces, neither in the part of the log that is searched first nor in the
     /// whole.
     pub fn that_leave_nothing(&mut self, at_most: usize) -> Option<Learnt> {
+        self.without_forces(Selection::leaves_nothing, at_most)
+    }
+
+    /// So many numbers that are a better explanation than another, because they are fewer or leave much less; than one
+    /// that leaves nothing, because they are fewer.
+    pub fn better_than(&mut self, known: &Selection, at_most: usize) -> Option<Learnt> {
+        if !known.forces_remain() {
+            let fewer = known.terms.len().saturating_sub(1);
+            let is_better = |other: &Selection| other.explains_with_less(known);
+            return self.without_forces(is_better, fewer.min(at_most));
+        }
+        let text = opened(self.learner.source.text)?;
+        let is_better =
+            |other: &Selection| other.explains_with_less(known) || other.leaves_much_less(known);
+        self.beside_effects(&text, is_better, at_most)
+    }
+
+    /// What is better, if at most so many of them leave no forces in the part of the log that is searched first.
+    fn without_forces(
+        &mut self,
+        is_better: impl Fn(&Selection) -> bool,
+        at_most: usize,
+    ) -> Option<Learnt> {
         let text = opened(self.learner.source.text)?;
         let alone = self.alone(&text)?;
         if alone.leaves_forces_at_first(at_most).ok()? {
             return None;
         }
-        self.beside_effects(&text, Selection::leaves_nothing, at_most)
-    }
-
-    /// So many numbers that are a better explanation than another, because they are fewer or leave much less.
-    pub fn better_than(&mut self, known: &Selection, at_most: usize) -> Option<Learnt> {
-        let text = opened(self.learner.source.text)?;
-        let is_better =
-            |other: &Selection| other.explains_with_less(known) || other.leaves_much_less(known);
         self.beside_effects(&text, is_better, at_most)
     }
 
