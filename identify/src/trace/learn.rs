@@ -18,7 +18,7 @@ use super::subject::Subject;
 use crate::machine::SolveError;
 use std::cell::OnceCell;
 
-/// More terms than this are suspicious: one wrong length looks like many effects.
+/// More terms than this are looked for after as few numbers of a description: one wrong length looks like many effects.
 const FEW_TERMS: usize = 2;
 
 /// Fewer findings than this are better looked for in the motion, which is known more exactly, as
@@ -110,10 +110,9 @@ impl Learner<'_> {
                 }
             }
         };
-        // What effects do not explain, or many only together, may be a number of the description.
+        // What effects do not explain, or several only together, may be one number of the description.
         let is_settled = basis == Basis::Forces && is_plain(&dictionary, &selection);
-        let is_suspicious =
-            !is_settled && (selection.forces_remain() || selection.terms.len() > FEW_TERMS);
+        let is_suspicious = !is_settled && (selection.forces_remain() || selection.terms.len() > 1);
         let described = match is_suspicious && !immobile && !self.is_over() {
             true => {
                 let at_most = match selection.terms.len() >= MANY {
