@@ -12,7 +12,6 @@ mod conclude;
 mod constraints;
 mod contradicted;
 mod corrected;
-mod damping;
 mod described;
 mod dictionary;
 mod error;

@@ -2,7 +2,6 @@
 //! that nothing explains, together.
 
 use super::beginning::Beginning;
-use super::damping::{DAMPING, more_damping};
 use super::dictionary::Dictionary;
 use super::estimate::Observed;
 use super::score::{NEGLIGIBLE, deviation};
@@ -216,9 +215,8 @@ fn refine_some(
             Some(next) if next.estimate.cost < known => {
                 let improvement = known - next.estimate.cost;
                 let (cost, gained) = (next.estimate.cost, improvement.max(next.promised));
-                let is_straight = uphill == 0 || next.is_at_the_ground();
                 best = Some(next);
-                if step > 1 + held && is_straight && improvement < SMALL_IMPROVEMENT
+                if step > 1 + held && uphill == 0 && improvement < SMALL_IMPROVEMENT
                     || effort.is_hopeless(cost, gained, step)
                     || cost < effort.enough
                 {
@@ -226,8 +224,6 @@ fn refine_some(
                 }
                 (uphill, detour) = (0, false);
             }
-            // Where hardly anything is promised no shorter step gains more.
-            _ if step > held && best.as_ref().is_some_and(Step::is_at_the_ground) => break,
             // A valley that bends: where the way straight ahead leads uphill, the next step from
             // there may lead back to the ground, farther on.
             Some(next) if uphill == 0 && !detour && count > 0 => {
@@ -235,12 +231,11 @@ fn refine_some(
                 *explanation = next.next(dictionary, parameters, &beginning, DAMPING[0]);
                 continue;
             }
-            _ => match &best {
-                Some(best) if count > 0 => uphill = more_damping(&best.gram, fitted.len(), uphill),
-                _ => break,
-            },
+            _ => uphill += 1,
         }
-        let (Some(best), Some(&damping)) = (&best, DAMPING.get(uphill)) else {
+        let Some(best) = &best else { break };
+        let choices = if count == 0 { 1 } else { DAMPING.len() };
+        let Some(&damping) = DAMPING[..choices].get(uphill) else {
             break;
         };
         *explanation = best.next(dictionary, parameters, &beginning, damping);
@@ -261,6 +256,10 @@ fn refine_some(
     }
 }
 
+/// Damping of the steps that are tried one after the other where one leads uphill: the first
+/// shorten steps along a narrow valley, the last ones all.
+const DAMPING: [f64; 5] = [0.0, 1e-6, 1e-4, 1e-2, 1.0];
+
 /// A place, and the linear equation there.
 struct Step {
     from: Explanation,
@@ -277,11 +276,6 @@ struct Step {
 }
 
 impl Step {
-    /// Whether the linear equation promises hardly anything.
-    fn is_at_the_ground(&self) -> bool {
-        self.promised < SMALL_IMPROVEMENT
-    }
-
     /// The place that the linear equation leads to, with some damping.
     fn next(
         &self,

@@ -546,11 +546,7 @@ impl<'a> Search<'a> {
         });
         let again = new.next().and_then(|term| {
             let start = placed(self.dictionary, &fitted, term)?;
-            let effort = Effort {
-                bar: fitted.estimate.cost,
-                ..Effort::FULL
-            };
-            fit_with(self.dictionary, &fitted.hypothesis, start, effort).ok()
+            fit(self.dictionary, &fitted.hypothesis, start).ok()
         });
         match again {
             Some(again) if again.score < fitted.score => again,
