@@ -26,8 +26,8 @@ const FEW_TERMS: usize = 2;
 const MANY: usize = 5;
 
 /// In a band narrower than that in which the log shows accelerations forces say less of what is missing than the
-/// motion does: what they say counts for more where it brings predictions to this share of their errors (no unit).
-/// With 1, damping that depends on the position was called plain friction.
+/// motion does: what they say counts for more where it brings predictions to this share of their errors (no unit), and
+/// wherever only a part of the motion was asked. With 1, damping that depends on the position was called plain friction.
 const CLEARLY: f64 = 0.5;
 
 /// What was selected, and out of what.
@@ -40,12 +40,22 @@ pub(super) struct Learnt {
     pub basis: Basis,
 }
 
-/// In what the motion was explained.
+/// In what the log was explained.
 enum Explained {
     /// Terms of the model as given.
-    AsGiven(Box<Selection>),
+    AsGiven(Basis, Box<Selection>),
     /// Numbers of its robot description.
     Described(Box<Learnt>),
+}
+
+impl Explained {
+    fn by_forces(forces: Selection) -> Self {
+        Self::AsGiven(Basis::Forces, Box::new(forces))
+    }
+
+    fn by_motion(motion: Selection) -> Self {
+        Self::AsGiven(Basis::Motion, Box::new(motion))
+    }
 }
 
 /// How a log is looked at.
@@ -84,31 +94,21 @@ impl Learner<'_> {
         let numbers = OnceCell::new();
         let mut numbers = Numbers::new(self, &numbers);
         let by_forces = forces::learn(&dictionary, &logged, self.seed)?;
-        let (basis, selection) = match by_forces {
-            Some(forces) if immobile || is_plain(&dictionary, &forces) => (Basis::Forces, forces),
+        let explained = match by_forces {
+            Some(forces) if immobile || is_plain(&dictionary, &forces) => {
+                Explained::by_forces(forces)
+            }
             Some(forces) if forces.terms.len() >= MANY => {
-                match self.explained(&dictionary, &forces, &mut numbers) {
-                    Some(Explained::AsGiven(motion)) => (Basis::Motion, *motion),
-                    Some(Explained::Described(learnt)) => return Ok(*learnt),
-                    None => (Basis::Forces, forces),
-                }
+                self.by_motion_or_many_forces(&dictionary, forces, &mut numbers)
             }
             few => {
-                let explained = self
-                    .in_few_terms_or_many(&dictionary, few.as_ref(), &mut numbers)
-                    .map_err(located)?;
-                let motion = match explained {
-                    Explained::AsGiven(motion) => *motion,
-                    Explained::Described(learnt) => return Ok(*learnt),
-                };
-                let errs = motion.forces_remain() || self.felt.noisy_inputs().next().is_some();
-                let nearer =
-                    few.filter(|forces| errs && self.is_nearer(&dictionary, forces, &motion));
-                match nearer {
-                    Some(forces) => (Basis::Forces, forces),
-                    None => (Basis::Motion, motion),
-                }
+                let explained = self.by_motion_or_few_forces(&dictionary, few, &mut numbers);
+                explained.map_err(located)?
             }
+        };
+        let (basis, selection) = match explained {
+            Explained::AsGiven(basis, selection) => (basis, *selection),
+            Explained::Described(learnt) => return Ok(*learnt),
         };
         // What effects do not explain, or several only together, may be one number of the description.
         let is_settled = basis == Basis::Forces && is_plain(&dictionary, &selection);
@@ -139,8 +139,17 @@ impl Learner<'_> {
     /// force that no model holds: then inputs are what errs, and not the motion that follows from them. So
     /// they do where their columns carry noise.
     /// Where nothing drives a coordinate there is nothing of that kind, and a part without mass would
-    /// leave its forces in perfect balance.
-    fn is_nearer(&self, dictionary: &Dictionary, forces: &Selection, motion: &Selection) -> bool {
+    /// leave its forces in perfect balance. Predictions are nearer whose errors are less than this `share` of the others'.
+    fn is_nearer(
+        &self,
+        dictionary: &Dictionary,
+        forces: &Selection,
+        motion: &Selection,
+        share: f64,
+    ) -> bool {
+        if !motion.forces_remain() && self.felt.noisy_inputs().next().is_none() {
+            return false;
+        }
         let logged = &self.observed.record.u;
         let seen = (&logged[..], forces.narrowing);
         let left = |selection: &Selection| forces::left(dictionary, selection, seen).ok();
@@ -148,7 +157,10 @@ impl Learner<'_> {
             let pair = left(forces).zip(left(motion));
             pair.is_some_and(|(forces, motion)| forces < motion)
         };
-        let share = if forces.narrowing > 1 { CLEARLY } else { 1.0 };
+        let share = match forces.narrowing {
+            1 => share,
+            _ => CLEARLY * share,
+        };
         let foretells = || {
             let of = |selection: &Selection| {
                 let terms = selection.accepted();
@@ -188,32 +200,71 @@ impl Learner<'_> {
         })
     }
 
-    /// What explains the motion up to sensor noise where the balance of forces says that a lot is missing. One
-    /// sensor that misreads, or one length that is wrong, makes forces everywhere: a few terms that explain it are
-    /// right. What the balance leaves a lot of beside all that it says, it has not found: from there the motion
-    /// goes on, unless that is so much that it would take longer than anyone waits, or foretells the motion clearly
-    /// better already.
-    fn explained(
+    /// What explains the motion up to sensor noise where the balance of forces says that a lot is missing, or else what
+    /// that balance says. One sensor that misreads, or one length that is wrong, makes forces everywhere: a few terms
+    /// that explain the motion are right. What the balance leaves a lot of beside all that it says, it has not found:
+    /// from there the motion goes on, unless that is so much that it would take longer than anyone waits, or foretells
+    /// the motion clearly better already.
+    fn by_motion_or_many_forces(
         &self,
         dictionary: &Dictionary,
-        forces: &Selection,
+        forces: Selection,
         numbers: &mut Numbers<'_>,
-    ) -> Option<Explained> {
+    ) -> Explained {
         let mut motion = self.motion(dictionary);
         match self.in_few_terms(&mut motion, numbers) {
-            Ok(Explained::AsGiven(few)) if few.forces_remain() => {}
-            Ok(explained) => return Some(explained),
+            Ok(Explained::AsGiven(_, few)) if few.forces_remain() => {}
+            Ok(explained) => return explained,
             Err(_) => {}
         }
         if self.is_over()
-            || leaves_nearly_nothing(forces)
+            || leaves_nearly_nothing(&forces)
             || forces.terms.len() >= MAX_TERMS
-            || self.foretells_clearly(dictionary, forces)
+            || self.foretells_clearly(dictionary, &forces)
         {
-            return None;
+            return Explained::by_forces(forces);
         }
-        let all = motion.ask(MAX_TERMS, Some(forces)).ok()?;
-        (!all.forces_remain()).then_some(Explained::AsGiven(Box::new(all)))
+        match motion.ask(MAX_TERMS, Some(&forces)) {
+            Ok(all) if !all.forces_remain() => Explained::by_motion(all),
+            _ => Explained::by_forces(forces),
+        }
+    }
+
+    /// What the motion says, beginning with what the balance of forces does, or else what that balance says, where it is
+    /// nearer to the log; where there is a robot description whose numbers are not open, in few terms first. Where the
+    /// part of the motion that is searched first says clearly less than the balance of forces, and the noise of its
+    /// sensors is not in question, the whole is not asked.
+    fn by_motion_or_few_forces(
+        &self,
+        dictionary: &Dictionary,
+        forces: Option<Selection>,
+        numbers: &mut Numbers<'_>,
+    ) -> Result<Explained, SolveError> {
+        let nearer = |motion: &Selection, share: f64| {
+            let forces = forces.as_ref()?;
+            let is_nearer = self.is_nearer(dictionary, forces, motion, share);
+            is_nearer.then(|| Explained::by_forces(forces.clone()))
+        };
+        let mut motion = self.motion(dictionary);
+        if opened(self.source.text).is_some() {
+            match self.in_few_terms(&mut motion, numbers)? {
+                Explained::AsGiven(_, few) if few.forces_remain() && !self.is_over() => {}
+                Explained::AsGiven(_, few) => {
+                    return Ok(nearer(&few, 1.0).unwrap_or(Explained::by_motion(*few)));
+                }
+                described @ Explained::Described(_) => return Ok(described),
+            }
+        }
+        if forces.is_some()
+            && let Some(part) = motion.settled_at_first(MAX_TERMS, forces.as_ref())?
+        {
+            let observed = self.felt.clone();
+            if let Some(explained) = nearer(&Selection { observed, ..part }, CLEARLY) {
+                return Ok(explained);
+            }
+        }
+        let all = motion.ask(MAX_TERMS, forces.as_ref())?;
+        Ok(nearer(&all, 1.0).unwrap_or(Explained::by_motion(all)))
     }
 
     /// What few terms of the motion say; where they leave forces in the part that is searched first, few numbers of a
@@ -231,26 +282,7 @@ impl Learner<'_> {
             return Ok(Explained::Described(Box::new(described)));
         }
         let few = motion.ask(FEW_TERMS, None)?;
-        Ok(Explained::AsGiven(Box::new(few)))
-    }
-
-    /// What the motion says, beginning with what the balance of forces does; where there is a robot description
-    /// whose numbers are not open, in few terms first.
-    fn in_few_terms_or_many(
-        &self,
-        dictionary: &Dictionary,
-        suggested: Option<&Selection>,
-        numbers: &mut Numbers<'_>,
-    ) -> Result<Explained, SolveError> {
-        let mut motion = self.motion(dictionary);
-        if opened(self.source.text).is_some() {
-            match self.in_few_terms(&mut motion, numbers)? {
-                Explained::AsGiven(few) if few.forces_remain() && !self.is_over() => {}
-                explained => return Ok(explained),
-            }
-        }
-        let selection = motion.ask(MAX_TERMS, suggested)?;
-        Ok(Explained::AsGiven(Box::new(selection)))
+        Ok(Explained::by_motion(few))
     }
 
     /// A search in the motion, as the machine felt its inputs.

@@ -161,6 +161,20 @@ impl<'a> Inquiries<'a> {
         }
     }
 
+    /// What the part of the log says that is searched first, under the noise that the sensors show from sample to sample;
+    /// `None` where that may be wrong. See [`Inquiry::ask_at_first`].
+    ///
+    /// # Errors
+    /// If the equation of motion cannot be solved along the curve.
+    pub fn settled_at_first(
+        &mut self,
+        at_most: usize,
+        suggested: Option<&Selection>,
+    ) -> Result<Option<Selection>, SolveError> {
+        let as_read = self.as_read.ask_at_first(at_most, suggested)?;
+        Ok(self.is_settled(&as_read).then_some(as_read.selection))
+    }
+
     /// See [`Inquiry::leaves_forces_at_first`], under the noise that the sensors show from sample to sample.
     ///
     /// # Errors
