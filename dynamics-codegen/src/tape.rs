@@ -6,10 +6,13 @@
 //! block stays in the cache.
 
 use crate::graph::{Binary, ExprId, Graph, Node, SymbolId, Unary};
+use std::cell::RefCell;
 use std::ops::Range;
 
 /// Samples per block.
 const LANES: usize = 64;
+/// A block with fewer is worked on in so many at once.
+const WIDTH: usize = 8;
 type Lanes = [f64; LANES];
 
 /// One input of a tape: a value per sample, or one value for all.
@@ -56,6 +59,11 @@ enum Operation {
 struct Instruction {
     target: u32,
     operation: Operation,
+}
+
+thread_local! {
+    /// Registers of whichever tape runs: room that is made anew for each would have to be cleared first.
+    static ROOM: RefCell<Vec<Lanes>> = const { RefCell::new(Vec::new()) };
 }
 
 /// The registers of one tape, filled with its constants.
@@ -113,26 +121,32 @@ impl Tape {
     /// If the number of columns, or the length of one, does not fit.
     pub fn evaluate_all(&self, inputs: &[Column<'_>], samples: usize) -> Vec<Vec<f64>> {
         let mut results = vec![vec![0.0; samples]; self.outputs.len()];
-        self.blocks(
-            inputs,
-            samples,
-            &mut self.workspace(),
-            |block, registers| {
+        ROOM.with_borrow_mut(|room| {
+            if room.len() < self.registers {
+                room.resize(self.registers, [0.0; LANES]);
+            }
+            let registers = &mut room[..self.registers];
+            self.fill_constants(registers);
+            self.blocks(inputs, samples, registers, |block, registers| {
                 for (column, &register) in results.iter_mut().zip(&self.outputs) {
                     column[block.clone()]
                         .copy_from_slice(&registers[register as usize][..block.len()]);
                 }
-            },
-        );
+            });
+        });
         results
+    }
+
+    fn fill_constants(&self, registers: &mut [Lanes]) {
+        for &(register, value) in &self.constants {
+            registers[register as usize] = [value; LANES];
+        }
     }
 
     /// Room to evaluate in, for [`Tape::evaluate_rows`].
     pub fn workspace(&self) -> Workspace {
         let mut registers: Vec<Lanes> = vec![[0.0; LANES]; self.registers];
-        for &(register, value) in &self.constants {
-            registers[register as usize] = [value; LANES];
-        }
+        self.fill_constants(&mut registers);
         Workspace(registers)
     }
 
@@ -151,7 +165,7 @@ impl Tape {
     ) {
         let width = self.outputs.len();
         assert_eq!(rows.len(), samples * width, "one row per sample");
-        self.blocks(inputs, samples, workspace, |block, registers| {
+        self.blocks(inputs, samples, &mut workspace.0, |block, registers| {
             for (place, &register) in self.outputs.iter().enumerate() {
                 let lanes = &registers[register as usize];
                 for (sample, &value) in block.clone().zip(lanes) {
@@ -166,7 +180,7 @@ impl Tape {
         &self,
         inputs: &[Column<'_>],
         samples: usize,
-        Workspace(registers): &mut Workspace,
+        registers: &mut [Lanes],
         mut done: impl FnMut(Range<usize>, &[Lanes]),
     ) {
         assert_eq!(inputs.len(), self.loads.len(), "one column per input");
@@ -176,20 +190,31 @@ impl Tape {
         }
         for start in (0..samples).step_by(LANES) {
             let count = LANES.min(samples - start);
-            self.load(inputs, registers, start, count);
-            self.run(registers, if count == 1 { 1 } else { LANES });
+            let lanes = match count {
+                1 => 1,
+                _ => count.next_multiple_of(WIDTH),
+            };
+            self.load(inputs, registers, start..start + count, lanes);
+            self.run(registers, lanes);
             done(start..start + count, registers);
         }
     }
 
-    fn load(&self, inputs: &[Column<'_>], registers: &mut [Lanes], start: usize, count: usize) {
+    fn load(
+        &self,
+        inputs: &[Column<'_>],
+        registers: &mut [Lanes],
+        samples: Range<usize>,
+        lanes: usize,
+    ) {
+        let (start, count) = (samples.start, samples.len());
         for (column, register) in inputs.iter().zip(&self.loads) {
             let Some(register) = register else { continue };
-            let lanes = &mut registers[*register as usize];
+            let lanes = &mut registers[*register as usize][..lanes];
             match column {
                 Column::Same(value) => lanes.fill(*value),
                 Column::Each(values) => {
-                    lanes[..count].copy_from_slice(&values[start..start + count]);
+                    lanes[..count].copy_from_slice(&values[samples.clone()]);
                 }
                 Column::Every(values, stride) => {
                     let values = values[start * stride..].iter().step_by(*stride);
@@ -454,6 +479,12 @@ mod tests {
             for (column, value) in columns.iter().zip(expected) {
                 assert_eq!(column[sample], value);
             }
+        }
+        // The room was another tape's in between.
+        Tape::new(&g, &[product, sine], &[sx, sy]).evaluate(&[0.7, -3.0]);
+        let few = tape.evaluate_all(&[Column::Each(&values[..3]), Column::Same(1.7)], 3);
+        for (few, all) in few.iter().zip(&columns) {
+            assert_eq!(few[..], all[..3]);
         }
         // The same from rows of three entries, into rows of four.
         let given: Vec<f64> = values.iter().flat_map(|&x| [9.0, x, 8.0]).collect();

@@ -178,7 +178,7 @@ impl States {
         let intervals = range.clone();
         let t = intervals
             .clone()
-            .map(|k| self.t[k] + share * (self.t[k + 1] - self.t[k]))
+            .map(|k| straight(self.t[k], self.t[k + 1], share))
             .collect();
         let (mut q, mut v) = (Vec::new(), Vec::new());
         for (positions, rates) in self.q.iter().zip(&self.v) {
@@ -202,7 +202,7 @@ impl States {
             intervals
                 .clone()
                 .map(|k| match hold {
-                    Hold::Linear => u[k] + share * (u[k + 1] - u[k]),
+                    Hold::Linear => straight(u[k], u[k + 1], share),
                     Hold::Previous => u[k],
                 })
                 .collect()
@@ -214,5 +214,13 @@ impl States {
             u: self.u.iter().map(input).collect(),
             ..Self::default()
         }
+    }
+}
+
+/// What goes straight from `a` to `b`, some share of the way: at its ends exactly these.
+fn straight(a: f64, b: f64, share: f64) -> f64 {
+    match share {
+        1.0 => b,
+        share => a + share * (b - a),
     }
 }

@@ -28,6 +28,11 @@ impl Memory {
         }
     }
 
+    /// All there is, in groups of columns.
+    pub fn columns(&self) -> [&Vec<Vec<f64>>; 4] {
+        [&self.delayed, &self.delay_rate, &self.z, &self.slopes]
+    }
+
     /// Some of the samples.
     fn pick(&self, samples: &[usize]) -> Self {
         let column = |c: &Vec<f64>| samples.iter().map(|&k| c[k]).collect();

@@ -6,7 +6,7 @@ use super::moments::Moments;
 use super::sensed::Sensed;
 use super::shooting::{Shot, shoot, unresolved, usual_accelerations};
 use super::shown::{Derivatives, Places, Shown, shown};
-use super::trails::Trails;
+use super::trails::{Trails, Visited};
 use super::transition::{decay, transition};
 use super::unseen::{bends, forces};
 use crate::log::longest_step;
@@ -176,21 +176,34 @@ impl ErrorDynamics {
             instruments: None,
             ..mover
         };
-        let local = |states: &mut States, node: usize, range: Range<usize>| {
-            let memories = trails.at(states, node, range);
-            let mover = if node == 1 { unseen } else { mover };
-            locals(mover, columns, states, &memories)
-        };
         let pieces: Vec<Piece> = chunks
             .into_par_iter()
             .map(|range| {
-                let place = |error: SolveError| error.offset(range.start);
-                let at = |node: usize, share: f64| {
-                    let mut states = curve.between(range.clone(), share, hold, longest);
-                    local(&mut states, node, range.clone()).map_err(place)
+                let at = |mover: Mover<'_>, places: &Visited, first: usize| {
+                    let found = locals(mover, columns, &places.states, &places.memories);
+                    found.map_err(|error: SolveError| error.offset(range.start + first))
                 };
-                let (starts, middles, ends) = (at(0, 0.0)?, at(1, 0.5)?, at(2, 1.0)?);
-                let nodes = [&starts[..], &middles, &ends];
+                let [begins, midway, arrives] =
+                    [(0, 0.0), (1, 0.5), (2, 1.0)].map(|(node, share)| {
+                        let states = curve.between(range.clone(), share, hold, longest);
+                        trails.visit(states, node, range.clone())
+                    });
+                let (mut starts, middles) = (at(mover, &begins, 0)?, at(unseen, &midway, 0)?);
+                let last = range.len() - 1;
+                // Where each interval begins as the one before it ends, one look does for both.
+                let apart = match arrives.goes_on_in(&begins) {
+                    true => {
+                        starts.extend(at(unseen, &arrives.only(last), last)?);
+                        Vec::new()
+                    }
+                    false => at(unseen, &arrives, 0)?,
+                };
+                let ends = if apart.is_empty() {
+                    &starts[1..]
+                } else {
+                    &apart
+                };
+                let nodes = [&starts[..=last], &middles, ends];
                 let forces = (correlation, &holonomic[..]);
                 let mut piece = piece(curve, range.clone(), longest, forces, nodes);
                 piece.unseen = forces_unseen(&bends, range.clone(), &starts);
@@ -213,7 +226,8 @@ impl ErrorDynamics {
         let (mut all, mut missed) = Self::join(curve, pieces);
         all.correlation.clone_from(correlation);
         let end = curve.len() - 1;
-        let mut last = local(&mut curve.slice(end..end + 1), 2, end - 1..end)?.remove(0);
+        let last = trails.visit(curve.slice(end..end + 1), 2, end - 1..end);
+        let mut last = locals(mover, columns, &last.states, &last.memories)?.remove(0);
         all.slope.push(with_mobility(&last));
         all.shown.extend(last.shown.take());
         missed.push(last.missed(&holonomic));

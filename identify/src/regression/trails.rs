@@ -26,6 +26,39 @@ enum BlockTrail {
     Particular(Box<Trail>),
 }
 
+/// Places along the curve.
+pub(super) struct Visited {
+    /// The curve there, with its memory.
+    pub states: States,
+    /// The memory of each block of columns.
+    pub memories: Vec<Memory>,
+}
+
+impl Visited {
+    /// Whether these are ends of intervals, each of them where the next of these `beginnings` is.
+    pub fn goes_on_in(&self, beginnings: &Self) -> bool {
+        let [ends, starts] = [self, beginnings].map(|places| {
+            let States {
+                q, v, u, memory, ..
+            } = &places.states;
+            let known = [q, v, u].into_iter();
+            let memories = std::iter::once(memory).chain(&places.memories);
+            known.chain(memories.flat_map(Memory::columns)).flatten()
+        });
+        let mut pairs = ends.zip(starts);
+        !self.states.t.is_empty() && pairs.all(|(end, start)| end[..end.len() - 1] == start[1..])
+    }
+
+    /// One of them.
+    pub fn only(&self, place: usize) -> Self {
+        let slice = |memory: &Memory| memory.slice(place..place + 1);
+        Self {
+            states: self.states.slice(place..place + 1),
+            memories: self.memories.iter().map(slice).collect(),
+        }
+    }
+}
+
 impl Trails {
     pub fn new(
         mover: Mover<'_>,
@@ -66,8 +99,8 @@ impl Trails {
         })
     }
 
-    /// Puts the curve's memory into `states`; returns that of each block.
-    pub fn at(&self, states: &mut States, node: usize, range: Range<usize>) -> Vec<Memory> {
+    /// These states of the intervals in `range`, at their beginnings, middles or ends, with what is remembered there.
+    pub fn visit(&self, mut states: States, node: usize, range: Range<usize>) -> Visited {
         states.memory = self.own.nodes[node].slice(range.clone());
         let slice = |block: &BlockTrail| {
             let trail = match block {
@@ -77,7 +110,8 @@ impl Trails {
             };
             trail.nodes[node].slice(range.clone())
         };
-        self.blocks.iter().map(slice).collect()
+        let memories = self.blocks.iter().map(slice).collect();
+        Visited { states, memories }
     }
 
     /// The curve's samples as what is read there feels them, and the memory of each block, where that is
@@ -113,7 +147,7 @@ impl Trails {
         })
     }
 
-    /// As [`at`](Self::at), some shares of the way into some intervals.
+    /// Puts the curve's memory into `states` and returns that of each block, some shares of the way into some intervals.
     pub fn within(&self, states: &mut States, intervals: &[usize], share: &[f64]) -> Vec<Memory> {
         states.memory = self.own.within(intervals, share);
         let at = |block: &BlockTrail| match block {
@@ -122,5 +156,40 @@ impl Trails {
             BlockTrail::Particular(trail) => trail.within(intervals, share),
         };
         self.blocks.iter().map(at).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn intervals_go_on_where_the_next_begin_unless_inputs_jump_or_samples_lack() {
+        let curve = States {
+            t: vec![0.0, 0.1, 0.2, 0.4],
+            q: vec![vec![0.3, 0.1, 0.4, 0.7]],
+            v: vec![vec![-1.0, 0.7, 2.0, 0.1]],
+            u: vec![vec![0.1, 0.3, 0.2, 0.6]],
+            ..States::default()
+        };
+        let goes_on = |hold: Hold, longest: f64, remembered: [f64; 2]| {
+            let [ends, starts] = [(1.0, remembered[1]), (0.0, remembered[0])].map(|(share, z)| {
+                let memory = Memory {
+                    z: vec![vec![z; 3]],
+                    ..Memory::default()
+                };
+                Visited {
+                    states: curve.between(0..3, share, hold, longest),
+                    memories: vec![memory],
+                }
+            });
+            ends.goes_on_in(&starts)
+        };
+        assert!(goes_on(Hold::Linear, 1.0, [0.5, 0.5]));
+        assert!(!goes_on(Hold::Previous, 1.0, [0.5, 0.5]));
+        assert!(!goes_on(Hold::Linear, 1.0, [0.5, 0.6]));
+        // Across a gap the machine stays where it is; behind the last interval nothing begins.
+        assert!(goes_on(Hold::Linear, 0.15, [0.5, 0.5]));
+        assert!(!goes_on(Hold::Linear, 0.05, [0.5, 0.5]));
     }
 }
