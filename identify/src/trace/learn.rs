@@ -10,7 +10,7 @@ use super::judge::trained;
 use super::numbers::Numbers;
 use super::outcome::Basis;
 use super::progress::Progress;
-use super::search::{Task, is_on_a_body};
+use super::search::{Given, Task, is_on_a_body};
 use super::selection::{Selection, Term};
 use super::settings::{GLANCE, MAX_TERMS, NEARLY_NOTHING};
 use super::slow_errors::Inquiries;
@@ -70,6 +70,8 @@ pub(super) struct Learner<'a> {
     pub ranges: &'a Ranges,
     /// How long predictions run that are compared, s.
     pub horizon: f64,
+    /// The model as given, once it was fitted to the log as it was felt and read.
+    pub given: Given,
     /// Whether the log is to say what inputs do between samples.
     pub free_hold: bool,
     /// Seed of everything random.
@@ -287,7 +289,7 @@ impl Learner<'_> {
 
     /// A search in the motion, as the machine felt its inputs.
     pub fn motion<'b>(&'b self, dictionary: &'b Dictionary) -> Inquiries<'b> {
-        Inquiries::new(self.task(dictionary), self.felt.clone())
+        Inquiries::new(self.task(dictionary), self.felt.clone(), &self.given)
     }
 
     /// What is searched for.

@@ -76,7 +76,7 @@ impl<'a> Numbers<'a> {
             only_with_terms: true,
             ..learner.task(dictionary)
         };
-        let new = || Inquiries::new(task, learner.felt.clone());
+        let new = || Inquiries::new(task, learner.felt.clone(), &learner.given);
         Some(self.alone.get_or_insert_with(new))
     }
 

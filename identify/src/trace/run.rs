@@ -19,6 +19,7 @@ use super::misread;
 use super::outcome::{Basis, Outcome};
 use super::progress::{Progress, Silent, Stage};
 use super::score::Score;
+use super::search::Given;
 use super::unmeasured::estimated;
 use super::waves::missing;
 use crate::floating::{ByRates, Unrated, as_given};
@@ -190,6 +191,7 @@ fn traced(request: &Request<'_>, plain: Compiled) -> Result<Outcome, TraceError>
         horizon: request.horizon,
         seed: request.seed,
         free_hold: request.hold.is_none(),
+        given: Given::default(),
         progress,
     };
     let mut learnt = learner.learn(dictionary)?;

@@ -6,7 +6,7 @@ use super::estimate::Observed;
 use super::finding::{Verdict, much_remains, verdict};
 use super::outcome::Basis;
 use super::score::Scoring;
-use super::search::{Answer, Inquiry, Task};
+use super::search::{Answer, Given, Inquiry, Task};
 use super::selection::Selection;
 use crate::machine::SolveError;
 
@@ -45,10 +45,10 @@ enum Noise {
 }
 
 impl<'a> Inquiries<'a> {
-    /// Into a log, of which nothing was asked yet.
-    pub fn new(task: Task<'a>, start: Observed) -> Self {
+    /// Into a log, of which nothing was asked yet; beside other searches in it.
+    pub fn new(task: Task<'a>, start: Observed, given: &'a Given) -> Self {
         Self {
-            as_read: Inquiry::new(task, start.clone()),
+            as_read: Inquiry::beside(task, start.clone(), given),
             task,
             start,
             lasting: None,

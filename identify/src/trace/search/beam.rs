@@ -82,20 +82,6 @@ impl<'a> Search<'a> {
         noise: &ProcessNoise,
     ) -> Result<Self, SolveError> {
         let (dictionary, free_hold) = (task.dictionary, task.free_hold);
-        let mut search = Self {
-            dictionary,
-            progress: task.progress,
-            free_hold,
-            at_most,
-            given: Vec::new(),
-            explored: Explored::default(),
-            fresh: Arc::default(),
-            expanded: BTreeSet::new(),
-            leapt: BTreeSet::new(),
-            left_out_nameless: false,
-            is_done: false,
-            by_steps: false,
-        };
         let other = Hypothesis::nothing(observed.hold).held_otherwise().hold;
         let is_open = free_hold && !observed.record.u.is_empty();
         let holds: &[Hold] = if is_open {
@@ -103,16 +89,37 @@ impl<'a> Search<'a> {
         } else {
             &[observed.hold]
         };
+        let mut given = Vec::new();
         for &hold in holds {
-            if search.is_over() && !search.given.is_empty() {
+            if task.progress.ended().is_some() && !given.is_empty() {
                 break;
             }
-            let given = given_with(dictionary, observed, (hold, Effort::FULL), noise)?;
-            let given = Arc::new(given);
-            search.explored.add(dictionary, Arc::clone(&given));
-            search.given.push(given);
+            let fitted = given_with(dictionary, observed, (hold, Effort::FULL), noise)?;
+            given.push(Arc::new(fitted));
         }
-        Ok(search)
+        Ok(Self::from_given(task, at_most, given))
+    }
+
+    /// Begins with the model as given as it was fitted, under each assumption about inputs that is open.
+    pub fn from_given(task: Task<'a>, at_most: usize, given: Vec<Arc<Fitted>>) -> Self {
+        let mut explored = Explored::default();
+        for given in &given {
+            explored.add(task.dictionary, Arc::clone(given));
+        }
+        Self {
+            dictionary: task.dictionary,
+            progress: task.progress,
+            free_hold: task.free_hold,
+            at_most,
+            given,
+            explored,
+            fresh: Arc::default(),
+            expanded: BTreeSet::new(),
+            leapt: BTreeSet::new(),
+            left_out_nameless: false,
+            is_done: false,
+            by_steps: false,
+        }
     }
 
     /// The same task once more.

@@ -34,6 +34,14 @@ impl Fitted {
         self.estimate.leaves_forces()
     }
 
+    /// The model as given, fitted for a search in the same log, as another search in it begins, whose `dictionary` may
+    /// have other parameters.
+    pub fn shared_with(&self, dictionary: &Dictionary) -> Self {
+        let mut shared = self.clone();
+        shared.explanation.values.clone_from(&dictionary.defaults);
+        shared
+    }
+
     /// Whether each of its terms does something, within what is possible.
     pub fn is_possible(&self, dictionary: &Dictionary) -> bool {
         let model = &dictionary.machine.compiled.model;

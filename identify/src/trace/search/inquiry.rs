@@ -11,6 +11,7 @@ use crate::trace::progress::Stage;
 use crate::trace::selection::Selection;
 use crate::trace::sensor_memory::with_memory;
 use crate::trace::settings::{SEARCHED, SEARCHED_READINGS};
+use std::cell::OnceCell;
 use std::sync::Arc;
 
 /// A search for the terms that explain a log best. It can be asked more than once: where more terms are allowed, or
@@ -18,8 +19,13 @@ use std::sync::Arc;
 pub struct Inquiry<'a> {
     task: Task<'a>,
     observed: Arc<Observed>,
+    given: Option<&'a Given>,
     begun: Option<Begun<'a>>,
 }
+
+/// The model as given, fitted to the part of a log that is searched first, under each assumption about inputs; once a
+/// search has done so. All that are about the same log begin with it, whatever else each of them looks for.
+pub type Given = OnceCell<Vec<Arc<Fitted>>>;
 
 /// How far a search has come.
 struct Begun<'a> {
@@ -50,7 +56,16 @@ impl<'a> Inquiry<'a> {
         Self {
             task,
             observed: Arc::new(observed),
+            given: None,
             begun: None,
+        }
+    }
+
+    /// The same beside other searches in the same log, with the same assumptions about inputs.
+    pub fn beside(task: Task<'a>, observed: Observed, given: &'a Given) -> Self {
+        Self {
+            given: Some(given),
+            ..Self::new(task, observed)
         }
     }
 
@@ -125,7 +140,10 @@ impl<'a> Inquiry<'a> {
                 begun.search.try_suggested(suggested)?;
                 begun
             }
-            none => none.insert(Begun::new(self.task, &self.observed, at_most, suggested)?),
+            none => {
+                let seen = (&*self.observed, self.given);
+                none.insert(Begun::new(self.task, seen, at_most, suggested)?)
+            }
         };
         begun.search.run()?;
         Ok(begun)
@@ -160,7 +178,7 @@ impl<'a> Begun<'a> {
     /// Begins with the model as given in the part of a log that is searched first, and with what was suggested.
     fn new(
         task: Task<'a>,
-        whole: &Observed,
+        (whole, given): (&Observed, Option<&Given>),
         at_most: usize,
         suggested: Option<&Selection>,
     ) -> Result<Self, SolveError> {
@@ -171,7 +189,16 @@ impl<'a> Begun<'a> {
         let part = whole.excerpt(SEARCHED.min(SEARCHED_READINGS / shown.max(1)));
         let searched = part.as_ref().unwrap_or(whole);
         let (closing, measured) = (closing(dictionary, searched), searched.curve.clone());
-        let mut search = Search::begin(task, searched, at_most)?;
+        let mut search = match given.and_then(OnceCell::get) {
+            Some(known) => {
+                let known = known.iter().map(|given| given.shared_with(dictionary));
+                Search::from_given(task, at_most, known.map(Arc::new).collect())
+            }
+            None => Search::begin(task, searched, at_most)?,
+        };
+        if let Some(given) = given {
+            given.get_or_init(|| search.given.clone());
+        }
         let lasting = with_memory(dictionary, search.best(), searched)?.map(|seen| {
             let mut whole = whole.clone();
             whole.err_as(&seen);

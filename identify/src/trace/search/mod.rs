@@ -29,7 +29,7 @@ use super::progress::Progress;
 pub(super) use answer::Answer;
 pub(super) use channel::is_time;
 pub(super) use fit::{Fitted, as_given};
-pub(super) use inquiry::Inquiry;
+pub(super) use inquiry::{Given, Inquiry};
 pub(super) use moves::merge::is_on_a_body;
 
 /// What is searched in, and how.
