@@ -7,8 +7,23 @@
 
 use super::dictionary::Dictionary;
 use super::search::is_time;
-use super::selection::Selection;
+use super::selection::{Selection, Term};
+use crate::log::Record;
 use std::collections::BTreeMap;
+
+/// Whether a term of a selection, with `values` of all parameters, is such a time.
+pub(super) fn is_hidden(
+    dictionary: &Dictionary,
+    term: &Term,
+    (record, values): (&Record, &[f64]),
+) -> bool {
+    let candidate = &dictionary.candidates[term.candidate];
+    let time = candidate.parameters.first();
+    candidate.channel
+        && is_time(dictionary, term.candidate)
+        && !term.is_its_own
+        && time.is_some_and(|&time| record.hides(values[time]))
+}
 
 /// Takes terms that are such times out of a selection, and says which they were: the column, or
 /// the effect's ports, and the time in s.
@@ -24,17 +39,11 @@ pub(super) fn set_apart(
         ..
     } = selection;
     terms.retain(|term| {
-        let candidate = &dictionary.candidates[term.candidate];
-        let Some(&time) = candidate.parameters.first() else {
-            return true;
-        };
-        let value = values[time];
-        let is_short = candidate.channel
-            && is_time(dictionary, term.candidate)
-            && !term.is_its_own
-            && observed.record.hides(value);
+        let is_short = is_hidden(dictionary, term, (&observed.record, values));
         if is_short {
-            apart.insert(candidate.subject.on().join(", "), value);
+            let candidate = &dictionary.candidates[term.candidate];
+            let time = candidate.parameters[0];
+            apart.insert(candidate.subject.on().join(", "), values[time]);
             values[time] = dictionary.defaults[time];
         }
         !is_short

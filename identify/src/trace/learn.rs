@@ -1,6 +1,7 @@
 //! What the log to learn from says: in its motion, in the balance of its forces, and of the
 //! numbers of a robot description.
 
+use super::between_samples::is_hidden;
 use super::described::opened;
 use super::dictionary::{Dictionary, Ranges, Source};
 use super::error::TraceError;
@@ -114,7 +115,10 @@ impl Learner<'_> {
         };
         // What effects do not explain, or several only together, may be one number of the description.
         let is_settled = basis == Basis::Forces && is_plain(&dictionary, &selection);
-        let is_suspicious = !is_settled && (selection.forces_remain() || selection.terms.len() > 1);
+        let seen = (&selection.observed.record, &selection.values[..]);
+        let findings = selection.terms.iter();
+        let findings = findings.filter(|term| !is_hidden(&dictionary, term, seen));
+        let is_suspicious = !is_settled && (selection.forces_remain() || findings.count() > 1);
         let described = match is_suspicious && !immobile && !self.is_over() {
             true => {
                 let at_most = match selection.terms.len() >= MANY {
