@@ -11,7 +11,8 @@ use std::ops::Range;
 
 /// Samples per block.
 const LANES: usize = 64;
-/// A block with fewer is worked on in so many at once.
+/// Lanes are worked on in groups of so many, a vector register or two: a block of few samples costs the groups that
+/// it fills, and no more. Values do not depend on it.
 const WIDTH: usize = 8;
 type Lanes = [f64; LANES];
 

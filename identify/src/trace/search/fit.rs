@@ -34,8 +34,8 @@ impl Fitted {
         self.estimate.leaves_forces()
     }
 
-    /// The model as given, fitted for a search in the same log, as another search in it begins, whose `dictionary` may
-    /// have other parameters.
+    /// This fit of the model as given for another search in the same log, whose `dictionary` has other parameters, which
+    /// stay at their defaults.
     pub fn shared_with(&self, dictionary: &Dictionary) -> Self {
         let mut shared = self.clone();
         shared.explanation.values.clone_from(&dictionary.defaults);
