@@ -1,5 +1,8 @@
 //! What a machine remembers at samples and along the intervals between them.
 
+use std::array::from_fn;
+use std::ops::Range;
+
 /// Delayed inputs and states at some samples, in columns. Empty columns stand for a
 /// machine at rest: inputs as they have always been, states as at the beginning.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -15,34 +18,32 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// The samples in `range`.
-    #[must_use]
-    pub fn slice(&self, range: std::ops::Range<usize>) -> Self {
-        let cut =
-            |columns: &[Vec<f64>]| columns.iter().map(|c| c[range.clone()].to_vec()).collect();
-        Self {
-            delayed: cut(&self.delayed),
-            delay_rate: cut(&self.delay_rate),
-            z: cut(&self.z),
-            slopes: cut(&self.slopes),
-        }
-    }
-
     /// All there is, in groups of columns.
     pub fn columns(&self) -> [&Vec<Vec<f64>>; 4] {
         [&self.delayed, &self.delay_rate, &self.z, &self.slopes]
     }
 
+    /// From groups of columns, in the order of [`Self::columns`].
+    fn of([delayed, delay_rate, z, slopes]: [Vec<Vec<f64>>; 4]) -> Self {
+        Self {
+            delayed,
+            delay_rate,
+            z,
+            slopes,
+        }
+    }
+
+    /// The samples in `range`.
+    #[must_use]
+    pub fn slice(&self, range: Range<usize>) -> Self {
+        let cut = |column: &Vec<f64>| column[range.clone()].to_vec();
+        Self::of(self.columns().map(|group| group.iter().map(cut).collect()))
+    }
+
     /// Some of the samples.
     fn pick(&self, samples: &[usize]) -> Self {
-        let column = |c: &Vec<f64>| samples.iter().map(|&k| c[k]).collect();
-        let pick = |columns: &[Vec<f64>]| columns.iter().map(column).collect();
-        Self {
-            delayed: pick(&self.delayed),
-            delay_rate: pick(&self.delay_rate),
-            z: pick(&self.z),
-            slopes: pick(&self.slopes),
-        }
+        let pick = |column: &Vec<f64>| samples.iter().map(|&k| column[k]).collect();
+        Self::of(self.columns().map(|group| group.iter().map(pick).collect()))
     }
 }
 
@@ -71,20 +72,14 @@ impl Trail {
 
     /// Memory at the samples: of a late input that stays at its values the mean over the interval behind.
     pub fn samples(&self) -> Memory {
-        let [start, _, end] = &self.nodes;
-        let extended = |columns: &[Vec<f64>], ends: &[Vec<f64>]| -> Vec<Vec<f64>> {
-            let pairs = columns.iter().zip(ends);
-            let with_last = |(column, end): (&Vec<f64>, &Vec<f64>)| {
-                column.iter().copied().chain(end.last().copied()).collect()
-            };
-            pairs.map(with_last).collect()
+        let [starts, _, ends] = self.nodes.each_ref().map(Memory::columns);
+        let with_last = |(column, end): (&Vec<f64>, &Vec<f64>)| {
+            column.iter().copied().chain(end.last().copied()).collect()
         };
-        Memory {
-            delayed: extended(&start.delayed, &end.delayed),
-            delay_rate: extended(&start.delay_rate, &end.delay_rate),
-            z: extended(&start.z, &end.z),
-            slopes: extended(&start.slopes, &end.slopes),
-        }
+        Memory::of(from_fn(|group| {
+            let pairs = starts[group].iter().zip(ends[group]);
+            pairs.map(with_last).collect()
+        }))
     }
 
     /// The same as what is read at the samples feels it: of a late input that stays at its values the
@@ -99,23 +94,17 @@ impl Trail {
 
     /// Memory some shares of the way into intervals, straight from node to node.
     pub fn within(&self, intervals: &[usize], shares: &[f64]) -> Memory {
-        let [start, middle, end] = &self.nodes;
-        let mix = |of: fn(&Memory) -> &Vec<Vec<f64>>| {
-            let nodes = of(start).iter().zip(of(middle)).zip(of(end));
-            let column = |((a, b), c): ((&Vec<f64>, &Vec<f64>), &Vec<f64>)| {
-                let at = |(&k, &share): (&usize, &f64)| match 2.0 * share {
-                    early if early < 1.0 => a[k] + early * (b[k] - a[k]),
-                    late => b[k] + (late - 1.0) * (c[k] - b[k]),
-                };
-                intervals.iter().zip(shares).map(at).collect()
+        let [starts, middles, ends] = self.nodes.each_ref().map(Memory::columns);
+        let column = |((a, b), c): ((&Vec<f64>, &Vec<f64>), &Vec<f64>)| {
+            let at = |(&k, &share): (&usize, &f64)| match 2.0 * share {
+                early if early < 1.0 => a[k] + early * (b[k] - a[k]),
+                late => b[k] + (late - 1.0) * (c[k] - b[k]),
             };
-            nodes.map(column).collect()
+            intervals.iter().zip(shares).map(at).collect()
         };
-        Memory {
-            delayed: mix(|m| &m.delayed),
-            delay_rate: mix(|m| &m.delay_rate),
-            z: mix(|m| &m.z),
-            slopes: mix(|m| &m.slopes),
-        }
+        Memory::of(from_fn(|group| {
+            let nodes = starts[group].iter().zip(middles[group]).zip(ends[group]);
+            nodes.map(column).collect()
+        }))
     }
 }

@@ -1,6 +1,6 @@
 //! Constraints along a curve, read as sensors that always read zero.
 
-use super::error_dynamics::Columns;
+use super::mover::Columns;
 use super::sensed::mixed;
 use super::whitener::Mix;
 use crate::machine::States;

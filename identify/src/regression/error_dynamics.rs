@@ -2,53 +2,22 @@
 
 use super::closed::{Closed, Missed};
 use super::in_time::in_time;
+use super::local::{Local, Looked, locals};
 use super::moments::Moments;
+use super::mover::{Columns, Mover};
 use super::sensed::Sensed;
 use super::shooting::{Shot, shoot, unresolved, usual_accelerations};
-use super::shown::{Derivatives, Places, Shown, shown};
-use super::trails::{Trails, Visited};
+use super::shown::Shown;
+use super::trails::Trails;
 use super::transition::{decay, transition};
 use super::unseen::{bends, forces};
 use crate::log::longest_step;
-use crate::machine::{
-    Instruments, Machine, Memory, Motion, SensitivityTape, Sensors, SolveError, States,
-};
+use crate::machine::{SolveError, States};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::ops::Range;
 
 pub use crate::machine::Hold;
-
-/// The machine that a curve is thought to be the motion of.
-#[derive(Clone, Copy)]
-pub struct Mover<'a> {
-    /// The machine.
-    pub machine: &'a Machine,
-    /// Its derivatives by positions and velocities, in this order.
-    pub slopes: &'a SensitivityTape,
-    /// The model's sensors with derivatives by the same; `None` if a log has none of them.
-    pub instruments: Option<&'a Instruments>,
-    /// Its parameters.
-    pub parameters: &'a [f64],
-}
-
-/// Which derivatives of the acceleration are wanted as columns.
-pub struct Columns<'a> {
-    /// The machine that the derivatives are of: that of the curve, or one that moves as
-    /// it does and has further effects whose strength is null.
-    pub machine: &'a Machine,
-    /// Derivatives by some parameters.
-    pub tape: &'a SensitivityTape,
-    /// The machine's sensors, with derivatives by the same parameters; `None` if no reading
-    /// depends on them.
-    pub sensors: Option<&'a Sensors>,
-    /// The model's sensors with derivatives by the same parameters; `None` if a log has none of
-    /// them.
-    pub instruments: Option<&'a Instruments>,
-    /// Where to take them. These parameters may differ from those of the curve's
-    /// machine only in what does not change its motion.
-    pub parameters: &'a [f64],
-}
 
 /// `δ_{k+1} = Φ_k δ_k + d_k + Γ_k c + w_k`, per interval; readings of acceleration
 /// are `y = a + F δ + G c`, per sample. `δ = (δq, δv, f)` has `3n` entries: the
@@ -94,57 +63,6 @@ pub struct ErrorDynamics {
     pub closed: Closed,
 }
 
-/// One place along the curve.
-pub(super) struct Local {
-    /// `a | G`
-    pub acceleration: DMatrix<f64>,
-    /// `[∂a/∂q, ∂a/∂v]`
-    pub slope: DMatrix<f64>,
-    /// The motion that the model demands here.
-    pub motion: Motion,
-    /// What the model's sensors show here, where that is asked for.
-    pub shown: Option<Shown>,
-}
-
-impl Local {
-    /// `P`, `n×n`
-    pub(super) fn mobility(&self) -> DMatrix<f64> {
-        self.motion.factorisation.mobility()
-    }
-
-    /// `I − P M`, where there are constraints.
-    fn forbidden(&self, mobility: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-        let Motion {
-            terms, multiplier, ..
-        } = &self.motion;
-        let n = mobility.nrows();
-        let is_constrained = !multiplier.is_empty();
-        is_constrained.then(|| DMatrix::identity(n, n) - mobility * &terms.mass_matrix)
-    }
-
-    /// Squares of the terms that balance, summed per coordinate.
-    fn force_size(&self) -> DVector<f64> {
-        let Motion {
-            terms,
-            acceleration,
-            ..
-        } = &self.motion;
-        let inertial = &terms.mass_matrix * acceleration;
-        let actuated = &terms.force - &terms.bias_force;
-        let square = |x: &DVector<f64>| x.component_mul(x);
-        square(&inertial) + square(&terms.bias_force) + square(&actuated)
-    }
-
-    /// How far off holonomic constraints are, given which of the constraints these are.
-    fn missed(&self, holonomic: &[usize]) -> Missed {
-        let terms = &self.motion.terms;
-        Missed {
-            residual: terms.constraint_residual.select_rows(holonomic),
-            gradient: terms.constraint_matrix.select_rows(holonomic),
-        }
-    }
-}
-
 /// How long a force that nothing explains is thought to last before the log says otherwise, s.
 pub const CORRELATION: f64 = 0.1;
 
@@ -171,48 +89,25 @@ impl ErrorDynamics {
         let holonomic = mover.machine.holonomic_rows();
         let trails = Trails::new(mover, columns, curve, hold)?;
         let bends = bends(curve);
-        // Sensors are looked at at samples, not on the way.
-        let unseen = Mover {
-            instruments: None,
-            ..mover
-        };
         let pieces: Vec<Piece> = chunks
             .into_par_iter()
             .map(|range| {
-                let at = |mover: Mover<'_>, places: &Visited, first: usize| {
-                    let found = locals(mover, columns, &places.states, &places.memories);
-                    found.map_err(|error: SolveError| error.offset(range.start + first))
-                };
-                let [begins, midway, arrives] =
-                    [(0, 0.0), (1, 0.5), (2, 1.0)].map(|(node, share)| {
-                        let states = curve.between(range.clone(), share, hold, longest);
-                        trails.visit(states, node, range.clone())
-                    });
-                let (mut starts, middles) = (at(mover, &begins, 0)?, at(unseen, &midway, 0)?);
-                let last = range.len() - 1;
-                // Where each interval begins as the one before it ends, one look does for both.
-                let apart = match arrives.goes_on_in(&begins) {
-                    true => {
-                        starts.extend(at(unseen, &arrives.only(last), last)?);
-                        Vec::new()
-                    }
-                    false => at(unseen, &arrives, 0)?,
-                };
-                let ends = if apart.is_empty() {
-                    &starts[1..]
-                } else {
-                    &apart
-                };
-                let nodes = [&starts[..=last], &middles, ends];
+                let visited = [(0, 0.0), (1, 0.5), (2, 1.0)].map(|(node, share)| {
+                    let states = curve.between(range.clone(), share, hold, longest);
+                    trails.visit(states, node, range.clone())
+                });
+                let looked = Looked::new(mover, columns, &visited);
+                let looked = looked.map_err(|error| error.offset(range.start))?;
+                let nodes = looked.nodes();
                 let forces = (correlation, &holonomic[..]);
                 let mut piece = piece(curve, range.clone(), longest, forces, nodes);
-                piece.unseen = forces_unseen(&bends, range.clone(), &starts);
+                piece.unseen = forces_unseen(&bends, range.clone(), nodes[0]);
                 let unresolved = unresolved(curve, range.clone(), longest, nodes);
                 if !unresolved.is_empty() {
                     let on_the_way = |places: &[usize], states: &mut States, shares: &[f64]| {
                         let intervals: Vec<usize> = places.iter().map(|&i| unresolved[i]).collect();
                         let memories = trails.within(states, &intervals, shares);
-                        let found = locals(unseen, columns, states, &memories);
+                        let found = locals(mover.unseen(), columns, states, &memories);
                         found.map_err(|error| error.renumbered(|place| intervals[place]))
                     };
                     let rates = trails.input_rates(curve, &unresolved, hold);
@@ -228,7 +123,7 @@ impl ErrorDynamics {
         let end = curve.len() - 1;
         let last = trails.visit(curve.slice(end..end + 1), 2, end - 1..end);
         let mut last = locals(mover, columns, &last.states, &last.memories)?.remove(0);
-        all.slope.push(with_mobility(&last));
+        all.slope.push(last.slope_and_mobility());
         all.shown.extend(last.shown.take());
         missed.push(last.missed(&holonomic));
         all.acceleration.push(last.acceleration);
@@ -375,60 +270,6 @@ fn shots(
     )
 }
 
-fn locals(
-    mover: Mover<'_>,
-    columns: &[Columns<'_>],
-    states: &States,
-    memories: &[Memory],
-) -> Result<Vec<Local>, SolveError> {
-    let Mover { parameters, .. } = mover;
-    let motions = mover.machine.motion(states, parameters)?;
-    let slopes = mover.slopes.evaluate(states, parameters, &motions);
-    let unbounded =
-        |(slope, _): &(DMatrix<f64>, DMatrix<f64>)| slope.iter().any(|x| !x.is_finite());
-    if let Some(sample) = slopes.iter().position(unbounded) {
-        return Err(SolveError::NotFinite { sample });
-    }
-    let pairs = columns.iter().zip(memories);
-    let of_block = pairs.map(|(block, memory)| {
-        let own = States {
-            memory: memory.clone(),
-            ..states.clone()
-        };
-        let derivatives = block.tape.evaluate(&own, block.parameters, &motions);
-        (derivatives, memory)
-    });
-    let blocks: Vec<(Derivatives, &Memory)> = of_block.collect();
-    let places = Places {
-        states,
-        motions: &motions,
-        slopes: &slopes,
-        blocks: &blocks,
-    };
-    let seen = mover.instruments;
-    let seen = seen.map(|instruments| shown(instruments, parameters, columns, &places));
-    let mut seen = seen.unwrap_or_default().into_iter();
-    let width = 1 + blocks.iter().map(|b| b.0[0].0.ncols()).sum::<usize>();
-    let places = motions.into_iter().zip(slopes).enumerate();
-    let local = |(sample, (motion, (slope, _))): (usize, (Motion, (DMatrix<f64>, _)))| {
-        let mut acceleration = DMatrix::zeros(slope.nrows(), width);
-        acceleration.set_column(0, &motion.acceleration);
-        let mut next = 1;
-        for (block, _) in &blocks {
-            let part = &block[sample].0;
-            acceleration.columns_mut(next, part.ncols()).copy_from(part);
-            next += part.ncols();
-        }
-        Local {
-            acceleration,
-            slope,
-            motion,
-            shown: seen.next(),
-        }
-    };
-    Ok(places.map(local).collect())
-}
-
 fn piece(
     curve: &States,
     range: Range<usize>,
@@ -469,7 +310,7 @@ fn piece(
             piece.transition.push(transition);
             piece.forcing.push(forcing);
         }
-        piece.slope.push(with_mobility(start));
+        piece.slope.push(start.slope_and_mobility());
         piece.acceleration.push(start.acceleration.clone());
         piece.shown.extend(start.shown.clone());
         piece.forbidden.extend(middle.forbidden(&mobility));
@@ -486,13 +327,6 @@ fn forces_unseen(bends: &DMatrix<f64>, range: Range<usize>, starts: &[Local]) ->
         forces(&start.motion.terms.input_matrix, bends.column(k).as_slice())
     };
     each.map(of_one).collect()
-}
-
-fn with_mobility(local: &Local) -> DMatrix<f64> {
-    let n = local.slope.nrows();
-    let mut slope = local.slope.clone().resize_horizontally(3 * n, 0.0);
-    slope.columns_mut(2 * n, n).copy_from(&local.mobility());
-    slope
 }
 
 /// `∫ a` and `∫ (h−τ) a` by Simpson's rule, minus what the curve does itself.
@@ -524,6 +358,7 @@ fn forcing(curve: &States, k: usize, start: &Local, middle: &Local, end: &Local)
 mod tests {
     use super::super::shooting::tests::free;
     use super::*;
+    use crate::machine::Motion;
 
     const MASS: f64 = 2.0;
     const DAMPING: f64 = 40.0;

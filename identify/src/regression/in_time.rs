@@ -3,8 +3,8 @@
 //! A reading in a row of a log may be of another time than the row, if the model says that the sensor
 //! is late.
 
-use super::error_dynamics::{Columns, Mover};
 use super::moments::Moments;
+use super::mover::{Columns, Mover};
 use super::sensed::derivative;
 use super::shown::Shown;
 use crate::log::{rms, segments};

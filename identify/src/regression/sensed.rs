@@ -1,6 +1,6 @@
 //! What a column changes in readings without changing the motion: an offset of a sensor.
 
-use super::error_dynamics::Columns;
+use super::mover::Columns;
 use super::whitener::Mix;
 use crate::log::segments;
 use crate::machine::{Measured, States};

@@ -19,7 +19,7 @@
 //! The departure's transition, and what each column adds, go through the same steps, with the
 //! mean of `V` and `∂a/∂q` at both ends, and what they add going straight from one end to the other.
 
-use super::error_dynamics::Local;
+use super::local::Local;
 use super::transition::decay;
 use crate::machine::{Motion, SolveError, States};
 use nalgebra::{DMatrix, DVector};

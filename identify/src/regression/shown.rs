@@ -1,6 +1,6 @@
 //! What the model's sensors show along a curve, and what a departure and columns change of it.
 
-use super::error_dynamics::Columns;
+use super::mover::Columns;
 use crate::machine::{Factorisation, Instruments, Memory, Motion, States};
 use nalgebra::DMatrix;
 

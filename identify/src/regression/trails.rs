@@ -1,6 +1,6 @@
 //! What machines remember along a curve.
 
-use super::error_dynamics::{Columns, Mover};
+use super::mover::{Columns, Mover};
 use crate::machine::{Hold, Machine, Memory, SolveError, States, Trail};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
