@@ -59,6 +59,8 @@ impl Estimate {
 pub struct Refined {
     /// The estimates.
     pub estimate: Estimate,
+    /// Whether no further step makes the log likelier; a fit may be given up before, or run out of steps.
+    pub has_arrived: bool,
     /// Products of the parameters' whitened columns: the Hessian of the negative log likelihood
     /// (Gauss–Newton), without what is believed beforehand.
     pub information: DMatrix<f64>,
@@ -95,10 +97,10 @@ impl Effort {
         enough: f64::NEG_INFINITY,
     };
 
-    /// Whether a fit at `cost`, whose last step gained some nats, ends above the bar even if the
-    /// steps that are left gain several times as much.
-    fn is_hopeless(&self, cost: f64, gained: f64, step: usize) -> bool {
-        step > self.held + LEAST_STEPS && cost - PATIENCE * gained > self.bar
+    /// Whether a fit at `cost`, which gained some nats at last, ends above the bar even if all that
+    /// comes gains several times as much.
+    pub fn is_hopeless(&self, cost: f64, gained: f64) -> bool {
+        cost - PATIENCE * gained > self.bar
     }
 }
 
@@ -147,6 +149,7 @@ fn refine_some(
     let all: Vec<usize> = (0..fitted.len()).collect();
     let mut best: Option<Step> = None;
     let (mut uphill, mut detour) = (0, false);
+    let mut has_arrived = false;
     for step in 1..=STEPS {
         let values = focus.values(&explanation.values);
         let observed = &explanation.observed;
@@ -216,8 +219,9 @@ fn refine_some(
                 let improvement = known - next.estimate.cost;
                 let (cost, gained) = (next.estimate.cost, improvement.max(next.promised));
                 best = Some(next);
-                if step > 1 + held && uphill == 0 && improvement < SMALL_IMPROVEMENT
-                    || effort.is_hopeless(cost, gained, step)
+                has_arrived = step > 1 + held && uphill == 0 && improvement < SMALL_IMPROVEMENT;
+                if has_arrived
+                    || step > held + LEAST_STEPS && effort.is_hopeless(cost, gained)
                     || cost < effort.enough
                 {
                     break;
@@ -236,6 +240,7 @@ fn refine_some(
         let Some(best) = &best else { break };
         let choices = if count == 0 { 1 } else { DAMPING.len() };
         let Some(&damping) = DAMPING[..choices].get(uphill) else {
+            has_arrived = true;
             break;
         };
         *explanation = best.next(dictionary, parameters, &beginning, damping);
@@ -245,6 +250,7 @@ fn refine_some(
         Some(best) => {
             let curve = &best.from.observed.curve;
             let refined = Refined {
+                has_arrived,
                 information: best.information,
                 reach: reach(&best.dynamics, parameters.len(), curve),
                 estimate: best.estimate,

@@ -46,7 +46,7 @@ pub const EXCHANGED: usize = 3;
 /// those among them that lose no more than this share of what the term is worth, to first order.
 pub const NEARLY: f64 = 0.05;
 
-/// Hypotheses that gain this share of what the best one gains get another start each,
+/// Hypotheses that gain this share of what the best one gains, now or before, get another start each,
 pub const NEAR_MISS: f64 = 0.9;
 /// with so much of the unexplained force,
 pub const SHARPER: f64 = 0.1;

@@ -532,7 +532,10 @@ impl<'a> Search<'a> {
         };
         // Beside a hypothesis that explains the log, what leaves forces needs no second chance.
         match best.score < from.score {
-            true => from.score - NEAR_MISS * (from.score - best.score),
+            true => {
+                let most = from.score - best.score.min(self.best().score);
+                from.score - NEAR_MISS * most
+            }
             false if from.leaves_forces() => best.score,
             false => from.score,
         }

@@ -24,6 +24,8 @@ pub struct Fitted {
     pub prior: f64,
     /// Its parameters' estimates.
     pub estimate: Estimate,
+    /// Whether the fit ended where no step makes the log likelier.
+    pub has_arrived: bool,
     /// Its values, the motion that goes with them, and what they leave unexplained.
     pub explanation: Explanation,
 }
@@ -142,32 +144,40 @@ pub fn fit_with(
         score: prior + evidence(dictionary, &explanation, &refined),
         prior,
         hypothesis: hypothesis.clone(),
+        has_arrived: refined.has_arrived,
         estimate: refined.estimate,
         explanation,
     })
 }
 
-/// The hypothesis fitted on, also from less unexplained force: as long as much counts as
+/// The hypothesis fitted on where it had not arrived, and from less unexplained force: as long as much counts as
 /// unexplained, a fit may rest too early. What cannot come below a cost is given up.
 pub fn sharpened(dictionary: &Dictionary, fitted: Fitted, bar: f64) -> Fitted {
+    let effort = Effort {
+        bar,
+        ..Effort::FULL
+    };
     let mut fitted = fitted;
     while fitted.leaves_forces() {
         let mut sharper = fitted.explanation.clone();
         sharper.noise = sharper.noise.times(SHARPER);
-        let starts = [(fitted.explanation.clone(), 0), (sharper, SHARP_STEPS)];
+        let mut starts = vec![(sharper, SHARP_STEPS)];
+        if !fitted.has_arrived {
+            starts.insert(0, (fitted.explanation.clone(), 0));
+        }
         let again = starts.into_par_iter().map(|(start, held)| {
-            let effort = Effort {
-                held,
-                bar,
-                ..Effort::FULL
-            };
+            let effort = Effort { held, ..effort };
             fit_with(dictionary, &fitted.hypothesis, start, effort).ok()
         });
         let again: Vec<Option<Fitted>> = again.collect();
         let best = again.into_iter().flatten().min_by(by_score);
-        match best {
-            Some(best) if best.score < fitted.score - SAME_FIT => fitted = best,
-            _ => break,
+        let Some(best) = best.filter(|best| best.score < fitted.score - SAME_FIT) else {
+            break;
+        };
+        let gained = fitted.score - best.score;
+        fitted = best;
+        if effort.is_hopeless(fitted.estimate.cost, gained) {
+            break;
         }
     }
     fitted
@@ -215,10 +225,12 @@ mod tests {
                 ..Effort::FULL
             };
             let fitted = fit_with(&dictionary, &drive, start.clone(), effort).unwrap();
-            fitted.explanation.values[fitted.estimate.parameters[0]]
+            let gain = fitted.explanation.values[fitted.estimate.parameters[0]];
+            (gain, fitted.has_arrived)
         };
-        assert_eq!(gain(f64::INFINITY), 1.0);
-        assert!((gain(Effort::FULL.enough) - 0.7).abs() < 1e-3);
+        assert_eq!(gain(f64::INFINITY), (1.0, false));
+        let (gain, has_arrived) = gain(Effort::FULL.enough);
+        assert!((gain - 0.7).abs() < 1e-3 && has_arrived);
     }
 
     /// A drive that gives less, and a wheel that weighs more, are one law: `g u = i a`. Neither
