@@ -77,8 +77,8 @@ fn spacing(dictionary: &Dictionary, candidate: usize, shape: &Assignment) -> Vec
     shape.iter().map(spacing).collect()
 }
 
-/// The cost of a linear fit of all terms with one of them in some shape, under the noise that
-/// suits it; `None` where its strengths cannot be.
+/// The cost of a linear fit of all terms with one of them in some shape, under the noise of the fit that it is to
+/// better; `None` where its strengths cannot be.
 fn at(
     dictionary: &Dictionary,
     fitted: &Fitted,
@@ -117,7 +117,7 @@ fn at(
         &readings,
         &fitted_columns,
         &mut noise,
-        Adapt::ToFit,
+        Adapt::Not,
     );
     let steps = fitted_columns.iter().zip(settled.fit.coefficients.iter());
     let strengths: Assignment = steps
