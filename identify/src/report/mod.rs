@@ -321,6 +321,9 @@ fn names<'a>(findings: impl Iterator<Item = &'a Finding>) -> String {
     }
 }
 
+/// So many effects that a finding cannot be told from are listed.
+const RIVALS: usize = 4;
+
 fn describe(finding: &Finding) -> Vec<String> {
     let mut lines = vec![format!(
         "  {}, evidence {:.0} nats",
@@ -338,12 +341,19 @@ fn describe(finding: &Finding) -> Vec<String> {
             ),
         });
     }
-    for rival in &finding.confounded_with {
+    let rivals = &finding.confounded_with;
+    for rival in rivals.iter().take(RIVALS) {
         let name = with_places(&rival.effect, &rival.on);
         lines.push(format!("    cannot be told from {name} with this log"));
         if let Some(motion) = &rival.separating_motion {
             lines.push(format!("      {}", would_tell(motion)));
         }
+    }
+    if let Some(others) = rivals.get(RIVALS..).filter(|others| !others.is_empty()) {
+        let count = others.len();
+        lines.push(format!(
+            "    nor from {count} others, which --json and --report list"
+        ));
     }
     lines
 }
@@ -379,7 +389,7 @@ pub fn diff(name: &str, before: &str, after: &str) -> String {
 mod tests {
     use super::*;
     use crate::log::Log;
-    use crate::trace::{Ended, Progress, Request, Silent, Stage, trace};
+    use crate::trace::{Ended, Progress, Request, Rival, Silent, Stage, trace};
     use dynamics_codegen::Library;
 
     /// A search without time.
@@ -427,6 +437,33 @@ mod tests {
                 "Unfinished: the time limit ended the search. Until then: Nothing tried so far \
                  explains the log better than the model."
             ]
+        );
+    }
+
+    /// A load without much to tell it by may be any of the places and laws of an arm.
+    #[test]
+    fn of_many_rivals_the_first_are_listed() {
+        let rival = |joint: usize| Rival {
+            effect: "spring".into(),
+            on: vec![format!("j{joint}")],
+            evidence_difference: joint as f64,
+            separating_motion: None,
+        };
+        let finding = |rivals: usize| Finding {
+            effect: "cogging".into(),
+            on: vec!["j1".into()],
+            places: Vec::new(),
+            parameters: BTreeMap::new(),
+            evidence: 12.0,
+            confounded_with: (2..2 + rivals).map(rival).collect(),
+            is_measured: false,
+        };
+        assert_eq!(describe(&finding(RIVALS)).len(), 1 + RIVALS);
+        let described = describe(&finding(RIVALS + 3));
+        let said = "    nor from 3 others, which --json and --report list";
+        assert_eq!(
+            (described.len(), &described[RIVALS + 1][..]),
+            (RIVALS + 2, said)
         );
     }
 }
