@@ -169,6 +169,10 @@ fn robot_descriptions() {
             ("unknown link", "urdf \"lever.urdf\" { parameters: levr; }"),
             ("unknown origin", "urdf \"lever.urdf\" { origins: hing; }"),
             (
+                "friction of an unknown joint",
+                "urdf \"lever.urdf\" { friction: hing; }"
+            ),
+            (
                 "a taken name",
                 "urdf \"lever.urdf\"; coordinate hinge: rad;"
             ),
@@ -303,6 +307,64 @@ fn a_length_is_corrected_by_the_model() {
         (longer - given - expected).abs() < 1e-12,
         "{longer} {given}"
     );
+}
+
+/// A joint that turns and rubs, one that slides, and one of which nothing is stated.
+const RUBBING: &str = r#"<robot name="rubbing"><link name="base"/>
+  <link name="a"><inertial><mass value="1"/>
+    <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+  <link name="b"><inertial><mass value="1"/>
+    <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+  <link name="c"><inertial><mass value="1"/>
+    <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+  <joint name="turn" type="continuous"><parent link="base"/><child link="a"/><axis xyz="0 0 1"/>
+    <dynamics damping="0.5" friction="0.2"/></joint>
+  <joint name="slide" type="prismatic"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>
+    <limit lower="-1" upper="1" effort="1" velocity="1"/><dynamics damping="3"/></joint>
+  <joint name="free" type="continuous"><parent link="b"/><child link="c"/><axis xyz="0 0 1"/></joint>
+</robot>"#;
+
+/// `friction: …` frees what the description states of losses, where these act.
+#[test]
+fn losses_become_parameters() {
+    let mut library = Library::empty();
+    library.add_file("rubbing.urdf", "rubbing.urdf", RUBBING);
+    let compiled = |rest: &str| {
+        let text = format!("model arm; urdf \"rubbing.urdf\" {rest}");
+        compile("arm.model", &text, &library).unwrap()
+    };
+    let parameters = |options: &str| -> Vec<(String, f64, String)> {
+        let model = compiled(&format!("{{ {options} }}")).model;
+        let each = model.parameters.into_iter();
+        each.map(|p| (p.name, p.nominal, p.unit)).collect()
+    };
+    let named = |name: &str, value: f64, unit: &str| (name.to_string(), value, unit.to_string());
+    let turn = [
+        named("turn_damping", 0.5, "N*m*s"),
+        named("turn_friction", 0.2, "N*m"),
+    ];
+    let slide = named("slide_damping", 3.0, "N*s/m");
+    assert_eq!(parameters("friction: none"), []);
+    assert_eq!(parameters("friction: turn"), turn);
+    assert_eq!(
+        parameters("friction: all"),
+        [&turn[..], std::slice::from_ref(&slide)].concat()
+    );
+    assert_eq!(parameters("friction: all; losses: slide"), [slide]);
+    assert_eq!(parameters("friction: free"), []);
+
+    // Stated anew, it is what acts, and what is known to.
+    let model = compiled("{ friction: turn } parameter turn_damping = 0.1;").model;
+    let losses = &model.robot.as_ref().unwrap().losses;
+    assert_eq!((losses[0].damping, losses[0].friction), (0.1, 0.2));
+    assert_eq!((losses[1].damping, losses[1].friction), (3.0, 0.0));
+    let mut values = vec![0.0; model.graph.symbol_count()];
+    for parameter in &model.parameters {
+        values[parameter.symbol.index()] = parameter.nominal;
+    }
+    values[model.coordinates[0].velocity.index()] = 2.0;
+    let power = model.graph.evaluate(&[model.dissipation], &values)[0];
+    assert!((power - 0.5 * 0.1 * 4.0).abs() < 1e-12, "{power}");
 }
 
 /// A chain of ten thousand links is refused in good order.

@@ -228,7 +228,7 @@ impl Assembly<'_, '_> {
         Some(())
     }
 
-    /// Joints that `inputs`, `origins` and `losses` name and links that `parameters` names.
+    /// Joints that `inputs`, `origins`, `losses` and `friction` name and links that `parameters` names.
     fn check_names(&mut self) -> Option<()> {
         let joints: Vec<&str> = (self.robot.bodies.iter())
             .filter_map(|body| body.joint.as_ref().map(|joint| joint.name.as_str()))
@@ -240,7 +240,8 @@ impl Assembly<'_, '_> {
         let inputs = self.options.inputs.iter().flat_map(|chosen| &chosen.names);
         let origins = self.options.origins.names.iter();
         let losses = self.options.losses.names().iter();
-        let wanted = inputs.clone().chain(origins).chain(losses);
+        let friction = self.options.friction.names.iter();
+        let wanted = inputs.clone().chain(origins).chain(losses).chain(friction);
         let wanted = wanted.map(|name| (name, &joints, "joint"));
         let parameters = self.options.parameters.names.iter();
         let wanted = wanted.chain(parameters.map(|name| (name, &links, "link")));
@@ -410,13 +411,14 @@ impl Assembly<'_, '_> {
             return;
         };
         let ratio = follows.unwrap_or(1.0);
+        let [(damping, viscous), (friction, dry)] = self.loss(joint, losses, follows.is_some());
         if let Some(robot) = &mut self.builder.model.robot {
             robot.losses.push(StatedLosses {
                 joint: joint.name.clone(),
                 coordinate: on,
                 follows: follows.is_some(),
-                damping: losses.damping,
-                friction: losses.friction,
+                damping: viscous,
+                friction: dry,
             });
         }
         let model = &mut self.builder.model;
@@ -424,11 +426,13 @@ impl Assembly<'_, '_> {
         let rate = graph.var(model.coordinates[on].velocity);
         let rate = graph.scale(ratio, rate);
         let square = graph.mul(rate, rate);
-        let power = graph.scale(0.5 * losses.damping, square);
+        let half = graph.scale(0.5, damping);
+        let power = graph.mul(half, square);
         model.dissipation = graph.add(model.dissipation, power);
         let steep = graph.scale(1.0 / FRICTION_SPEED, rate);
         let direction = graph.unary(Unary::Tanh, steep);
-        let friction = graph.scale(-ratio * losses.friction, direction);
+        let against = graph.scale(-ratio, friction);
+        let friction = graph.mul(against, direction);
         model.forces[on] = graph.add(model.forces[on], friction);
     }
 

@@ -8,7 +8,7 @@ use super::robot_options::Chosen;
 use crate::dimension::Dimension;
 use crate::emit::identifier;
 use crate::graph::ExprId;
-use crate::robot;
+use crate::robot::{self, Joint, JointKind, Losses};
 use crate::source::Span;
 use crate::syntax::Name;
 use crate::tree;
@@ -50,6 +50,44 @@ impl Assembly<'_, '_> {
             rotation: joint.placement.rotation,
             translation,
         }
+    }
+
+    /// Damping and dry friction of a joint. `friction: all` frees those that the description states, and so does a
+    /// joint's name; of joints with one freedom of their own. With the values that the model gives them.
+    pub(super) fn loss(
+        &mut self,
+        joint: &Joint,
+        given: Losses,
+        follows: bool,
+    ) -> [(ExprId, f64); 2] {
+        let units = match joint.kind {
+            JointKind::Revolute { .. } => Some(["N*m*s", "N*m"]),
+            JointKind::Prismatic { .. } => Some(["N*s/m", "N"]),
+            _ => None,
+        };
+        let is_free = self.options.friction.includes(&joint.name) && !follows;
+        let units = units.filter(|_| is_free);
+        let stated = [("damping", given.damping), ("friction", given.friction)];
+        let mut place = 0..;
+        stated.map(|(what, value)| {
+            let unit = units.and_then(|units| Some(units[place.next()?]));
+            match unit.filter(|_| value != 0.0) {
+                Some(unit) => {
+                    let described = Described {
+                        parameter: format!("{}_{what}", identifier(&joint.name)),
+                        option: "friction",
+                        of: joint.name.clone(),
+                    };
+                    let name = described.parameter.clone();
+                    let entry =
+                        (self.builder).described_parameter(described, joint.span, unit, 0.0, value);
+                    let mut parameters = self.builder.model.parameters.iter();
+                    let stated = parameters.find(|p| p.name == name);
+                    (entry, stated.map_or(value, |p| p.nominal))
+                }
+                None => (self.builder.model.graph.constant(value), value),
+            }
+        })
     }
 
     pub(super) fn inertia(&mut self, index: usize) -> tree::Inertia {
@@ -117,11 +155,13 @@ impl Builder<'_> {
             return self.model.graph.constant(value);
         }
         let symbol = self.model.graph.symbol(full_name.clone());
-        let kilogram = Dimension::of_unit("kg").unwrap_or_default();
+        let of = |unit| Dimension::of_unit(unit).unwrap_or_default();
         let dimension = match unit {
-            "kg" => kilogram,
-            "m" => Dimension::LENGTH,
-            _ => kilogram * Dimension::LENGTH.powi(2),
+            "kg*m^2" => of("kg") * Dimension::LENGTH.powi(2),
+            "N*m*s" => of("Nm") * of("s"),
+            "N*m" => of("Nm"),
+            "N*s/m" => of("N") * of("s") * Dimension::LENGTH.powi(-1),
+            unit => of(unit),
         };
         self.model.parameters.push(Parameter {
             name: full_name,

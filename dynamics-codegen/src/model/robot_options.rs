@@ -21,6 +21,8 @@ pub(super) struct Options {
     pub equalities: Option<Span>,
     pub parameters: Chosen,
     pub origins: Chosen,
+    /// Joints whose losses are parameters.
+    pub friction: Chosen,
 }
 
 /// Which joints' losses act.
@@ -72,9 +74,10 @@ impl Chosen {
     }
 }
 
-const OPTIONS: [&str; 10] = [
+const OPTIONS: [&str; 11] = [
     "base",
     "equalities",
+    "friction",
     "inertias",
     "inputs",
     "lock",
@@ -98,6 +101,7 @@ impl Builder<'_> {
             equalities: None,
             parameters: Chosen::default(),
             origins: Chosen::default(),
+            friction: Chosen::default(),
         };
         let mut clean = true;
         for RobotOption {
@@ -152,6 +156,10 @@ impl Builder<'_> {
                 }
                 "origins" => {
                     options.origins = Chosen::read(values);
+                    true
+                }
+                "friction" => {
+                    options.friction = Chosen::read(values);
                     true
                 }
                 _ => false,
