@@ -5,7 +5,8 @@
 //! explain the log; in the model that is written only those are that have another value.
 
 use crate::robot_options::{description, with_choice, with_option};
-use dynamics_codegen::model::Described;
+use dynamics_codegen::Model;
+use dynamics_codegen::model::{Described, StatedLosses};
 use dynamics_codegen::syntax::{RobotOption, written_name};
 
 /// The options that make parameters of a description's numbers.
@@ -13,6 +14,35 @@ const OPTIONS: [&str; 2] = ["parameters", "origins"];
 
 /// The option that says which stated losses act.
 const LOSSES: &str = "losses";
+
+/// The option that makes parameters of stated losses.
+const FRICTION: &str = "friction";
+
+/// The model with all losses that its description states as parameters; nothing if it states none.
+pub(super) fn with_open_losses(text: &str, model: &Model) -> Option<String> {
+    let robot = model.robot.as_ref()?;
+    let states = |losses: &StatedLosses| losses.damping != 0.0 || losses.friction != 0.0;
+    let states_some = robot.losses.iter().any(states);
+    states_some.then(|| with_choice(text, FRICTION, "all"))
+}
+
+/// The parameters that are losses which the model's description states, and that may not be there: of each less may act
+/// than by default, and more is a law beside it. A log may say less than none, by chance; see
+/// [`Selection::with_losses_that_can_be`](super::selection::Selection::with_losses_that_can_be).
+pub(super) fn limited_losses(model: &mut Model, defaults: &[f64]) -> Vec<usize> {
+    let described = model.robot.iter().flat_map(|robot| &robot.described);
+    let losses = described.filter(|number| number.option == FRICTION);
+    let index = |number: &Described| {
+        let mut parameters = model.parameters.iter();
+        parameters.position(|p| p.name == number.parameter)
+    };
+    let losses: Vec<usize> = losses.filter_map(index).collect();
+    for &index in losses.iter().filter(|&&index| defaults[index] > 0.0) {
+        let parameter = &mut model.parameters[index];
+        (parameter.lower, parameter.upper) = (-defaults[index], defaults[index]);
+    }
+    losses
+}
 
 /// The model with all of its description's numbers as parameters, but where it says itself
 /// which are; nothing if it says all.
@@ -62,7 +92,7 @@ mod tests {
     use super::*;
     use crate::log::Log;
     use crate::trace::{Ended, Progress, Request, Stage, Verdict, trace};
-    use dynamics_codegen::Library;
+    use dynamics_codegen::{Library, compile};
     use std::fmt::Write;
     use std::sync::Mutex;
 
@@ -131,6 +161,82 @@ mod tests {
         }
 
         fn notice(&self, _: &str) {}
+    }
+
+    /// The log of that arm, whose joints do not rub, and a description that states otherwise.
+    #[test]
+    fn a_loss_that_does_not_act_is_named() {
+        let joints = ARM.split("<axis xyz=\"0 1 0\"/>").collect::<Vec<_>>();
+        let stated = [
+            "<dynamics damping=\"0.1\"/>",
+            "<dynamics friction=\"0.3\"/>",
+        ];
+        let [base, shoulder, elbow] = joints[..] else {
+            panic!("two joints");
+        };
+        let axis = "<axis xyz=\"0 1 0\"/>";
+        let rubbing = [base, stated[0], shoulder, stated[1], elbow];
+        let rubbing = rubbing
+            .join("")
+            .replace("<dynamics", &format!("{axis}<dynamics"));
+        let mut library = Library::builtin();
+        library.add_file("arm.urdf", "arm.urdf", &rubbing);
+        let log = log(0.4);
+        let model = "model arm;\n\nurdf \"arm.urdf\" { base: fixed; }\n";
+        let outcome = trace(&Request::new("arm", model, &library, &log)).unwrap();
+        assert_eq!(outcome.verdict, Verdict::Parameter);
+        let mut found: Vec<&str> = Vec::new();
+        for finding in &outcome.findings {
+            assert_eq!(finding.effect, "parameter", "{finding:?}");
+            let (name, loss) = finding.parameters.first_key_value().unwrap();
+            assert!(
+                (0.0..3.0 * loss.std).contains(&loss.value),
+                "{name}: {loss:?}"
+            );
+            found.push(name);
+        }
+        found.sort_unstable();
+        assert_eq!(found, ["elbow_friction", "shoulder_damping"]);
+        let patched = &outcome.patched_model;
+        for line in [
+            "base: fixed; friction: ",
+            "parameter elbow_friction = ",
+            "shoulder_damping = ",
+        ] {
+            assert!(patched.contains(line), "{patched}");
+        }
+        compile("arm.model", patched, &library).unwrap();
+    }
+
+    #[test]
+    fn losses_are_open_where_a_description_states_some() {
+        let opened = |description: &str, text: &str| {
+            let mut library = Library::empty();
+            library.add_file("arm.urdf", "arm.urdf", description);
+            let model = compile("arm.model", text, &library).unwrap().model;
+            with_open_losses(text, &model)
+        };
+        let rubbing = ARM.replace("</joint>", "<dynamics damping=\"0.1\"/></joint>");
+        let text = "model a; urdf \"arm.urdf\";";
+        assert_eq!(opened(ARM, text), None);
+        assert_eq!(
+            opened(&rubbing, text).unwrap(),
+            "model a; urdf \"arm.urdf\" { friction: all; }"
+        );
+        // Those that were found before stay open, and so do the others.
+        assert_eq!(
+            opened(&rubbing, "model a; urdf \"arm.urdf\" { friction: elbow; }").unwrap(),
+            "model a; urdf \"arm.urdf\" { friction: all; }"
+        );
+        let ignored = "model a; urdf \"arm.urdf\" { losses: ignore; }";
+        assert_eq!(opened(&rubbing, ignored), None);
+        assert_eq!(
+            opened(
+                &rubbing,
+                "model a; coordinate x: m; parameter m: kg = 1; kinetic m*dot(x)^2;"
+            ),
+            None
+        );
     }
 
     #[test]

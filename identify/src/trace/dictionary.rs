@@ -6,6 +6,7 @@
 //! nothing, so the copy moves as the model does, and its derivatives by the
 //! candidates' parameters are the columns of the regression.
 
+use super::described::limited_losses;
 use super::focus::Focuses;
 use super::nested::Nested;
 use super::places::{Place, places};
@@ -34,6 +35,8 @@ pub struct Candidate {
     pub shapes: Vec<Vec<(usize, f64)>>,
     /// Whether it is about a channel: an input or a sensor.
     pub channel: bool,
+    /// Whether it is a loss that a robot description states.
+    pub is_loss: bool,
 }
 
 impl Candidate {
@@ -196,6 +199,7 @@ impl Dictionary {
         let wave_numbers = wave_numbers(&machine.compiled);
         limit_waves(&mut machine.compiled.model, &wave_numbers, ranges);
         let defaults = source.values(&machine);
+        let losses = limited_losses(&mut machine.compiled.model, &defaults);
         let all: Vec<Variable> = (0..defaults.len()).map(Variable::Parameter).collect();
         let by_parameter = machine.sensitivity(&all);
         let sensors = machine.sensors(&all);
@@ -208,6 +212,7 @@ impl Dictionary {
                 strengths: vec![index],
                 shapes: vec![Vec::new()],
                 channel: false,
+                is_loss: losses.contains(&index),
             })
             .collect();
         let coordinates = &plain.model.coordinates;
@@ -235,6 +240,7 @@ impl Dictionary {
                 strengths: Vec::new(),
                 shapes: vec![Vec::new()],
                 channel: senses || effect.on.iter().any(|(kind, _)| is_channel(*kind)),
+                is_loss: false,
             });
         }
         let mut dictionary = Self {

@@ -3,7 +3,7 @@
 
 use super::between_samples::is_hidden;
 use super::described::opened;
-use super::dictionary::{Dictionary, Ranges, Source};
+use super::dictionary::{Candidate, Dictionary, Ranges, Source};
 use super::error::TraceError;
 use super::estimate::Observed;
 use super::forces;
@@ -87,6 +87,13 @@ impl Learner<'_> {
     /// # Errors
     /// If the log cannot be smoothed, or the equation of motion has no solution along it.
     pub fn learn(&self, dictionary: Dictionary) -> Result<Learnt, TraceError> {
+        let mut learnt = self.searched(dictionary)?;
+        (learnt.selection).with_losses_that_can_be(&learnt.dictionary);
+        Ok(learnt)
+    }
+
+    /// The same with losses as the log says, which may be less than none.
+    fn searched(&self, dictionary: Dictionary) -> Result<Learnt, TraceError> {
         let located = |source| TraceError::at(source, &self.observed.record.t);
         let immobile = is_immobile(&dictionary, self.observed);
         // Smoothed inputs leave errors that follow one another: noise is known here, and not taken off.
@@ -310,13 +317,15 @@ impl Learner<'_> {
 /// Whether many findings are what real drives have, friction and rotors, with one load at most, and nearly
 /// nothing remains beside them: neither a sensor nor a description that is wrong looks like that.
 fn is_plain(dictionary: &Dictionary, forces: &Selection) -> bool {
-    let subject = |term: &Term| &dictionary.candidates[term.candidate].subject;
-    let subjects = forces.terms.iter().map(subject);
-    let is_load = |subject: &&Subject| {
-        matches!(subject, Subject::Parameter(_)) || is_on_a_body(dictionary, subject)
+    let is_load = |term: &&Term| {
+        let Candidate {
+            subject, is_loss, ..
+        } = &dictionary.candidates[term.candidate];
+        let is_value = matches!(subject, Subject::Parameter(_)) && !is_loss;
+        is_value || is_on_a_body(dictionary, subject)
     };
     forces.terms.len() >= MANY
-        && subjects.filter(is_load).count() <= 1
+        && forces.terms.iter().filter(is_load).count() <= 1
         && leaves_nearly_nothing(forces)
 }
 

@@ -8,6 +8,7 @@ use super::command::drives;
 use super::conclude::judged;
 use super::constraints::{check_corrected, check_measured};
 use super::contradicted;
+use super::described::with_open_losses;
 use super::dictionary::{Dictionary, Ranges, Source};
 use super::error::TraceError;
 use super::estimate::Observed;
@@ -27,6 +28,7 @@ use crate::log::{Log, Record, said_of};
 use crate::machine::Machine;
 use crate::regression::Hold;
 use dynamics_codegen::{Compiled, Library};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 /// What to trace.
@@ -143,7 +145,24 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
 /// What a model lacks that is compiled, whose positions each have a velocity of their own.
 fn traced(request: &Request<'_>, plain: Compiled) -> Result<Outcome, TraceError> {
     let progress = request.progress;
-    let source = request.source();
+    let open = with_open_losses(request.model_text, &plain.model);
+    let open = open.and_then(|text| {
+        let source = Source {
+            text: &text,
+            ..request.source()
+        };
+        // A parameter of the model may have such a name.
+        let compiled = source.compile().ok()?;
+        Some((text, compiled))
+    });
+    let (text, plain) = match open {
+        Some((text, compiled)) => (Cow::Owned(text), compiled),
+        None => (Cow::Borrowed(request.model_text), plain),
+    };
+    let source = Source {
+        text: &text,
+        ..request.source()
+    };
     let logs = Logs::of(request, &source, &plain)?;
     let plain = Machine::new(plain);
     let misread = misread::misread(misread::Look {

@@ -68,6 +68,14 @@ impl Selection {
         (self.narrowing > 1).then(|| said_of_band(self.averaged_over))
     }
 
+    /// Leaves no stated loss below none: that is what the log is nearest to that a joint can have.
+    pub(super) fn with_losses_that_can_be(&mut self, dictionary: &Dictionary) {
+        let losses = dictionary.candidates.iter().filter(|own| own.is_loss);
+        for &parameter in losses.flat_map(|own| &own.parameters) {
+            self.values[parameter] = self.values[parameter].max(0.0);
+        }
+    }
+
     /// Whether forces remain that nothing explains.
     pub fn forces_remain(&self) -> bool {
         self.estimate.leaves_forces()

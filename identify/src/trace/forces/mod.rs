@@ -264,9 +264,9 @@ fn columns(dictionary: &Dictionary, balance: &Balance) -> Result<Vec<Forces>, So
         .collect())
 }
 
-/// Laws that act as forces and forget: with a gain of nothing, or friction as large as the load,
+/// Laws that act as forces and forget, and losses that a description states: with a gain of nothing, or friction as large as the load,
 /// an input would leave nothing to explain, and of a hysteresis the ripple of measured forces
-/// shows little. Parameters are left to the motion, which knows them more exactly: asked here, the place of a centre of
+/// shows little. Other parameters are left to the motion, which knows them more exactly: asked here, the place of a centre of
 /// mass stood for a rotor on a measured double pendulum, which foretold less, and took ten times as long.
 fn force_options(dictionary: &Dictionary) -> Vec<ShapedCandidate> {
     let compiled = &dictionary.machine.compiled;
@@ -282,7 +282,9 @@ fn force_options(dictionary: &Dictionary) -> Vec<ShapedCandidate> {
     let following: Vec<bool> = following.collect();
     let mut options = options(dictionary, &[]);
     options.retain(|option| {
-        is_memoryless(dictionary, option.candidate) && !following[option.candidate]
+        let is_loss = dictionary.candidates[option.candidate].is_loss;
+        let is_law = is_loss || is_memoryless(dictionary, option.candidate);
+        is_law && !following[option.candidate]
     });
     options
 }

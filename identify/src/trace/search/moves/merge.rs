@@ -50,8 +50,9 @@ impl Move for Merge {
 
 /// Whether a candidate is about a part: another value of a parameter, or an effect on one body.
 fn is_massive(dictionary: &Dictionary, candidate: usize) -> bool {
-    match &dictionary.candidates[candidate].subject {
-        Subject::Parameter(_) => true,
+    let own = &dictionary.candidates[candidate];
+    match &own.subject {
+        Subject::Parameter(_) => !own.is_loss,
         subject @ Subject::Effect { .. } => is_on_a_body(dictionary, subject),
     }
 }
