@@ -54,7 +54,7 @@ pub struct RobotBase {
 }
 
 /// Friction that a description states and that acts: `damping v + friction tanh(v/0.01)`, with the
-/// rate `v` of the joint.
+/// rate `v` of the joint; where the model states a value anew, with that.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StatedLosses {
     /// The joint.

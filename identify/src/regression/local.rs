@@ -7,11 +7,11 @@ use super::trails::Visited;
 use crate::machine::{Memory, Motion, SolveError, States};
 use nalgebra::{DMatrix, DVector};
 
-/// One place along the curve.
+/// One place along the curve, of `n` coordinates and `p` columns.
 pub(super) struct Local {
-    /// `a | G`
+    /// `a | G`, `n×(1+p)`
     pub acceleration: DMatrix<f64>,
-    /// `[∂a/∂q, ∂a/∂v]`
+    /// `[∂a/∂q, ∂a/∂v]`, `n×2n`
     pub slope: DMatrix<f64>,
     /// The motion that the model demands here.
     pub motion: Motion,

@@ -321,7 +321,8 @@ fn names<'a>(findings: impl Iterator<Item = &'a Finding>) -> String {
     }
 }
 
-/// So many effects that a finding cannot be told from are listed.
+/// So many effects that a finding cannot be told from are listed below it, which the page and the JSON have all of: a
+/// weak finding in an arm has dozens.
 const RIVALS: usize = 4;
 
 fn describe(finding: &Finding) -> Vec<String> {
