@@ -42,15 +42,27 @@ const FULL: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2
 impl Model {
     /// The bodies that move: what is fixed to the world has no part in the dynamics.
     pub fn moving_bodies(&self) -> impl Iterator<Item = &NamedBody> {
-        self.bodies.iter().filter(|body| {
-            let mut next = Some(body.massive);
-            std::iter::from_fn(|| {
-                let body = &self.tree.bodies[next?];
-                next = body.parent;
-                Some(body)
-            })
-            .any(|body| !matches!(body.joint, Joint::Fixed))
-        })
+        let moves = |body: &&NamedBody| self.moved_with(body).is_some();
+        self.bodies.iter().filter(moves)
+    }
+
+    /// Which of the tree's bodies a body moves with: the one behind the last joint that moves it. Bodies
+    /// of one are rigidly connected. `None` for what is fixed to the world.
+    pub fn moved_with(&self, body: &NamedBody) -> Option<usize> {
+        let bodies = &self.tree.bodies;
+        let mut chain = std::iter::successors(Some(body.massive), |&index| bodies[index].parent);
+        chain.find(|&index| !matches!(bodies[index].joint, Joint::Fixed))
+    }
+
+    /// The masses of its bodies at their nominal parameters, in the order of [`Model::bodies`], kg.
+    pub fn masses(&self) -> Vec<f64> {
+        let mut values = vec![0.0; self.graph.symbol_count()];
+        for parameter in &self.parameters {
+            values[parameter.symbol.index()] = parameter.nominal;
+        }
+        let masses = self.bodies.iter();
+        let masses = masses.map(|body| self.tree.bodies[body.massive].inertia.mass);
+        self.graph.evaluate(&masses.collect::<Vec<_>>(), &values)
     }
 }
 

@@ -1,7 +1,9 @@
 //! The model with every effect that a fit may add, and what a unit of each strength adds to the
 //! forces: the same columns, from the same templates, as a trace has.
 
-use super::groups::{Coefficient, Group, Load, Place, Shape, columns_of_body, indices, places};
+use super::groups::{
+    Coefficient, Group, Load, Place, Shape, columns_of_body, effect, indices, places,
+};
 use super::losses::state_losses;
 use super::point::Point;
 use super::{FitError, Source};
@@ -124,15 +126,6 @@ fn statements(model: &Model, places: &[Place<'_>]) -> String {
         }
     }
     text
-}
-
-/// The model's effect of a template at a place.
-fn effect<'a>(model: &'a Model, template: &str, on: &[String]) -> Option<&'a Effect> {
-    let mut effects = model.effects.iter();
-    effects.find(|effect| {
-        let places = effect.on.iter().map(|(_, name)| name);
-        effect.template == template && places.eq(on)
-    })
 }
 
 /// Both models, with values of the extended one's parameters.

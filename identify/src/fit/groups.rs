@@ -3,9 +3,9 @@
 
 use super::neighbours::neighbours;
 use super::point::{Point, TEN};
-use crate::trace::places_of;
+use crate::trace::{carriers, places_of};
 use dynamics_codegen::Model;
-use dynamics_codegen::model::Template;
+use dynamics_codegen::model::{Effect, Template};
 use dynamics_codegen::syntax::PortKind;
 use std::ops::Range;
 
@@ -94,7 +94,7 @@ pub(super) struct Place<'a> {
     pub templates: Vec<&'a Template>,
 }
 
-/// Where the effects of a library that are part of terms may act; loads on each of `bodies`.
+/// Where the effects of a library that are part of terms may act; loads on `bodies`.
 pub(super) fn places<'a>(
     model: &Model,
     templates: &'a [Template],
@@ -105,7 +105,7 @@ pub(super) fn places<'a>(
     for template in templates {
         let Some(term) = &template.term else { continue };
         let mut all = match template.point_mass {
-            Some(_) => bodies.iter().map(|body| vec![body.clone()]).collect(),
+            Some(_) => loads(model, &template.name, bodies),
             None => places_of(model, &template.ports, &[]),
         };
         if term.neighbours {
@@ -134,6 +134,27 @@ pub(super) fn places<'a>(
         }
     }
     places
+}
+
+/// The model's effect of a template at a place.
+pub(super) fn effect<'a>(model: &'a Model, template: &str, on: &[String]) -> Option<&'a Effect> {
+    let mut effects = model.effects.iter();
+    effects.find(|effect| {
+        let places = effect.on.iter().map(|(_, name)| name);
+        effect.template == template && places.eq(on)
+    })
+}
+
+/// A load on every group of rigidly connected bodies: where the model has one, else on the heaviest.
+fn loads(model: &Model, template: &str, bodies: &[String]) -> Vec<Vec<String>> {
+    let is_loaded = |body: &&String| effect(model, template, std::slice::from_ref(*body)).is_some();
+    let groups = carriers(model).into_iter();
+    let each = groups.filter_map(|mut group| {
+        group.retain(|body| bodies.contains(body));
+        let carrier = group.iter().find(is_loaded).or(group.first())?;
+        Some(vec![carrier.clone()])
+    });
+    each.collect()
 }
 
 /// The coordinates among what a template acts on.

@@ -143,8 +143,7 @@ impl Selection<'_> {
         let total: f64 = before.iter().sum();
         let gain = |after: &Errors| total - after.iter().sum::<f64>();
         trials.retain(|(_, after)| self.is_significant(&before, after));
-        // Of two bodies that are welded, the farther one: so is the tool to the wrist.
-        trials.sort_by(|(i, x), (j, y)| gain(y).total_cmp(&gain(x)).then(j.cmp(i)));
+        trials.sort_by(|(_, x), (_, y)| gain(y).total_cmp(&gain(x)));
         let kept = trials.iter().find(|(group, after)| {
             let with = [chosen, &[*group]].concat();
             let is_enough = !of(group).is_bold() || gain(after) > STRUCTURE * total;

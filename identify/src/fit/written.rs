@@ -210,6 +210,7 @@ fn finding<'a>(
         parameters: values.into_iter().map(estimate).collect(),
         evidence,
         confounded_with: Vec::new(),
+        same_on: Vec::new(),
         is_measured: false,
     }
 }

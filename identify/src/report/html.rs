@@ -3,7 +3,8 @@
 use super::figures::{Figure, Figures};
 use super::unnamed;
 use super::{
-    BY_FORCES, after_name, at, headline, hold, is_stopped, scores, stated_unit, would_tell,
+    BY_FORCES, after_name, at, elsewhere, headline, hold, is_stopped, scores, stated_unit,
+    would_tell,
 };
 use crate::number::{short, unsigned_zero};
 use crate::trace::with_places;
@@ -62,6 +63,7 @@ struct Found {
     evidence: String,
     parameters: Vec<[String; 4]>,
     rivals: Vec<[String; 3]>,
+    same_on: Option<String>,
     figure: Option<Figure>,
 }
 
@@ -270,6 +272,7 @@ fn describe(finding: &Finding, figure: Option<Figure>) -> Found {
         evidence: nats(finding.evidence, 0),
         parameters: parameters.collect(),
         rivals: rivals.collect(),
+        same_on: elsewhere(finding),
         figure,
     }
 }

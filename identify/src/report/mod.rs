@@ -342,6 +342,7 @@ fn describe(finding: &Finding) -> Vec<String> {
             ),
         });
     }
+    lines.extend(elsewhere(finding).map(|same| format!("    {same}")));
     let rivals = &finding.confounded_with;
     for rival in rivals.iter().take(RIVALS) {
         let name = with_places(&rival.effect, &rival.on);
@@ -350,13 +351,20 @@ fn describe(finding: &Finding) -> Vec<String> {
             lines.push(format!("      {}", would_tell(motion)));
         }
     }
-    if let Some(others) = rivals.get(RIVALS..).filter(|others| !others.is_empty()) {
-        let count = others.len();
-        lines.push(format!(
-            "    nor from {count} others, which --json and --report list"
-        ));
+    match rivals.len().saturating_sub(RIVALS) {
+        0 => {}
+        1 => lines.push("    nor from another one, which --json and --report list".to_string()),
+        others => lines.push(format!(
+            "    nor from {others} others, which --json and --report list"
+        )),
     }
     lines
+}
+
+/// On what else a finding would be the same law.
+fn elsewhere(finding: &Finding) -> Option<String> {
+    let (own, others) = (finding.on.join(", "), finding.same_on.join(", "));
+    (!others.is_empty()).then(|| format!("as well on {others}, rigidly connected with {own}"))
 }
 
 /// What to do to tell two explanations apart, and how much that does.
@@ -457,14 +465,14 @@ mod tests {
             parameters: BTreeMap::new(),
             evidence: 12.0,
             confounded_with: (2..2 + rivals).map(rival).collect(),
+            same_on: Vec::new(),
             is_measured: false,
         };
         assert_eq!(describe(&finding(RIVALS)).len(), 1 + RIVALS);
-        let described = describe(&finding(RIVALS + 3));
-        let said = "    nor from 3 others, which --json and --report list";
-        assert_eq!(
-            (described.len(), &described[RIVALS + 1][..]),
-            (RIVALS + 2, said)
-        );
+        for (further, others) in [(1, "another one"), (3, "3 others")] {
+            let described = describe(&finding(RIVALS + further));
+            let said = format!("    nor from {others}, which --json and --report list");
+            assert_eq!(described[RIVALS + 1..], [said]);
+        }
     }
 }

@@ -356,6 +356,7 @@ mod tests {
             parameters: BTreeMap::new(),
             evidence: 655.0,
             confounded_with: vec![rival],
+            same_on: Vec::new(),
             is_measured: false,
         };
         let advice = super::rival(&finding, &Library::builtin()).unwrap();

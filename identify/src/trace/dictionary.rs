@@ -6,6 +6,7 @@
 //! nothing, so the copy moves as the model does, and its derivatives by the
 //! candidates' parameters are the columns of the regression.
 
+use super::candidate::Candidate;
 use super::described::limited_losses;
 use super::focus::Focuses;
 use super::nested::Nested;
@@ -20,31 +21,6 @@ use dynamics_codegen::model::{Model, Parameter};
 use dynamics_codegen::syntax::{PortKind, written_name};
 use dynamics_codegen::{Compiled, Library, Report, compile};
 use std::collections::BTreeMap;
-
-/// Something that might be missing.
-#[derive(Debug, Clone)]
-pub struct Candidate {
-    /// What it is.
-    pub subject: Subject,
-    /// Indices of its parameters in the extended model.
-    pub parameters: Vec<usize>,
-    /// Which of them change the motion when they leave their default: the others
-    /// give the effect its shape.
-    pub strengths: Vec<usize>,
-    /// Values to try for the shape parameters, all combinations.
-    pub shapes: Vec<Vec<(usize, f64)>>,
-    /// Whether it is about a channel: an input or a sensor.
-    pub channel: bool,
-    /// Whether it is a loss that a robot description states.
-    pub is_loss: bool,
-}
-
-impl Candidate {
-    /// How many parameters it has.
-    pub fn size(&self) -> usize {
-        self.parameters.len()
-    }
-}
 
 /// The model that something may be missing in.
 #[derive(Debug, Clone, Copy)]
@@ -190,7 +166,7 @@ impl Dictionary {
         ranges: &Ranges,
     ) -> Result<Self, Report> {
         let mut extended = source.text.to_string();
-        for (template, on) in &places {
+        for Place { template, on, .. } in &places {
             let on: Vec<String> = on.iter().map(|name| written_name(name)).collect();
             extended.push_str(&format!("\neffect {template}({});", on.join(", ")));
         }
@@ -207,12 +183,12 @@ impl Dictionary {
         let own = plain.model.parameters.len();
         let mut candidates: Vec<Candidate> = (0..own)
             .map(|index| Candidate {
-                subject: Subject::Parameter(plain.model.parameters[index].name.clone()),
-                parameters: vec![index],
                 strengths: vec![index],
-                shapes: vec![Vec::new()],
-                channel: false,
                 is_loss: losses.contains(&index),
+                ..Candidate::new(
+                    Subject::Parameter(plain.model.parameters[index].name.clone()),
+                    vec![index],
+                )
             })
             .collect();
         let coordinates = &plain.model.coordinates;
@@ -222,7 +198,8 @@ impl Dictionary {
                 .filter(|(c, _)| c.name == *name)
                 .any(|(_, measured)| !measured)
         };
-        for effect in &machine.compiled.model.effects[plain.model.effects.len()..] {
+        let added = &machine.compiled.model.effects[plain.model.effects.len()..];
+        for (effect, place) in added.iter().zip(places) {
             let senses = effect
                 .parameters
                 .iter()
@@ -231,16 +208,16 @@ impl Dictionary {
             if senses && effect.on.iter().any(|(_, name)| unmeasured(name)) {
                 continue;
             }
+            let Place {
+                template,
+                on,
+                same_on,
+            } = place;
+            let subject = Subject::Effect { template, on };
             candidates.push(Candidate {
-                subject: Subject::Effect {
-                    template: effect.template.clone(),
-                    on: effect.on.iter().map(|(_, name)| name.clone()).collect(),
-                },
-                parameters: effect.parameters.clone(),
-                strengths: Vec::new(),
-                shapes: vec![Vec::new()],
                 channel: senses || effect.on.iter().any(|(kind, _)| is_channel(*kind)),
-                is_loss: false,
+                same_on,
+                ..Candidate::new(subject, effect.parameters.clone())
             });
         }
         let mut dictionary = Self {

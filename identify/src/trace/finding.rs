@@ -1,5 +1,6 @@
 //! What was found, in words and numbers.
 
+use super::candidate::Candidate;
 use super::dictionary::Dictionary;
 use super::one_clock::on_one_clock;
 use super::outcome::Basis;
@@ -104,6 +105,9 @@ pub struct Finding {
     pub evidence: f64,
     /// What explains the log about as well.
     pub confounded_with: Vec<Rival>,
+    /// Bodies on which it would be the same law, whatever the log: those that its own is rigidly connected with.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub same_on: Vec<String>,
     /// Whether two measured columns say so, a command and what the drive made of it, whatever
     /// else is missing.
     #[serde(skip)]
@@ -134,7 +138,7 @@ pub(super) fn much_remains(basis: Basis, selection: &Selection) -> bool {
 /// are not what the machine has.
 pub(super) fn verdict(dictionary: &Dictionary, selection: &Selection, is_other: bool) -> Verdict {
     let unexplained = something_remains(&selection.remaining);
-    let about = |test: fn(&super::dictionary::Candidate) -> bool| {
+    let about = |test: fn(&Candidate) -> bool| {
         selection
             .terms
             .iter()
@@ -275,6 +279,7 @@ fn finding(dictionary: &Dictionary, selection: &Selection, term: &Term) -> Findi
         parameters: parameters.collect(),
         evidence: term.evidence,
         confounded_with: term.rivals.clone(),
+        same_on: candidate.same_on.clone(),
         is_measured: false,
     }
 }

@@ -2,8 +2,9 @@
 //! numbers of a robot description.
 
 use super::between_samples::is_hidden;
+use super::candidate::Candidate;
 use super::described::opened;
-use super::dictionary::{Candidate, Dictionary, Ranges, Source};
+use super::dictionary::{Dictionary, Ranges, Source};
 use super::error::TraceError;
 use super::estimate::Observed;
 use super::forces;
@@ -88,7 +89,7 @@ impl Learner<'_> {
     /// If the log cannot be smoothed, or the equation of motion has no solution along it.
     pub fn learn(&self, dictionary: Dictionary) -> Result<Learnt, TraceError> {
         let mut learnt = self.searched(dictionary)?;
-        (learnt.selection).with_losses_that_can_be(&learnt.dictionary);
+        (learnt.selection).keep_losses_possible(&learnt.dictionary);
         Ok(learnt)
     }
 

@@ -78,6 +78,7 @@ mod tests {
             parameters: BTreeMap::from([("tau".into(), estimate)]),
             evidence: 50.0,
             confounded_with: Vec::new(),
+            same_on: Vec::new(),
             is_measured: false,
         }
     }

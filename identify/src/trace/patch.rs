@@ -220,6 +220,7 @@ mod tests {
             parameters: BTreeMap::from([(name.into(), estimate)]),
             evidence: 12.3,
             confounded_with: Vec::new(),
+            same_on: Vec::new(),
             is_measured: false,
         }
     }

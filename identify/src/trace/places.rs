@@ -5,8 +5,26 @@ use dynamics_codegen::model::Template;
 use dynamics_codegen::syntax::PortKind;
 use dynamics_codegen::{Library, Model};
 
-/// A template's name and what it acts on.
-pub(super) type Place = (String, Vec<String>);
+/// A template at a place.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Place {
+    /// The template's name.
+    pub template: String,
+    /// What it acts on.
+    pub on: Vec<String>,
+    /// Bodies on which it would be the same law.
+    pub same_on: Vec<String>,
+}
+
+impl Place {
+    fn new(template: &Template, on: Vec<String>) -> Self {
+        Self {
+            template: template.name.clone(),
+            on,
+            same_on: Vec::new(),
+        }
+    }
+}
 
 /// Whether two coordinates have one unit: only then can they share a drive.
 fn alike(model: &Model, a: &str, b: &str) -> bool {
@@ -31,22 +49,70 @@ fn axes(model: &Model) -> Vec<String> {
     }
 }
 
-/// Every template at every place that fits, but those the model already has; `sensors` are those
-/// that a log has.
+/// Every template at every place that fits, but those the model already has; `sensors` are those that
+/// a log has.
 pub(super) fn places(model: &Model, library: &Library, sensors: &[String]) -> Vec<Place> {
     let templates = library.names().filter_map(|name| library.describe(name));
     let each = templates.flat_map(|template| {
+        if template.point_mass.is_some() {
+            return loads(model, &template);
+        }
         let alone = places_of(model, &template.ports, sensors).into_iter();
         let places = alone.chain(all_at_once(model, &template, sensors));
-        places.map(move |on| (template.name.clone(), on))
+        places.map(|on| Place::new(&template, on)).collect()
     });
-    let is_new = |(template, on): &Place| {
+    let is_new = |place: &Place| {
         let mut effects = model.effects.iter();
         !effects.any(|effect| {
-            effect.template == *template && effect.on.iter().map(|(_, name)| name).eq(on.iter())
+            effect.template == place.template
+                && effect.on.iter().map(|(_, name)| name).eq(&place.on)
         })
     };
     each.filter(is_new).collect()
+}
+
+/// A point mass on every group of rigidly connected bodies that the model has none on.
+fn loads(model: &Model, template: &Template) -> Vec<Place> {
+    let loads = model.effects.iter().filter(|e| e.template == template.name);
+    let mut groups = carriers(model);
+    groups.retain(|group| {
+        let is_on = |(_, body): &(PortKind, String)| group.contains(body);
+        !loads.clone().any(|load| load.on.iter().any(is_on))
+    });
+    let place = |mut group: Vec<String>| {
+        let same_on = group.split_off(1);
+        Place {
+            same_on,
+            ..Place::new(template, group)
+        }
+    };
+    groups.into_iter().map(place).collect()
+}
+
+/// The bodies that move, those of a group that are rigidly connected: a load on one is a load on any other. The heaviest
+/// of each first, in the order of these.
+pub(crate) fn carriers(model: &Model) -> Vec<Vec<String>> {
+    let masses = model.masses();
+    let mut groups: Vec<(usize, Vec<usize>)> = Vec::new();
+    for (index, body) in model.bodies.iter().enumerate() {
+        let Some(moved_with) = model.moved_with(body) else {
+            continue;
+        };
+        match groups.iter_mut().find(|(joint, _)| *joint == moved_with) {
+            Some((_, group)) => group.push(index),
+            None => groups.push((moved_with, vec![index])),
+        }
+    }
+    let mut groups: Vec<Vec<usize>> = groups.into_iter().map(|(_, group)| group).collect();
+    for group in &mut groups {
+        group.sort_by(|&a, &b| masses[b].total_cmp(&masses[a]));
+    }
+    groups.sort_unstable();
+    let names = |group: Vec<usize>| {
+        let names = group.iter().map(|&index| model.bodies[index].name.clone());
+        names.collect()
+    };
+    groups.into_iter().map(names).collect()
 }
 
 /// All places of a template that may be applied to each of several, where there are several.
@@ -132,5 +198,54 @@ fn names(model: &Model, kind: PortKind, sensors: &[String]) -> Vec<String> {
             .collect(),
         // Chosen all together.
         PortKind::Coordinates => Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dynamics_codegen::compile;
+
+    /// A wrist with a hand on it, whose flange has no mass, and a finger that slides.
+    const HAND: &str = r#"<robot name="hand">
+  <link name="base"><inertial><mass value="9"/>
+    <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+  <link name="wrist"><inertial><mass value="0.5"/>
+    <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>
+  <link name="flange"/>
+  <link name="palm"><inertial><mass value="0.7"/>
+    <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>
+  <link name="finger"><inertial><mass value="0.1"/>
+    <inertia ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.001"/></inertial></link>
+  <joint name="turn" type="continuous"><parent link="base"/><child link="wrist"/>
+    <axis xyz="0 1 0"/></joint>
+  <joint name="bolts" type="fixed"><parent link="wrist"/><child link="flange"/></joint>
+  <joint name="more_bolts" type="fixed"><parent link="flange"/><child link="palm"/></joint>
+  <joint name="slide" type="prismatic"><parent link="palm"/><child link="finger"/>
+    <axis xyz="1 0 0"/><limit lower="0" upper="0.1" effort="9" velocity="9"/></joint>
+</robot>"#;
+
+    #[test]
+    fn a_load_is_tried_once_on_what_is_rigidly_connected() {
+        let mut library = Library::builtin();
+        library.add_file("hand.urdf", "hand.urdf", HAND);
+        let loads = |text: &str| -> Vec<[Vec<String>; 2]> {
+            let model = compile("hand.model", text, &library).unwrap().model;
+            let all = places(&model, &library, &[]).into_iter();
+            let loads = all.filter(|place| place.template == "payload");
+            loads.map(|place| [place.on, place.same_on]).collect()
+        };
+        let model = "model hand; urdf \"hand.urdf\" { base: fixed; }";
+        let [palm, finger] = &loads(model)[..] else {
+            panic!("the hand and the finger");
+        };
+        assert_eq!(palm[0], ["palm"]);
+        assert_eq!(palm[1], ["wrist", "flange"]);
+        assert_eq!(finger, &[vec!["finger".to_string()], Vec::new()]);
+        // A load that is there may have another mass; there is no second one beside it.
+        let loaded = format!("{model} effect payload(wrist) {{ m = 0.2 }}");
+        assert_eq!(loads(&loaded), [finger.clone()]);
+        let locked = "model hand; urdf \"hand.urdf\" { base: fixed; lock: slide; }";
+        assert_eq!(loads(locked)[0][1], ["wrist", "finger", "flange"]);
     }
 }

@@ -69,7 +69,7 @@ impl Selection {
     }
 
     /// Leaves no stated loss below none: that is what the log is nearest to that a joint can have.
-    pub(super) fn with_losses_that_can_be(&mut self, dictionary: &Dictionary) {
+    pub(super) fn keep_losses_possible(&mut self, dictionary: &Dictionary) {
         let losses = dictionary.candidates.iter().filter(|own| own.is_loss);
         for &parameter in losses.flat_map(|own| &own.parameters) {
             self.values[parameter] = self.values[parameter].max(0.0);

@@ -61,6 +61,7 @@ class Finding:
         parameters: its numbers by name.
         evidence: nats by which the log is better explained with it, less its price.
         rivals: what explains the log about as well.
+        same_on: the bodies on which a load would be the same, rigidly connected with its own.
     """
 
     effect: str
@@ -68,6 +69,7 @@ class Finding:
     parameters: dict[str, Estimate]
     evidence: float
     rivals: tuple[Rival, ...]
+    same_on: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -344,6 +346,7 @@ def _finding(of: dict[str, Any]) -> Finding:
         rivals=tuple(
             Rival(r["effect"], tuple(r["on"]), _number(r["evidence_difference"])) for r in rivals
         ),
+        same_on=tuple(of.get("same_on", ())),
     )
 
 

@@ -220,6 +220,7 @@ impl Drive<'_> {
                 parameters: BTreeMap::from([(name, estimate)]),
                 evidence: self.nats(&self.fit(fewer), fitted),
                 confounded_with: Vec::new(),
+                same_on: Vec::new(),
                 is_measured: true,
             })
         });

@@ -2,7 +2,8 @@
 
 use super::equations::Equations;
 use crate::regression::Gram;
-use crate::trace::dictionary::{Candidate, Dictionary};
+use crate::trace::candidate::Candidate;
+use crate::trace::dictionary::Dictionary;
 use crate::trace::screen::{Considered, ShapedCandidate};
 use crate::trace::settings::{MARGIN, TIE};
 use rayon::prelude::*;
