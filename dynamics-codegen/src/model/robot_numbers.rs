@@ -67,26 +67,26 @@ impl Assembly<'_, '_> {
         };
         let is_free = self.options.friction.includes(&joint.name) && !follows;
         let units = units.filter(|_| is_free);
-        let stated = [("damping", given.damping), ("friction", given.friction)];
-        let mut place = 0..;
-        stated.map(|(what, value)| {
-            let unit = units.and_then(|units| Some(units[place.next()?]));
-            match unit.filter(|_| value != 0.0) {
-                Some(unit) => {
-                    let described = Described {
-                        parameter: format!("{}_{what}", identifier(&joint.name)),
-                        option: "friction",
-                        of: joint.name.clone(),
-                    };
-                    let name = described.parameter.clone();
-                    let entry =
-                        (self.builder).described_parameter(described, joint.span, unit, 0.0, value);
-                    let mut parameters = self.builder.model.parameters.iter();
-                    let stated = parameters.find(|p| p.name == name);
-                    (entry, stated.map_or(value, |p| p.nominal))
-                }
-                None => (self.builder.model.graph.constant(value), value),
+        let [damping, friction] = units.map_or([None; 2], |units| units.map(Some));
+        let stated = [
+            ("damping", damping, given.damping),
+            ("friction", friction, given.friction),
+        ];
+        stated.map(|(what, unit, value)| match unit.filter(|_| value != 0.0) {
+            Some(unit) => {
+                let described = Described {
+                    parameter: format!("{}_{what}", identifier(&joint.name)),
+                    option: "friction",
+                    of: joint.name.clone(),
+                };
+                let name = described.parameter.clone();
+                let entry =
+                    (self.builder).described_parameter(described, joint.span, unit, 0.0, value);
+                let mut parameters = self.builder.model.parameters.iter();
+                let stated = parameters.find(|p| p.name == name);
+                (entry, stated.map_or(value, |p| p.nominal))
             }
+            None => (self.builder.model.graph.constant(value), value),
         })
     }
 

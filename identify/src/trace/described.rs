@@ -18,17 +18,21 @@ const LOSSES: &str = "losses";
 /// The option that makes parameters of stated losses.
 const FRICTION: &str = "friction";
 
-/// The model with all losses that its description states as parameters; nothing if it states none.
+/// The model with all losses that its description states as parameters; nothing if it states none, or if the model says that
+/// none is.
 pub(super) fn with_open_losses(text: &str, model: &Model) -> Option<String> {
     let robot = model.robot.as_ref()?;
     let states = |losses: &StatedLosses| losses.damping != 0.0 || losses.friction != 0.0;
-    let states_some = robot.losses.iter().any(states);
-    states_some.then(|| with_choice(text, FRICTION, "all"))
+    let (_, options) = description(text)?;
+    let of_losses = options.iter().find(|given| given.name.text == FRICTION);
+    let are_given = of_losses.is_some_and(|given| given.values.iter().any(|v| v.text == "none"));
+    let is_open = robot.losses.iter().any(states) && !are_given;
+    is_open.then(|| with_choice(text, FRICTION, "all"))
 }
 
 /// The parameters that are losses which the model's description states, and that may not be there: of each less may act
 /// than by default, and more is a law beside it. A log may say less than none, by chance; see
-/// [`Selection::with_losses_that_can_be`](super::selection::Selection::with_losses_that_can_be).
+/// [`Selection::keep_losses_possible`](super::selection::Selection::keep_losses_possible).
 pub(super) fn limited_losses(model: &mut Model, defaults: &[f64]) -> Vec<usize> {
     let described = model.robot.iter().flat_map(|robot| &robot.described);
     let losses = described.filter(|number| number.option == FRICTION);
@@ -228,6 +232,9 @@ mod tests {
             opened(&rubbing, "model a; urdf \"arm.urdf\" { friction: elbow; }").unwrap(),
             "model a; urdf \"arm.urdf\" { friction: all; }"
         );
+        // Who says that none is a parameter means it.
+        let given = "model a; urdf \"arm.urdf\" { friction: none; }";
+        assert_eq!(opened(&rubbing, given), None);
         let ignored = "model a; urdf \"arm.urdf\" { losses: ignore; }";
         assert_eq!(opened(&rubbing, ignored), None);
         assert_eq!(

@@ -99,6 +99,18 @@ impl<'a> Request<'a> {
         Ok(plain)
     }
 
+    /// The model with the losses that its description states as parameters, where they may be: as text, and compiled.
+    fn with_open_losses(&self, plain: &Compiled) -> Option<(String, Compiled)> {
+        let text = with_open_losses(self.model_text, &plain.model)?;
+        let source = Source {
+            text: &text,
+            ..self.source()
+        };
+        // A parameter of the model may have such a name.
+        let compiled = source.compile().ok()?;
+        Some((text, compiled))
+    }
+
     /// Model and logs by the rates of poses, if bodies float by their twists.
     fn by_rates(&self, plain: &Compiled) -> Result<Option<ByRates>, TraceError> {
         let source = (self.model_name, self.model_text, self.library);
@@ -145,17 +157,7 @@ pub fn trace(request: &Request<'_>) -> Result<Outcome, TraceError> {
 /// What a model lacks that is compiled, whose positions each have a velocity of their own.
 fn traced(request: &Request<'_>, plain: Compiled) -> Result<Outcome, TraceError> {
     let progress = request.progress;
-    let open = with_open_losses(request.model_text, &plain.model);
-    let open = open.and_then(|text| {
-        let source = Source {
-            text: &text,
-            ..request.source()
-        };
-        // A parameter of the model may have such a name.
-        let compiled = source.compile().ok()?;
-        Some((text, compiled))
-    });
-    let (text, plain) = match open {
+    let (text, plain) = match request.with_open_losses(&plain) {
         Some((text, compiled)) => (Cow::Owned(text), compiled),
         None => (Cow::Borrowed(request.model_text), plain),
     };
