@@ -243,6 +243,18 @@ impl Dictionary {
         each.flatten().copied().collect()
     }
 
+    /// Bends a linear step of all parameters of some candidates, or of none, from `values`, see [`Candidate::bend`].
+    pub fn bend(&self, candidates: &[usize], values: &[f64], mut step: &mut [f64]) {
+        for &candidate in candidates {
+            let candidate = &self.candidates[candidate];
+            let Some((own, others)) = step.split_at_mut_checked(candidate.size()) else {
+                return;
+            };
+            candidate.bend(own, values, &self.defaults);
+            step = others;
+        }
+    }
+
     /// What is believed of some parameters, seen from `values` of all: the place of each of which
     /// anything is, by how much its mean lies above its value, and the standard deviation.
     pub fn beliefs(&self, parameters: &[usize], values: &[f64]) -> Vec<(usize, f64, f64)> {

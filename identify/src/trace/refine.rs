@@ -232,7 +232,7 @@ fn refine_some(
             // there may lead back to the ground, farther on.
             Some(next) if uphill == 0 && !detour && count > 0 => {
                 detour = true;
-                *explanation = next.next(dictionary, parameters, &beginning, DAMPING[0]);
+                *explanation = next.next(dictionary, candidates, &beginning, DAMPING[0]);
                 continue;
             }
             _ => uphill += 1,
@@ -243,7 +243,7 @@ fn refine_some(
             has_arrived = true;
             break;
         };
-        *explanation = best.next(dictionary, parameters, &beginning, damping);
+        *explanation = best.next(dictionary, candidates, &beginning, damping);
     }
     // The best state seen, not the last one: a linearisation may mislead.
     match best {
@@ -286,15 +286,18 @@ impl Step {
     fn next(
         &self,
         dictionary: &Dictionary,
-        parameters: &[usize],
+        candidates: &[usize],
         beginning: &Beginning,
         damping: f64,
     ) -> Explanation {
+        let parameters = &self.estimate.parameters;
         let count = parameters.len();
         let all: Vec<usize> = (0..self.fitted.len()).collect();
         let mut there = self.from.clone();
         let fit = self.gram.damped_fit(&all, damping);
-        let change = limited(dictionary, parameters, &there.values, &fit.coefficients);
+        let mut step = fit.coefficients.rows(0, count).into_owned();
+        dictionary.bend(candidates, &there.values, step.as_mut_slice());
+        let change = limited(dictionary, parameters, &there.values, &step);
         let begun = fit.coefficients.rows(count, all.len() - count).into_owned();
         let mut whole = DVector::zeros(self.dynamics.columns);
         let steps = change.iter().chain(begun.iter());
@@ -396,6 +399,31 @@ mod tests {
     use dynamics_codegen::Library;
     use std::collections::BTreeMap;
     use std::fmt::Write;
+
+    /// A spring that is ten times as stiff as where its fit begins, about another place: `i a = u − 0.8 (q − 0.7)`.
+    #[test]
+    fn a_spring_is_found_from_afar() {
+        let mut text = String::from("t,q_angle,u_motor\n");
+        let mut noise = rectangular(4);
+        for k in 0..1000 {
+            let t = 0.004 * f64::from(k);
+            let q = 0.4 * (3.0 * t).sin() + 0.2 * (7.0 * t).sin();
+            let a = -3.6 * (3.0 * t).sin() - 9.8 * (7.0 * t).sin();
+            let u = 0.02 * a + 0.8 * (q - 0.7);
+            writeln!(text, "{t},{},{u}", q + 1e-4 * noise()).unwrap();
+        }
+        let (dictionary, mut start) = begun(WHEEL, &text, ["angle", "motor"]);
+        let spring = named(&dictionary, "spring(angle)");
+        let [k, place] = dictionary.parameters_of(&[spring])[..] else {
+            panic!("a stiffness and a place");
+        };
+        (start.values[k], start.values[place]) = (0.08, -0.9);
+        let refined = refine(&dictionary, &[spring], &mut start, Effort::FULL).unwrap();
+        assert!(refined.has_arrived);
+        let found = [k, place].map(|parameter| start.values[parameter]);
+        assert!((found[0] - 0.8).abs() < 2e-3, "{found:?}");
+        assert!((found[1] - 0.7).abs() < 2e-3, "{found:?}");
+    }
 
     /// Seen far from zero and over hardly more than one wave, another number of waves turns the
     /// phase: a narrow valley that bends. `i a = u + 0.2 sin(9 q) + 0.3 cos(9 q)`.
