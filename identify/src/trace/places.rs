@@ -244,7 +244,7 @@ mod tests {
         assert_eq!(finger, &[vec!["finger".to_string()], Vec::new()]);
         // A load that is there may have another mass; there is no second one beside it.
         let loaded = format!("{model} effect payload(wrist) {{ m = 0.2 }}");
-        assert_eq!(loads(&loaded), [finger.clone()]);
+        assert_eq!(loads(&loaded), std::slice::from_ref(finger));
         let locked = "model hand; urdf \"hand.urdf\" { base: fixed; lock: slide; }";
         assert_eq!(loads(locked)[0][1], ["wrist", "finger", "flange"]);
     }

@@ -400,7 +400,7 @@ mod tests {
     use std::collections::BTreeMap;
     use std::fmt::Write;
 
-    /// A spring that is ten times as stiff as where its fit begins, about another place: `i a = u − 0.8 (q − 0.7)`.
+    /// A spring that is far stiffer than where its fit begins, about another place: `i a = u − 0.8 (q − 0.7)`.
     #[test]
     fn a_spring_is_found_from_afar() {
         let mut text = String::from("t,q_angle,u_motor\n");
@@ -417,7 +417,7 @@ mod tests {
         let [k, place] = dictionary.parameters_of(&[spring])[..] else {
             panic!("a stiffness and a place");
         };
-        (start.values[k], start.values[place]) = (0.08, -0.9);
+        (start.values[k], start.values[place]) = (0.001, -0.9);
         let refined = refine(&dictionary, &[spring], &mut start, Effort::FULL).unwrap();
         assert!(refined.has_arrived);
         let found = [k, place].map(|parameter| start.values[parameter]);
