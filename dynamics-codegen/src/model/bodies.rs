@@ -46,8 +46,8 @@ impl Model {
         self.bodies.iter().filter(moves)
     }
 
-    /// Which of the tree's bodies a body moves with: the one behind the last joint that moves it. Bodies
-    /// of one are rigidly connected. `None` for what is fixed to the world.
+    /// Index, among the tree's bodies, of the one behind the last joint that moves a body: bodies for which
+    /// it is the same are rigidly connected. `None` for what is fixed to the world.
     pub fn moved_with(&self, body: &NamedBody) -> Option<usize> {
         let bodies = &self.tree.bodies;
         let mut chain = std::iter::successors(Some(body.massive), |&index| bodies[index].parent);

@@ -94,7 +94,7 @@ pub(super) struct Place<'a> {
     pub templates: Vec<&'a Template>,
 }
 
-/// Where the effects of a library that are part of terms may act; loads on `bodies`.
+/// Where the effects of a library that are part of terms may act; loads only on `bodies`, which have mass.
 pub(super) fn places<'a>(
     model: &Model,
     templates: &'a [Template],

@@ -89,8 +89,8 @@ fn loads(model: &Model, template: &Template) -> Vec<Place> {
     groups.into_iter().map(place).collect()
 }
 
-/// The bodies that move, those of a group that are rigidly connected: a load on one is a load on any other. The heaviest
-/// of each first, in the order of these.
+/// The groups of rigidly connected bodies that move, each with its heaviest body first: a load on one body of a group is
+/// the same law on any other. In the model's order of the heaviest.
 pub(crate) fn carriers(model: &Model) -> Vec<Vec<String>> {
     let masses = model.masses();
     let mut groups: Vec<(usize, Vec<usize>)> = Vec::new();
