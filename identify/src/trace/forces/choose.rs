@@ -1,8 +1,8 @@
 //! Which effects predict the forces on blocks of the log that they were not fitted to.
 
 use super::equations::Equations;
+use super::reach::REACHES;
 use crate::regression::Gram;
-use crate::trace::candidate::Candidate;
 use crate::trace::dictionary::Dictionary;
 use crate::trace::screen::{Considered, ShapedCandidate};
 use crate::trace::settings::{MARGIN, TIE};
@@ -48,11 +48,24 @@ const LEAST_REMOVED: f64 = 0.05;
 const THE_SAME: f64 = 0.8;
 
 impl Choice<'_> {
-    /// One term after the other; what has become idle goes again, and what another would do
-    /// better is exchanged.
+    /// The choice that explains most for its price: of what is near first, and of everything at once. Of a machine that
+    /// lacks a lot, a wrong centre of mass explains some of nearly everything; a load explains more than anything near, and
+    /// laws of the joints that were taken for it stay.
     pub fn choose(&self) -> State {
+        let near_first: Vec<usize> = (0..REACHES).collect();
+        let (near_first, at_once) =
+            rayon::join(|| self.chosen(&near_first), || self.chosen(&[REACHES - 1]));
+        match at_once.cost < near_first.cost {
+            true => at_once,
+            false => near_first,
+        }
+    }
+
+    /// One term after the other, of those that reach no further than each of some limits in turn; what has become idle
+    /// goes again, and what another would do better is exchanged.
+    fn chosen(&self, limits: &[usize]) -> State {
         let mut state = self.state(Vec::new());
-        for reach in 0..REACHES {
+        for &reach in limits {
             loop {
                 while state.terms.len() < MOST_TERMS {
                     let Some(more) = self.with_one_more(&state, reach) else {
@@ -63,7 +76,8 @@ impl Choice<'_> {
                         state = fewer;
                     }
                 }
-                match self.with_one_other(&state, reach) {
+                let other = self.with_one_other(&state, reach);
+                match other.or_else(|| self.with_one_for_two(&state, reach)) {
                     Some(other) => state = other,
                     None => break,
                 }
@@ -195,10 +209,9 @@ impl Choice<'_> {
         let likeness = |option: usize| -> f64 {
             let columns = self.options[option].columns.iter().copied();
             let own: Vec<usize> = columns.filter(|&c| self.visible[c]).collect();
-            let (part, _) = self.part(&[&own[..], &theirs].concat());
-            let base: Vec<usize> = (0..own.len()).collect();
-            let each = 0..theirs.len();
-            each.map(|i| part.explained_by(own.len() + i, &base)).sum()
+            let each = theirs.iter();
+            each.map(|&column| self.gram.explained_by(column, &own))
+                .sum()
         };
         let shapes = (0..self.options.len()).filter(|&o| self.options[o].candidate == candidate);
         let rated = shapes.map(|option| (option, likeness(option)));
@@ -227,8 +240,8 @@ impl Choice<'_> {
     /// The strengths of all columns in use.
     pub fn strengths(&self, terms: &[Chosen]) -> (Vec<usize>, Vec<f64>) {
         let columns = self.columns(terms);
-        let fit = self.gram.fit(&columns);
-        (columns, fit.coefficients.as_slice().to_vec())
+        let (strengths, _) = self.gram.solved(&columns);
+        (columns, strengths.as_slice().to_vec())
     }
 
     /// A term's price: that of its parameters, and what the best of many gains by chance.
@@ -256,8 +269,7 @@ impl Choice<'_> {
 
     /// Some terms with what they leave.
     pub fn state(&self, terms: Vec<Chosen>) -> State {
-        let (part, all) = self.part(&self.columns(&terms));
-        let left = 0.5 * part.fit(&all).misfit;
+        let left = 0.5 * self.gram.solved(&self.columns(&terms)).1;
         State {
             left,
             cost: left + terms.iter().map(|term| self.price(term)).sum::<f64>(),
@@ -386,6 +398,37 @@ impl Choice<'_> {
         self.best(trials.map(|terms| self.state(terms)), state.cost - MARGIN)
     }
 
+    /// With one law in the place of two on the same coordinates: what was chosen beside something else may need
+    /// neither.
+    fn with_one_for_two(&self, state: &State, reach: usize) -> Option<State> {
+        let on = |option: usize| {
+            let candidate = self.options[option].candidate;
+            self.dictionary.candidates[candidate].subject.on()
+        };
+        let terms = &state.terms;
+        let after = |a: usize| (a + 1..terms.len()).map(move |b| (a, b));
+        let pairs = (0..terms.len()).flat_map(after);
+        let pairs = pairs.filter(|&(a, b)| on(terms[a].option) == on(terms[b].option));
+        let options = self.within(reach);
+        let trials = pairs.flat_map(|(a, b)| {
+            let place = on(terms[a].option);
+            let options = options.iter().copied();
+            let there = options.filter(move |&option| on(option) == place);
+            there.map(move |option| (a, b, option))
+        });
+        let trials: Vec<(usize, usize, usize)> = trials.collect();
+        let trials = trials.into_par_iter().filter_map(|(a, b, option)| {
+            let mut others = terms.clone();
+            others.remove(b);
+            others.remove(a);
+            let candidate = |option: usize| self.options[option].candidate;
+            let taken = |term: &Chosen| candidate(term.option) == candidate(option);
+            let is_free = !others.iter().any(taken);
+            is_free.then(|| self.possible(&others, &[option]))?
+        });
+        self.best(trials.map(|terms| self.state(terms)), state.cost)
+    }
+
     /// The terms with some options more, of all those columns whose strengths nature allows;
     /// `None` if nothing is left of one of them.
     fn possible(&self, terms: &[Chosen], more: &[usize]) -> Option<Vec<Chosen>> {
@@ -446,9 +489,8 @@ impl Choice<'_> {
                 .collect();
             let known = self.columns(&there);
             let own: Vec<usize> = self.own_columns(term).collect();
-            let (part, _) = self.part(&[&known[..], &own].concat());
-            let others: Vec<usize> = (0..known.len()).collect();
-            (0..own.len()).all(|i| part.explained_by(known.len() + i, &others) > THE_SAME)
+            let explained = |&column: &usize| self.gram.explained_by(column, &known);
+            own.iter().all(|column| explained(column) > THE_SAME)
         })
     }
 
@@ -484,37 +526,46 @@ fn less(terms: &[Chosen]) -> Vec<Vec<Chosen>> {
     all.collect()
 }
 
-/// How many kinds of reach there are.
-const REACHES: usize = 3;
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trace::forces::balance::Balance;
+    use crate::trace::forces::reach::reaches;
+    use crate::trace::forces::{columns, first_columns, force_options, weighed};
+    use crate::trace::wheel::{WHEEL, begun, named, turned};
 
-/// How far each candidate reaches: none in one coordinate's drive (the force does not depend
-/// on positions), one in what two coordinates share, two in the machine's structure. What is
-/// nearer is simpler, and tried first: of a machine that lacks a lot, a wrong centre of mass
-/// explains some of nearly everything.
-pub(super) fn reaches(dictionary: &Dictionary) -> Vec<usize> {
-    let compiled = &dictionary.machine.compiled;
-    let mut model = compiled.model.clone();
-    let mut outputs = compiled.system.force.clone();
-    outputs.extend(compiled.system.mass_matrix.iter().flatten());
-    let positions: Vec<_> = model.coordinates.iter().map(|c| c.position).collect();
-    let of = |candidate: &Candidate| {
-        let mut in_positions = false;
-        for &parameter in &candidate.strengths {
-            let symbol = model.parameters[parameter].symbol;
-            let seeds = model.parameter_seeds(symbol);
-            let slopes = model.graph.directional(&outputs, &seeds);
-            let depends = |&slope| {
-                positions
-                    .iter()
-                    .any(|&q| model.graph.depends_on(&[slope], q))
-            };
-            in_positions |= slopes.iter().any(depends);
-        }
-        if in_positions {
-            REACHES - 1
-        } else {
-            usize::from(candidate.subject.on().len() != 1)
-        }
-    };
-    dictionary.candidates.iter().map(of).collect()
+    /// What was chosen beside something else that is gone now needs neither of two laws.
+    #[test]
+    fn one_law_takes_the_place_of_two() {
+        let log = turned([(0.9, 3.0), (0.5, 7.0)], (3, 1e-6), |[_, v, a]| {
+            0.02 * a + 0.01 * v
+        });
+        let (dictionary, start) = begun(WHEEL, &log, ["angle", "motor"]);
+        let observed = &start.observed;
+        let balance = Balance::narrowed(&observed.record, observed.hold, 1).unwrap();
+        let missing = balance.missing(&dictionary.machine, &dictionary.defaults);
+        let columns = columns(&dictionary, &balance).unwrap();
+        let options = force_options(&dictionary);
+        let first = first_columns(&options);
+        let equations = weighed(Equations::new(&missing.unwrap(), &columns), &first);
+        let choice = Choice {
+            dictionary: &dictionary,
+            options: &options,
+            gram: equations.gram(),
+            visible: equations.visible(),
+            equations: &equations,
+            reaches: reaches(&dictionary),
+        };
+        let option = |name: &str| {
+            let candidate = named(&dictionary, name);
+            options.iter().position(|o| o.candidate == candidate)
+        };
+        let two = ["coulomb(angle)", "quadratic_drag(angle)"].map(|name| option(name).unwrap());
+        let two = choice.state(choice.possible(&[], &two).unwrap());
+        assert_eq!(two.terms.len(), 2);
+        let one = choice.with_one_for_two(&two, REACHES - 1).unwrap();
+        let viscous = [named(&dictionary, "viscous(angle)")];
+        assert_eq!(choice.candidates(&one.terms), viscous);
+        assert!(choice.with_one_for_two(&one, REACHES - 1).is_none());
+    }
 }

@@ -15,6 +15,7 @@ mod judge;
 mod narrowing;
 mod own_shapes;
 mod plainer;
+mod reach;
 mod settle;
 
 pub(crate) use floor::force_floor;
@@ -34,13 +35,14 @@ use super::settings::{WORTH_A_NAME, WORTH_IT};
 use crate::log::rms;
 use crate::machine::{Machine, SolveError};
 use balance::{Balance, Forces};
-use choose::{Choice, State, reaches};
+use choose::{Choice, State};
 use equations::Equations;
 use floor::left_by_noise;
 use narrowing::in_telling_band;
 use own_shapes::terms;
 use plainer::Explained;
 use rayon::prelude::*;
+use reach::reaches;
 use settle::Settled;
 
 /// Damping of the fit of everything at once.

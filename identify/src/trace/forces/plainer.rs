@@ -175,8 +175,8 @@ impl Explained {
 mod tests {
     use super::*;
     use crate::trace::dictionary::Dictionary;
-    use crate::trace::forces::choose::reaches;
     use crate::trace::forces::equations::Equations;
+    use crate::trace::forces::reach::reaches;
     use crate::trace::forces::{columns, first_columns, force_options, weighed};
     use crate::trace::wheel::{WHEEL, begun, named, rectangular};
     use std::fmt::Write;
