@@ -14,7 +14,7 @@ use super::outcome::Basis;
 use super::progress::Progress;
 use super::search::{Given, Task, is_on_a_body};
 use super::selection::{Selection, Term};
-use super::settings::{GLANCE, MAX_TERMS, NEARLY_NOTHING};
+use super::settings::{GLANCE, MAX_TERMS, NEARLY_NOTHING, NO_EXCESS};
 use super::slow_errors::Inquiries;
 use super::subject::Subject;
 use crate::machine::SolveError;
@@ -106,11 +106,9 @@ impl Learner<'_> {
         let mut numbers = Numbers::new(self, &numbers);
         let by_forces = forces::learn(&dictionary, &logged, self.seed)?;
         let explained = match by_forces {
-            Some(forces) if immobile || is_plain(&dictionary, &forces) => {
-                Explained::by_forces(forces)
-            }
+            Some(forces) if immobile => Explained::by_forces(forces),
             Some(forces) if forces.terms.len() >= MANY => {
-                self.by_motion_or_many_forces(&dictionary, forces, &mut numbers)
+                self.by_many_forces(&dictionary, forces, &mut numbers)
             }
             few => {
                 let explained = self.by_motion_or_few_forces(&dictionary, few, &mut numbers);
@@ -122,7 +120,10 @@ impl Learner<'_> {
             Explained::Described(learnt) => return Ok(*learnt),
         };
         // What effects do not explain, or several only together, may be one number of the description.
-        let is_settled = basis == Basis::Forces && is_plain(&dictionary, &selection);
+        let is_settled = match basis {
+            Basis::Forces => self.is_settled(&dictionary, &selection),
+            _ => is_plain(&dictionary, &selection) && !selection.forces_remain(),
+        };
         let seen = (&selection.observed.record, &selection.values[..]);
         let findings = selection.terms.iter();
         let findings = findings.filter(|term| !is_hidden(&dictionary, term, seen));
@@ -212,6 +213,31 @@ impl Learner<'_> {
         pair.is_some_and(|(found, given)| {
             (0..2).all(|measure| found[measure] < CLEARLY * given[measure])
         })
+    }
+
+    /// What many findings in the balance of forces come to in the motion, which knows their values more exactly and
+    /// needs fewer of them, where they are plain there and leave nothing: that is asked in a few fits. Or else
+    /// themselves, where they are plain, and what a search says otherwise.
+    fn by_many_forces(
+        &self,
+        dictionary: &Dictionary,
+        forces: Selection,
+        numbers: &mut Numbers<'_>,
+    ) -> Explained {
+        let confirmed = self.motion(dictionary).confirmed(&forces).ok().flatten();
+        match confirmed.filter(|motion| !motion.forces_remain()) {
+            Some(motion) if is_plain(dictionary, &motion) => Explained::by_motion(motion),
+            _ if self.is_settled(dictionary, &forces) => Explained::by_forces(forces),
+            _ => self.by_motion_or_many_forces(dictionary, forces, numbers),
+        }
+    }
+
+    /// Whether nothing is to be asked beside plain findings: they leave nearly nothing, or hardly more than everything
+    /// together leaves where the columns of inputs carry noise, which is the rest.
+    fn is_settled(&self, dictionary: &Dictionary, forces: &Selection) -> bool {
+        let is_noise =
+            || self.felt.noisy_inputs().next().is_some() && forces.reduced_misfit < NO_EXCESS;
+        is_plain(dictionary, forces) && (leaves_nearly_nothing(forces) || is_noise())
     }
 
     /// What explains the motion up to sensor noise where the balance of forces says that a lot is missing, or else what
@@ -315,8 +341,8 @@ impl Learner<'_> {
     }
 }
 
-/// Whether many findings are what real drives have, friction and rotors, with one load at most, and nearly
-/// nothing remains beside them: neither a sensor nor a description that is wrong looks like that.
+/// Whether many findings are what real drives have, friction and rotors, with one load at most: neither a sensor nor a
+/// description that is wrong looks like that.
 fn is_plain(dictionary: &Dictionary, forces: &Selection) -> bool {
     let is_load = |term: &&Term| {
         let Candidate {
@@ -325,9 +351,7 @@ fn is_plain(dictionary: &Dictionary, forces: &Selection) -> bool {
         let is_value = matches!(subject, Subject::Parameter(_)) && !is_loss;
         is_value || is_on_a_body(dictionary, subject)
     };
-    forces.terms.len() >= MANY
-        && forces.terms.iter().filter(is_load).count() <= 1
-        && leaves_nearly_nothing(forces)
+    forces.terms.len() >= MANY && forces.terms.iter().filter(is_load).count() <= 1
 }
 
 /// Whether findings leave hardly any of what was missing before.

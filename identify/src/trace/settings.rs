@@ -19,7 +19,8 @@ pub const TIE: f64 = 6.0;
 /// Nats within which two fits of one hypothesis are the same, and one hypothesis that was gone on from
 /// spares going on from another.
 pub const SAME_FIT: f64 = 1.0;
-/// Unexplained variance below this many times the smallest is none.
+/// Unexplained variance below this many times the smallest is none, and squares of what is left in the balance of forces
+/// below this many times what all effects together leave are nearly nothing.
 pub const NO_EXCESS: f64 = 3.0;
 /// Terms at most.
 pub const MAX_TERMS: usize = 12;

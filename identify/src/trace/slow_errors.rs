@@ -27,6 +27,7 @@ pub(super) struct Inquiries<'a> {
     task: Task<'a>,
     /// The log as it was read.
     start: Observed,
+    given: &'a Given,
     as_read: Inquiry<'a>,
     lasting: Option<Inquiry<'a>>,
     /// Under each [`LARGER_NOISE`], as far as it was asked.
@@ -51,6 +52,7 @@ impl<'a> Inquiries<'a> {
             as_read: Inquiry::beside(task, start.clone(), given),
             task,
             start,
+            given,
             lasting: None,
             larger: [const { None }; LARGER_NOISE.len()],
         }
@@ -173,6 +175,16 @@ impl<'a> Inquiries<'a> {
     ) -> Result<Option<Selection>, SolveError> {
         let as_read = self.as_read.ask_at_first(at_most, suggested)?;
         Ok(self.is_settled(&as_read).then_some(as_read.selection))
+    }
+
+    /// See [`Inquiry::confirmed`], under the noise that the sensors show from sample to sample.
+    ///
+    /// # Errors
+    /// If the equation of motion cannot be solved along the curve.
+    pub fn confirmed(&self, suggested: &Selection) -> Result<Option<Selection>, SolveError> {
+        let inquiry = Inquiry::beside(self.task, self.start.clone(), self.given);
+        let answer = inquiry.confirmed(suggested)?;
+        Ok(answer.map(|answer| answer.selection))
     }
 
     /// See [`Inquiry::leaves_forces_at_first`], under the noise that the sensors show from sample to sample.

@@ -144,6 +144,15 @@ impl<'a> Search<'a> {
         self.try_first(&[suggested], self.given.clone())
     }
 
+    /// The same without a look at anything else.
+    pub fn try_terms(&mut self, suggested: &Selection) {
+        self.enter(Stage::Fit);
+        for given in self.given.clone() {
+            let proposal = Proposal::first(&given, &suggested.accepted(), &suggested.values);
+            self.try_all(&given, vec![proposal]);
+        }
+    }
+
     /// Fits what makes positions fulfil constraints that are grossly missed as they were measured: along
     /// such a log first order says little of anything else. The fits begin with the `curve` as it was measured:
     /// the model as given has bent its own until it closes.
@@ -183,13 +192,8 @@ impl<'a> Search<'a> {
         }
         self.enter(Stage::Fit);
         for given in given {
-            let proposals = first.iter().map(|(terms, values)| Proposal {
-                hypothesis: given.hypothesis.exchange(&[], terms),
-                values: values.clone(),
-                promise: given.score,
-                within_reach: f64::INFINITY,
-                ahead: 0.0,
-            });
+            let proposals = first.iter();
+            let proposals = proposals.map(|(terms, values)| Proposal::first(&given, terms, values));
             self.try_all(&given, proposals.collect());
         }
         Ok(())

@@ -99,7 +99,7 @@ impl<'a> Inquiry<'a> {
         // Who has to end says what the part says: each fit of the whole may take longer than the search has taken.
         let is_over = progress.ended().is_some();
         let answer = match is_part && !is_spent && !is_over {
-            true => ended.on_the_whole(&whole)?,
+            true => on_the_whole(ended.search.clone(), &whole)?,
             false => ended.at_first()?,
         };
         ended.in_all = Some(answer.clone());
@@ -117,6 +117,36 @@ impl<'a> Inquiry<'a> {
         suggested: Option<&Selection>,
     ) -> Result<Answer, SolveError> {
         self.ended(at_most, suggested)?.0.at_first()
+    }
+
+    /// What the balance of forces has suggested, without what is one too many in the motion, where it leaves no forces
+    /// there; `None` where it does. Nothing else is looked for.
+    ///
+    /// # Errors
+    /// If the equation of motion cannot be solved along the curve.
+    pub fn confirmed(self, suggested: &Selection) -> Result<Option<Answer>, SolveError> {
+        self.task.progress.enter(Stage::Fit, &[]);
+        let at_most = suggested.terms.len() + 1;
+        let (mut search, part) = begun(self.task, (&self.observed, self.given), at_most)?;
+        search.try_terms(suggested);
+        search.lighten();
+        let best = search.best();
+        if best.hypothesis.candidates().is_empty() || best.leaves_forces() {
+            return Ok(None);
+        }
+        let answer = match part.is_some() && self.task.progress.ended().is_none() {
+            true => on_the_whole(search, &self.observed)?,
+            false => settled(search)?,
+        };
+        let considered = suggested.considered.clone();
+        let selection = Selection {
+            considered,
+            ..answer.selection
+        };
+        Ok(Some(Answer {
+            selection,
+            ..answer
+        }))
     }
 
     /// Whether the terms that explain the part of the log best that is searched first leave forces there; `at_most` is
@@ -174,6 +204,30 @@ impl<'a> Inquiry<'a> {
     }
 }
 
+/// A search that begins with the model as given in the part of a log that is searched first, and that part, where it
+/// is not the whole.
+fn begun<'a>(
+    task: Task<'a>,
+    (whole, given): (&Observed, Option<&Given>),
+    at_most: usize,
+) -> Result<(Search<'a>, Option<Observed>), SolveError> {
+    let shown = whole.record.sensed.as_ref();
+    let shown = shown.map_or(0, |sensed| sensed.readings.len());
+    let part = whole.excerpt(SEARCHED.min(SEARCHED_READINGS / shown.max(1)));
+    let searched = part.as_ref().unwrap_or(whole);
+    let search = match given.and_then(OnceCell::get) {
+        Some(known) => {
+            let known = known.iter().map(|given| given.shared_with(task.dictionary));
+            Search::from_given(task, at_most, known.map(Arc::new).collect())
+        }
+        None => Search::begin(task, searched, at_most)?,
+    };
+    if let Some(given) = given {
+        given.get_or_init(|| search.given.clone());
+    }
+    Ok((search, part))
+}
+
 impl<'a> Begun<'a> {
     /// Begins with the model as given in the part of a log that is searched first, and with what was suggested.
     fn new(
@@ -184,21 +238,9 @@ impl<'a> Begun<'a> {
     ) -> Result<Self, SolveError> {
         task.progress.enter(Stage::Fit, &[]);
         let dictionary = task.dictionary;
-        let shown = whole.record.sensed.as_ref();
-        let shown = shown.map_or(0, |sensed| sensed.readings.len());
-        let part = whole.excerpt(SEARCHED.min(SEARCHED_READINGS / shown.max(1)));
+        let (mut search, part) = begun(task, (whole, given), at_most)?;
         let searched = part.as_ref().unwrap_or(whole);
         let (closing, measured) = (closing(dictionary, searched), searched.curve.clone());
-        let mut search = match given.and_then(OnceCell::get) {
-            Some(known) => {
-                let known = known.iter().map(|given| given.shared_with(dictionary));
-                Search::from_given(task, at_most, known.map(Arc::new).collect())
-            }
-            None => Search::begin(task, searched, at_most)?,
-        };
-        if let Some(given) = given {
-            given.get_or_init(|| search.given.clone());
-        }
         let lasting = with_memory(dictionary, search.best(), searched)?.map(|seen| {
             let mut whole = whole.clone();
             whole.err_as(&seen);
@@ -246,19 +288,19 @@ impl Ended<'_> {
         self.at_first = Some(answer.clone());
         Ok(answer)
     }
+}
 
-    /// What it says of the `whole` log, of which it began with a part.
-    fn on_the_whole(&self, whole: &Observed) -> Result<Answer, SolveError> {
-        let beside = &self.search.given[0].explanation.observed;
-        let whole = Observed {
-            correlation: beside.correlation.clone(),
-            ..whole.clone()
-        };
-        let mut search = self.search.clone().on_the_whole(&whole)?;
-        search.run()?;
-        search.question();
-        settled(search)
-    }
+/// What a search says of the `whole` log, of which it began with a part.
+fn on_the_whole(search: Search<'_>, whole: &Observed) -> Result<Answer, SolveError> {
+    let beside = &search.given[0].explanation.observed;
+    let whole = Observed {
+        correlation: beside.correlation.clone(),
+        ..whole.clone()
+    };
+    let mut search = search.on_the_whole(&whole)?;
+    search.run()?;
+    search.question();
+    settled(search)
 }
 
 /// What a search says in the end.
@@ -282,8 +324,10 @@ fn settled(mut search: Search<'_>) -> Result<Answer, SolveError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::trace::forces;
     use crate::trace::progress::{Progress, Silent};
-    use crate::trace::wheel::{WHEEL, begun, turned, turned_for};
+    use crate::trace::selection::Term;
+    use crate::trace::wheel::{WHEEL, begun, named, turned, turned_for};
     use std::sync::Mutex;
 
     /// That a wheel lacks nothing its part says already: who only wants what is found there need not look at the
@@ -354,5 +398,43 @@ mod tests {
         assert_eq!(anew.ask(3, None).unwrap().selection.accepted(), both);
         let whole = *steps.0.lock().unwrap() - at_first - further;
         assert!(further < whole, "{further} {whole}");
+    }
+
+    /// Friction and a spring as the balance of forces would suggest them, and a constant force that is not there; the
+    /// friction alone, which leaves the spring.
+    #[test]
+    fn what_forces_suggest_is_confirmed_without_what_is_not_there() {
+        let log = turned([(0.9, 3.0), (0.5, 7.0)], (3, 1e-4), |[q, v, a]| {
+            0.02 * a + 0.01 * v + 0.2 * q
+        });
+        let (dictionary, start) = begun(WHEEL, &log, ["angle", "motor"]);
+        let task = Task {
+            dictionary: &dictionary,
+            free_hold: false,
+            only_with_terms: false,
+            progress: &Silent,
+        };
+        let known = forces::learn(&dictionary, &start.observed, 1);
+        let known = known.unwrap().unwrap();
+        let confirmed = |names: &[&str]| {
+            let term = |name: &&str| Term {
+                candidate: named(&dictionary, name),
+                ..known.terms[0].clone()
+            };
+            let suggested = Selection {
+                terms: names.iter().map(term).collect(),
+                ..known.clone()
+            };
+            let inquiry = Inquiry::new(task, start.observed.clone());
+            let answer = inquiry.confirmed(&suggested).unwrap()?;
+            let mut found = answer.selection.accepted();
+            found.sort_unstable();
+            Some(found)
+        };
+        let mut both = ["viscous(angle)", "spring(angle)"].map(|name| named(&dictionary, name));
+        both.sort_unstable();
+        let more = ["constant_force(angle)", "viscous(angle)", "spring(angle)"];
+        assert_eq!(confirmed(&more), Some(both.to_vec()));
+        assert_eq!(confirmed(&more[..2]), None);
     }
 }

@@ -25,6 +25,29 @@ impl Search<'_> {
         }
     }
 
+    /// Leaves out terms of the best hypothesis that are worth less than they cost, to second order, as long as it is
+    /// better without one of them.
+    pub fn lighten(&mut self) {
+        loop {
+            let best = Arc::clone(self.best());
+            let (values, known) = (&best.explanation.values, best.estimate.known());
+            let price = structure(self.dictionary, &best.hypothesis);
+            let is_light = |&&term: &&usize| {
+                let others = structure(self.dictionary, &best.hypothesis.exchange(&[term], &[]));
+                worth(self.dictionary, term, values, known) < price - others
+            };
+            let light = best.hypothesis.candidates().iter().filter(is_light);
+            let without: Vec<Proposal> = light.map(|&term| self.without(&best, term)).collect();
+            if self.is_over() || without.is_empty() {
+                return;
+            }
+            self.try_all(&best, without);
+            if self.best().hypothesis == best.hypothesis {
+                return;
+            }
+        }
+    }
+
     /// Leaves a term out, and what the log does not show without. What was not found beside it, and is
     /// now, would only stand for it.
     pub fn leave_out(&mut self, term: usize) {

@@ -24,6 +24,17 @@ pub struct Proposal {
 }
 
 impl Proposal {
+    /// Terms beside the model as `given`, begun with values, before anything else.
+    pub fn first(given: &Fitted, terms: &[usize], values: &[f64]) -> Self {
+        Self {
+            hypothesis: given.hypothesis.exchange(&[], terms),
+            values: values.to_vec(),
+            promise: given.score,
+            within_reach: f64::INFINITY,
+            ahead: 0.0,
+        }
+    }
+
     /// Where its fit begins: with the motion and the noise of the hypothesis that it came from.
     /// Sensors that are thought to err in another way read the same of another motion.
     pub fn start(&self, dictionary: &Dictionary, from: &Fitted) -> Explanation {
