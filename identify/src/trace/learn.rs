@@ -7,6 +7,7 @@ use super::described::opened;
 use super::dictionary::{Dictionary, Ranges, Source};
 use super::error::TraceError;
 use super::estimate::Observed;
+use super::finding::{Verdict, verdict};
 use super::forces;
 use super::judge::trained;
 use super::numbers::Numbers;
@@ -216,8 +217,8 @@ impl Learner<'_> {
     }
 
     /// What many findings in the balance of forces come to in the motion, which knows their values more exactly and
-    /// needs fewer of them, where they are plain there and leave nothing: that is asked in a few fits. Or else
-    /// themselves, where they are plain, and what a search says otherwise.
+    /// needs fewer of them, where they are plain there, each with its name, and leave nothing: that is asked in a few
+    /// fits. Or else themselves, where they are plain, and what a search says otherwise.
     fn by_many_forces(
         &self,
         dictionary: &Dictionary,
@@ -225,7 +226,10 @@ impl Learner<'_> {
         numbers: &mut Numbers<'_>,
     ) -> Explained {
         let confirmed = self.motion(dictionary).confirmed(&forces).ok().flatten();
-        match confirmed.filter(|motion| !motion.forces_remain()) {
+        let is_named = |motion: &Selection| {
+            !motion.forces_remain() && verdict(dictionary, motion, false) != Verdict::Unknown
+        };
+        match confirmed.filter(is_named) {
             Some(motion) if is_plain(dictionary, &motion) => Explained::by_motion(motion),
             _ if self.is_settled(dictionary, &forces) => Explained::by_forces(forces),
             _ => self.by_motion_or_many_forces(dictionary, forces, numbers),
