@@ -20,7 +20,7 @@ pub const TIE: f64 = 6.0;
 /// spares going on from another.
 pub const SAME_FIT: f64 = 1.0;
 /// Unexplained variance below this many times the smallest is none, and squares of what is left in the balance of forces
-/// below this many times what all effects together leave are nearly nothing.
+/// below this many times what all effects together leave are nearly nothing where columns of inputs carry noise.
 pub const NO_EXCESS: f64 = 3.0;
 /// Terms at most.
 pub const MAX_TERMS: usize = 12;
