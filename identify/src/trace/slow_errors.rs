@@ -182,7 +182,9 @@ impl<'a> Inquiries<'a> {
     /// # Errors
     /// If the equation of motion cannot be solved along the curve.
     pub fn confirmed(&self, suggested: &Selection) -> Result<Option<Selection>, SolveError> {
-        Inquiry::beside(self.task, self.start.clone(), self.given).confirmed(suggested)
+        let inquiry = Inquiry::beside(self.task, self.start.clone(), self.given);
+        let answer = inquiry.confirmed(suggested)?;
+        Ok(answer.map(|answer| answer.selection))
     }
 
     /// See [`Inquiry::leaves_forces_at_first`], under the noise that the sensors show from sample to sample.

@@ -124,7 +124,7 @@ impl<'a> Inquiry<'a> {
     ///
     /// # Errors
     /// If the equation of motion cannot be solved along the curve.
-    pub fn confirmed(self, suggested: &Selection) -> Result<Option<Selection>, SolveError> {
+    pub fn confirmed(self, suggested: &Selection) -> Result<Option<Answer>, SolveError> {
         self.task.progress.enter(Stage::Fit, &[]);
         let at_most = suggested.terms.len() + 1;
         let (mut search, part) = begun(self.task, (&self.observed, self.given), at_most)?;
@@ -138,9 +138,14 @@ impl<'a> Inquiry<'a> {
             true => on_the_whole(search, &self.observed)?,
             false => settled(search)?,
         };
-        Ok(Some(Selection {
-            considered: suggested.considered.clone(),
+        let considered = suggested.considered.clone();
+        let selection = Selection {
+            considered,
             ..answer.selection
+        };
+        Ok(Some(Answer {
+            selection,
+            ..answer
         }))
     }
 
@@ -421,7 +426,8 @@ mod tests {
                 ..known.clone()
             };
             let inquiry = Inquiry::new(task, start.observed.clone());
-            let mut found = inquiry.confirmed(&suggested).unwrap()?.accepted();
+            let answer = inquiry.confirmed(&suggested).unwrap()?;
+            let mut found = answer.selection.accepted();
             found.sort_unstable();
             Some(found)
         };
