@@ -73,9 +73,9 @@ fn with_other_names(text: &str, parameters: &[String]) -> String {
     let lines = text.lines().map(|line| match line.split_once(':') {
         _ if line.starts_with("//") => line.to_string(),
         Some((name, rest)) if declares(line) => {
-            let (unit, value) = rest.split_once('=').unwrap_or((rest, ""));
+            let (unit, value) = rest.split_at(rest.find('=').unwrap_or(rest.len()));
             let value = with_words(value, parameters);
-            format!("{}:{unit}={value}", with_words(name, parameters))
+            format!("{}:{unit}{value}", with_words(name, parameters))
         }
         _ => with_words(line, parameters),
     });
@@ -96,6 +96,7 @@ fn other_library() -> Library {
         let text = with_other_names(&text, &parameters);
         let text = text.replace(&heading, &format!("effect {}(", renamed(name)));
         library.add(renamed(name), format!("{name}.model"), text);
+        assert!(library.describe(&renamed(name)).is_some(), "{name}");
     }
     library
 }
