@@ -303,6 +303,8 @@ fn zip(out: &mut Lanes, x: &Lanes, y: &Lanes, lanes: usize, f: impl Fn(f64, f64)
 #[derive(Debug, Clone)]
 pub struct Stepper<'a> {
     tape: &'a Tape,
+    /// Inputs that are read, and their registers: of a model's many parameters most are not.
+    loads: Vec<(usize, u32)>,
     registers: Vec<Lanes>,
 }
 
@@ -313,7 +315,13 @@ impl<'a> Stepper<'a> {
         for &(register, value) in &tape.constants {
             registers[register as usize][0] = value;
         }
-        Self { tape, registers }
+        let loads = tape.loads.iter().enumerate();
+        let loads = loads.filter_map(|(input, load)| Some((input, (*load)?)));
+        Self {
+            tape,
+            loads: loads.collect(),
+            registers,
+        }
     }
 
     /// Writes the outputs at one sample.
@@ -327,10 +335,8 @@ impl<'a> Stepper<'a> {
             self.tape.outputs.len(),
             "one place per output"
         );
-        for (value, register) in inputs.iter().zip(&self.tape.loads) {
-            if let Some(register) = register {
-                self.registers[*register as usize][0] = *value;
-            }
+        for &(input, register) in &self.loads {
+            self.registers[register as usize][0] = inputs[input];
         }
         self.tape.run(&mut self.registers, 1);
         for (value, &register) in outputs.iter_mut().zip(&self.tape.outputs) {

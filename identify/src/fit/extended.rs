@@ -96,8 +96,11 @@ impl Extended {
         let mut solved = a.to_vec();
         solved.extend(vec![vec![0.0; states.len()]; m]);
         let rows = self.tape.residuals(&states, &values, &solved);
+        let dense = |row: &Option<Vec<f64>>| row.clone().unwrap_or_else(|| vec![0.0; states.len()]);
         let of_variable = rows.chunks(n + m);
-        of_variable.map(|rows| rows[..n].to_vec()).collect()
+        of_variable
+            .map(|rows| rows[..n].iter().map(dense).collect())
+            .collect()
     }
 }
 

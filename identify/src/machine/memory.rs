@@ -207,7 +207,12 @@ impl Machine {
         hold: Hold,
         parameters: &[f64],
     ) -> Result<States, SolveError> {
-        self.remember_for(curve, hold, parameters, None)
+        let mut all = curve.clone();
+        if !self.remembers() || curve.len() < 2 {
+            return Ok(self.completed(curve, parameters).unwrap_or(all));
+        }
+        all.memory = self.trail(curve, hold, parameters, None)?.samples();
+        Ok(all)
     }
 
     /// The same as accelerometers feel it: a late input that is held counts by what it is at the sample, not
@@ -228,25 +233,6 @@ impl Machine {
             memory: self.trail(curve, hold, parameters, None)?.felt(),
             ..curve.clone()
         })
-    }
-
-    /// As [`Machine::remember`], with the slopes that `tape` asks for.
-    ///
-    /// # Errors
-    /// As there.
-    pub fn remember_for(
-        &self,
-        curve: &States,
-        hold: Hold,
-        parameters: &[f64],
-        tape: Option<&SensitivityTape>,
-    ) -> Result<States, SolveError> {
-        let mut all = curve.clone();
-        if !self.remembers() || curve.len() < 2 {
-            return Ok(self.completed(curve, parameters).unwrap_or(all));
-        }
-        all.memory = self.trail(curve, hold, parameters, tape)?.samples();
-        Ok(all)
     }
 
     /// Inputs over the intervals of a log as [`Rollout::advance`](super::Rollout::advance)
@@ -448,8 +434,9 @@ impl Path<'_> {
         let marched = &self.tapes.marched;
         let count = marched.len();
         let mut stepper = Stepper::new(&self.tapes.march);
-        let (mut arguments, mut here, mut there) =
-            (Vec::new(), vec![0.0; 2 * count], vec![0.0; 2 * count]);
+        let mut arguments = vec![0.0; self.tapes.march.input_count() - self.parameters.len()];
+        arguments.extend(self.parameters);
+        let [mut here, mut there] = [(); 2].map(|()| vec![0.0; 2 * count]);
         for k in 0..self.t.len() - 1 {
             let half = (self.t[k + 1] - self.t[k]) / 2.0;
             for node in 0..3 {
@@ -472,20 +459,19 @@ impl Path<'_> {
         }
     }
 
-    /// A tape's inputs at one sample; the marched states are those in `z`.
-    fn arguments(&self, states: &States, sample: usize, z: &[f64], arguments: &mut Vec<f64>) {
-        arguments.clear();
-        arguments.push(states.t[sample]);
+    /// Writes a tape's inputs at one sample, before the parameters; the marched states are those in `z`.
+    fn arguments(&self, states: &States, sample: usize, z: &[f64], arguments: &mut [f64]) {
         let memory = &states.memory;
-        for group in [&states.q, &states.v, &states.u, &memory.delayed] {
-            arguments.extend(group.iter().map(|column| column[sample]));
+        let groups = [&states.q, &states.v, &states.u, &memory.delayed, &memory.z];
+        let values = groups.into_iter().flatten().map(|column| column[sample]);
+        let values = std::iter::once(states.t[sample]).chain(values);
+        for (place, value) in arguments.iter_mut().zip(values) {
+            *place = value;
         }
-        let first = arguments.len();
-        arguments.extend(memory.z.iter().map(|column| column[sample]));
+        let first = arguments.len() - self.parameters.len() - z.len();
         for &state in &self.tapes.marched {
             arguments[first + state] = z[state];
         }
-        arguments.extend(self.parameters);
     }
 
     /// Fills `∂z/∂p` in at the nodes.

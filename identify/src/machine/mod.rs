@@ -11,6 +11,7 @@ mod measured;
 mod memory;
 mod positions;
 mod rollout;
+mod sensitivity;
 mod shifted;
 mod solve;
 mod states;
@@ -22,16 +23,15 @@ pub use instruments::Instruments;
 pub use linearise::{Linearisation, Lineariser};
 pub use measured::{Measured, Sensors};
 pub use rollout::{Rollout, RolloutOptions, Simulated};
+pub use sensitivity::SensitivityTape;
 pub(crate) use shifted::shifted;
 pub use solve::{Factorisation, SolveError};
 pub use states::{Begun, History, States};
 pub use trail::{Memory, Trail};
 pub use unilateral::{ContactTerms, Impact, Pressed, Stepping, SteppingOptions};
 
-use dynamics_codegen::derive::{Sensitivity, Variable};
 use dynamics_codegen::model::ConstraintKind;
 use dynamics_codegen::{Column, Compiled, System, Tape};
-use memory::{SlopeTapes, columns_with_slopes};
 use nalgebra::{DMatrix, DVector};
 
 /// A model ready to be evaluated.
@@ -222,30 +222,6 @@ impl Machine {
     pub fn constraint_kinds(&self) -> &[ConstraintKind] {
         &self.compiled.system.constraint_kinds
     }
-
-    /// Derivatives of the motion by `variables`, to be evaluated along states.
-    pub fn sensitivity(&mut self, variables: &[Variable]) -> SensitivityTape {
-        let Compiled { model, system, .. } = &mut self.compiled;
-        let sensitivity = Sensitivity::new(model, system, variables);
-        let mut arguments = System::arguments(model);
-        arguments.extend(&sensitivity.acceleration);
-        arguments.extend(&sensitivity.multiplier);
-        let outputs: Vec<_> = sensitivity.columns.iter().flatten().copied().collect();
-        let mut past = System::arguments(model);
-        past.extend(&sensitivity.delay_rates);
-        past.extend(sensitivity.memory.iter().map(|slope| slope.symbol));
-        arguments.extend(&past[System::arguments(model).len()..]);
-        let slopes =
-            (!model.states.is_empty()).then(|| SlopeTapes::new(model, &sensitivity, &past));
-        let read = model.graph.symbols_in(&outputs);
-        let reads_states = model.states.iter().any(|z| read.contains(&z.symbol));
-        SensitivityTape {
-            reads_states: reads_states || !sensitivity.memory.is_empty(),
-            tape: Tape::new(&model.graph, &outputs, &arguments),
-            slopes,
-            variables: variables.len(),
-        }
-    }
 }
 
 /// The next numbers, row by row.
@@ -298,79 +274,5 @@ impl Motion {
         } else {
             Ok(self)
         }
-    }
-}
-
-/// `∂[R; S]/∂s` on a tape; with the factorisation it gives `∂a/∂s` and `∂λ/∂s`.
-#[derive(Debug, Clone)]
-pub struct SensitivityTape {
-    tape: Tape,
-    /// Whether a derivative contains a state.
-    reads_states: bool,
-    /// How states follow the variables; `None` if there are none.
-    slopes: Option<SlopeTapes>,
-    variables: usize,
-}
-
-impl SensitivityTape {
-    /// How many variables it has derivatives by.
-    pub fn variable_count(&self) -> usize {
-        self.variables
-    }
-
-    /// Whether it matters which states it is evaluated with.
-    pub fn reads_states(&self) -> bool {
-        self.reads_states
-    }
-
-    /// `∂a/∂s` (`n × variables`) and `∂λ/∂s` (`m × variables`) at every state. By a
-    /// parameter, what it does through delayed inputs and states is in them as far as
-    /// `states.memory` says so ([`Machine::trail`]).
-    ///
-    /// # Panics
-    /// If the machine remembers and `states.memory` is empty: see
-    /// [`Machine::remember`] and [`Machine::at_rest`].
-    pub fn evaluate(
-        &self,
-        states: &States,
-        parameters: &[f64],
-        motions: &[Motion],
-    ) -> Vec<(DMatrix<f64>, DMatrix<f64>)> {
-        let (n, m) = motions.first().map_or((0, 0), |motion| {
-            (motion.acceleration.len(), motion.multiplier.len())
-        });
-        let accelerations = (0..n).map(|i| motions.iter().map(|m| m.acceleration[i]).collect());
-        let multipliers = (0..m).map(|k| motions.iter().map(|m| m.multiplier[k]).collect());
-        let solved: Vec<Vec<f64>> = accelerations.chain(multipliers).collect();
-        let values = self.residuals(states, parameters, &solved);
-        motions
-            .iter()
-            .enumerate()
-            .map(|(sample, motion)| {
-                let entry = |row: usize, variable: usize| -values[variable * (n + m) + row][sample];
-                let force = DMatrix::from_fn(n, self.variables, entry);
-                let bias =
-                    DMatrix::from_fn(m, self.variables, |row, variable| entry(n + row, variable));
-                motion.factorisation.solve(force, &bias)
-            })
-            .collect()
-    }
-
-    /// `∂[R; S]/∂s` at every state where `solved` are accelerations and multipliers, one
-    /// column each: one column per variable and row, the rows of a variable together. The
-    /// mass matrix need not be regular.
-    pub fn residuals(
-        &self,
-        states: &States,
-        parameters: &[f64],
-        solved: &[Vec<f64>],
-    ) -> Vec<Vec<f64>> {
-        let count = self.slopes.as_ref().map_or(0, |slopes| slopes.states.len());
-        let past = columns_with_slopes(states, parameters, count);
-        let own = past.len() - states.memory.delay_rate.len() - count;
-        let mut columns = past[..own].to_vec();
-        columns.extend(solved.iter().map(|column| Column::Each(column)));
-        columns.extend(&past[own..]);
-        self.tape.evaluate_all(&columns, states.len())
     }
 }

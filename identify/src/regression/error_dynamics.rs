@@ -115,6 +115,10 @@ impl ErrorDynamics {
                     let shots = shots(curve, over, hold, correlation, on_the_way)?;
                     piece.shoot(range.start, &unresolved, shots, (curve, correlation));
                 }
+                for start in looked.into_beginnings() {
+                    piece.acceleration.push(start.acceleration);
+                    piece.shown.extend(start.shown);
+                }
                 Ok(piece)
             })
             .collect::<Result<_, SolveError>>()?;
@@ -311,8 +315,6 @@ fn piece(
             piece.forcing.push(forcing);
         }
         piece.slope.push(start.slope_and_mobility());
-        piece.acceleration.push(start.acceleration.clone());
-        piece.shown.extend(start.shown.clone());
         piece.forbidden.extend(middle.forbidden(&mobility));
         piece.force += &start.force_size();
         piece.missed.push(start.missed(holonomic));
@@ -333,17 +335,17 @@ fn forces_unseen(bends: &DMatrix<f64>, range: Range<usize>, starts: &[Local]) ->
 fn forcing(curve: &States, k: usize, start: &Local, middle: &Local, end: &Local) -> DMatrix<f64> {
     let h = curve.t[k + 1] - curve.t[k];
     let n = curve.q.len();
-    let width = start.acceleration.ncols();
-    let mut forcing = DMatrix::zeros(2 * n, width);
-    for column in 0..width {
-        for i in 0..n {
-            let (a, b, c) = (
-                start.acceleration[(i, column)],
-                middle.acceleration[(i, column)],
-                end.acceleration[(i, column)],
-            );
-            forcing[(i, column)] = h * h / 6.0 * (a + 2.0 * b);
-            forcing[(n + i, column)] = h / 6.0 * (a + 4.0 * b + c);
+    let mut forcing = DMatrix::zeros(2 * n, start.acceleration.ncols());
+    let [starts, middles, ends] =
+        [start, middle, end].map(|local| local.acceleration.as_slice().chunks_exact(n));
+    let columns = forcing.as_mut_slice().chunks_exact_mut(2 * n);
+    for (column, ((start, middle), end)) in columns.zip(starts.zip(middles).zip(ends)) {
+        let (position, velocity) = column.split_at_mut(n);
+        let places = start.iter().zip(middle).zip(end);
+        let both = position.iter_mut().zip(velocity);
+        for ((position, velocity), ((a, b), c)) in both.zip(places) {
+            *position = h * h / 6.0 * (a + 2.0 * b);
+            *velocity = h / 6.0 * (a + 4.0 * b + c);
         }
     }
     for i in 0..n {

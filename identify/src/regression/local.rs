@@ -102,6 +102,12 @@ impl Looked {
         Ok(looked)
     }
 
+    /// The beginnings, one per interval.
+    pub fn into_beginnings(mut self) -> Vec<Local> {
+        self.beginnings.truncate(self.middles.len());
+        self.beginnings
+    }
+
     /// The beginnings, middles and ends, one of each per interval.
     pub fn nodes(&self) -> [&[Local]; 3] {
         let intervals = self.middles.len();

@@ -44,22 +44,6 @@ impl ProcessNoise {
         }
     }
 
-    /// The same accelerations and gaps, not below the least that `other` states. Hypotheses compare only
-    /// where that is the same: under a constraint that is known one per cent better each sample of
-    /// it is a hundredth of a nat likelier, whatever the hypothesis.
-    #[must_use]
-    pub fn at_least(&self, other: &Self) -> Self {
-        let mut same = self.clone();
-        same.suit(&other.mobility);
-        Self {
-            force_sd: same.force_sd.sup(&other.smallest),
-            jitter: same.jitter.sup(&other.smallest_jitter),
-            closure_sd: same.closure_sd.sup(&other.smallest_closure),
-            unseen: same.unseen,
-            ..other.clone()
-        }
-    }
-
     /// A multiple of the forces, not below the smallest.
     #[must_use]
     pub fn times(&self, factor: f64) -> Self {
@@ -86,39 +70,5 @@ impl ProcessNoise {
             force_sd: self.smallest.clone(),
             ..self.clone()
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn noise(force_sd: f64, smallest: f64, mobility: f64) -> ProcessNoise {
-        let one = |x: f64| DVector::from_element(1, x);
-        ProcessNoise {
-            force_sd: one(force_sd),
-            smallest: one(smallest),
-            mobility: one(mobility),
-            jitter: one(0.1 * force_sd),
-            smallest_jitter: one(0.1 * smallest),
-            unseen: 0.0,
-            closure_sd: one(1e-3 * force_sd),
-            smallest_closure: one(1e-3 * smallest),
-        }
-    }
-
-    #[test]
-    fn the_least_of_another_holds_and_accelerations_stay() {
-        let least = noise(9.0, 0.2, 0.5);
-        // Twice as mobile: half the acceleration in the other machine's force.
-        let large = noise(4.0, 1.0, 1.0).at_least(&least);
-        assert_eq!(large.force_sd[0] * 0.5, 4.0);
-        assert_eq!((large.smallest[0], large.mobility[0]), (0.2, 0.5));
-        assert_eq!(large.closure_sd[0], 4e-3);
-        assert_eq!(large.smallest_closure, least.smallest_closure);
-        let small = noise(0.01, 0.01, 1.0).at_least(&least);
-        assert_eq!(small.force_sd, least.smallest);
-        assert_eq!(small.jitter, least.smallest_jitter);
-        assert_eq!(small.closure_sd, least.smallest_closure);
     }
 }

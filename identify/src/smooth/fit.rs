@@ -298,8 +298,8 @@ fn range_of(values: &[f64]) -> f64 {
 }
 
 /// Noise level from fifth differences, whose weights have square sum 252: a
-/// smooth motion leaves little in them.
-fn high_frequency(values: &[f64]) -> f64 {
+/// smooth motion leaves little in them, and noise all of itself. Nothing where most of them are nothing.
+pub(crate) fn high_frequency(values: &[f64]) -> f64 {
     let fifth: Vec<f64> = values
         .windows(6)
         .map(|v| (v[5] - v[0]) - 5.0 * (v[4] - v[1]) + 10.0 * (v[3] - v[2]))

@@ -49,6 +49,8 @@ pub use savitzky_golay::{SavitzkyGolay, SgStates, savgol_states};
 pub use smoothed::{ChannelNoise, Innovations, Midpoint, Smoothed};
 pub use smoother::{Options, Smoother};
 
+pub(crate) use fit::high_frequency;
+
 use crate::log::Record;
 use rayon::prelude::*;
 

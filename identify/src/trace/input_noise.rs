@@ -19,11 +19,14 @@ use super::settings::{MARGIN, SEARCHED, UNUSUAL};
 use crate::log::{Record, Warning, median_step, rms};
 use crate::machine::{Machine, SolveError};
 use crate::regression::{Hold, ProcessNoise};
-use crate::smooth::{Channels, SmoothError, Smoother};
+use crate::smooth::{Channels, SmoothError, Smoother, high_frequency};
 use rayon::prelude::*;
 
 /// Noise below this share of an input's deviation moves nothing that is worth a name.
 const VISIBLE: f64 = 1e-3;
+
+/// Where fifth differences show less than this share of visible noise, there is none: the share is for their own chance.
+const CERTAINLY: f64 = 0.5;
 
 /// Noise of a logged input, as standard deviations.
 #[derive(Debug, Clone, Copy, Default)]
@@ -97,7 +100,12 @@ impl Observed {
         progress: &dyn Progress,
     ) -> Result<Self, SolveError> {
         let record = &self.record;
-        let mut noisy = quiet(record, 0..record.u.len());
+        let may_be_noisy = |input: &usize| {
+            let u = &record.u[*input];
+            let most = high_frequency(u);
+            most == 0.0 || most > CERTAINLY * VISIBLE * deviation(u)
+        };
+        let mut noisy = quiet(record, (0..record.u.len()).filter(may_be_noisy));
         noisy.retain(|quiet| quiet.noise.taken > VISIBLE * deviation(&record.u[quiet.input]));
         if noisy.is_empty() {
             return Ok(self.clone());

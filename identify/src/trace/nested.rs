@@ -138,7 +138,11 @@ fn forces(dictionary: &Dictionary, ranges: &Ranges) -> Vec<Vec<Vec<f64>>> {
     solved.extend(vec![vec![0.0; STATES]; m]);
     let of = |tape: &SensitivityTape, values: &[f64]| -> Vec<Vec<Vec<f64>>> {
         let rows = tape.residuals(&machine.at_rest(&states, values), values, &solved);
-        rows.chunks(n + m).map(|rows| rows[..n].to_vec()).collect()
+        let dense = |row: &Option<Vec<f64>>| row.clone().unwrap_or_else(|| vec![0.0; STATES]);
+        let of_variable = rows.chunks(n + m);
+        of_variable
+            .map(|rows| rows[..n].iter().map(dense).collect())
+            .collect()
     };
     let defaults = &dictionary.defaults;
     let mut forces = of(&dictionary.by_parameter, defaults);

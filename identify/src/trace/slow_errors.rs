@@ -182,9 +182,7 @@ impl<'a> Inquiries<'a> {
     /// # Errors
     /// If the equation of motion cannot be solved along the curve.
     pub fn confirmed(&self, suggested: &Selection) -> Result<Option<Selection>, SolveError> {
-        let inquiry = Inquiry::beside(self.task, self.start.clone(), self.given);
-        let answer = inquiry.confirmed(suggested)?;
-        Ok(answer.map(|answer| answer.selection))
+        Inquiry::beside(self.task, self.start.clone(), self.given).confirmed(suggested)
     }
 
     /// See [`Inquiry::leaves_forces_at_first`], under the noise that the sensors show from sample to sample.

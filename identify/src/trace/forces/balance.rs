@@ -134,7 +134,7 @@ impl Balance {
         values: &[f64],
         beside: Option<&Beside<'_>>,
     ) -> Result<Forces, SolveError> {
-        let states = machine.remember(&self.states, self.hold, values)?;
+        let states = self.remembered(machine, values)?;
         let terms = machine.terms(&states, values);
         let n = machine.coordinate_count();
         let mut missing = vec![Vec::with_capacity(terms.len()); n];
@@ -161,7 +161,7 @@ impl Balance {
     /// # Errors
     /// If a state's equation has no solution along the curve.
     pub fn exerted(&self, machine: &Machine, values: &[f64]) -> Result<Forces, SolveError> {
-        let states = machine.remember(&self.states, self.hold, values)?;
+        let states = self.remembered(machine, values)?;
         let n = machine.coordinate_count();
         let mut exerted = vec![Vec::with_capacity(states.len()); n];
         let mut others = exerted.clone();
@@ -181,29 +181,33 @@ impl Balance {
         Ok(exerted.iter().zip(&others).map(of_coordinate).collect())
     }
 
-    /// What a unit of each of the tape's variables adds to the forces, `∂Q/∂s − ∂M/∂s a`.
+    /// The curve with what a machine remembers along it.
     ///
     /// # Errors
     /// If a state's equation has no solution along the curve.
-    pub fn added(
-        &self,
-        machine: &Machine,
-        tape: &SensitivityTape,
-        values: &[f64],
-    ) -> Result<Vec<Forces>, SolveError> {
-        let tape_for_states = tape.reads_states().then_some(tape);
-        let states = machine.remember_for(&self.states, self.hold, values, tape_for_states)?;
-        let rows = tape.residuals(&states, values, &self.accelerations);
+    pub fn remembered(&self, machine: &Machine, values: &[f64]) -> Result<States, SolveError> {
+        machine.remember(&self.states, self.hold, values)
+    }
+
+    /// What a unit of each of the tape's variables adds to the forces, `∂Q/∂s − ∂M/∂s a`, at `states` with what is
+    /// remembered there; but not through that.
+    pub fn added(&self, states: &States, tape: &SensitivityTape, values: &[f64]) -> Vec<Forces> {
+        let nothing = vec![0.0; self.t().len()];
         // A long log's rows are one after another limited, and let go.
-        let mut limited = rows.into_iter().map(|mut row| {
-            row.iter_mut().for_each(|x| *x = -*x);
-            self.band.limited(row)
-        });
-        let n = machine.coordinate_count();
+        let limited = |row: Option<Vec<f64>>| match row {
+            Some(mut row) => {
+                row.iter_mut().for_each(|x| *x = -*x);
+                self.band.limited(row)
+            }
+            None => nothing.clone(),
+        };
+        let rows = tape.residuals(states, values, &self.accelerations);
+        let mut limited = rows.into_iter().map(limited);
+        let n = self.accelerations.len();
         let columns = limited.len() / n.max(1);
-        Ok((0..columns)
+        (0..columns)
             .map(|_| limited.by_ref().take(n).collect())
-            .collect())
+            .collect()
     }
 
     /// The log of a machine that moves along this curve as the model demands, with forces `beside`
@@ -219,7 +223,7 @@ impl Balance {
         beside: Option<&Beside<'_>>,
     ) -> Result<Record, SolveError> {
         let missing = self.missing_unlimited(machine, values, beside)?;
-        let states = machine.remember(&self.states, self.hold, values)?;
+        let states = self.remembered(machine, values)?;
         let terms = machine.terms(&states, values);
         let mut obeying = record.clone();
         obeying.q.clone_from(&self.states.q);

@@ -44,6 +44,7 @@ use plainer::Explained;
 use rayon::prelude::*;
 use reach::reaches;
 use settle::Settled;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Damping of the fit of everything at once.
 const EVERYTHING: f64 = 1e-6;
@@ -70,8 +71,8 @@ pub(super) fn learn(
     let located = |error| TraceError::at(error, &observed.record.t);
     let balance = in_telling_band(dictionary, observed)?;
     let missing = (balance.missing(machine, &dictionary.defaults)).map_err(located)?;
-    let options = force_options(dictionary);
     let columns = columns(dictionary, &balance).map_err(located)?;
+    let (options, columns) = in_use(force_options(dictionary), columns);
     let equations = weighed(Equations::new(&missing, &columns), &first_columns(&options));
     drop(columns);
     let (gram, visible) = (equations.gram(), equations.visible());
@@ -242,10 +243,11 @@ fn values(choice: &Choice<'_>, state: &State) -> Vec<f64> {
     values
 }
 
-/// The columns of all options, shape after shape, as [`options`] counts them.
+/// The columns of all options, shape after shape, as [`options`] counts them. None of these changes what is remembered.
 fn columns(dictionary: &Dictionary, balance: &Balance) -> Result<Vec<Forces>, SolveError> {
     let (machine, defaults) = (&dictionary.machine, &dictionary.defaults);
-    let first = || balance.added(machine, &dictionary.by_parameter, defaults);
+    let states = balance.remembered(machine, defaults)?;
+    let first = || balance.added(&states, &dictionary.by_parameter, defaults);
     let in_shape = |(shape, of_shape): (usize, &Shape)| {
         let mut values = defaults.clone();
         for candidate in &dictionary.candidates {
@@ -253,17 +255,33 @@ fn columns(dictionary: &Dictionary, balance: &Balance) -> Result<Vec<Forces>, So
                 values[parameter] = value;
             }
         }
-        balance.added(machine, &of_shape.slopes, &values)
+        balance.added(&states, &of_shape.slopes, &values)
     };
     let further = || {
         let shapes = dictionary.by_shape.par_iter().enumerate();
-        shapes.map(in_shape).collect::<Result<Vec<_>, _>>()
+        shapes.map(in_shape).collect::<Vec<_>>()
     };
     let (first, further) = rayon::join(first, further);
-    Ok(first?
+    Ok(first
         .into_iter()
-        .chain(further?.into_iter().flatten())
+        .chain(further.into_iter().flatten())
         .collect())
+}
+
+/// Options with their own columns out of all: products of others are never asked for.
+fn in_use(
+    mut options: Vec<ShapedCandidate>,
+    all: Vec<Forces>,
+) -> (Vec<ShapedCandidate>, Vec<Forces>) {
+    let used = options.iter().flat_map(|option| &option.columns);
+    let used: BTreeSet<usize> = used.copied().collect();
+    let places: BTreeMap<usize, usize> = used.iter().copied().zip(0..).collect();
+    for column in options.iter_mut().flat_map(|option| &mut option.columns) {
+        *column = places[column];
+    }
+    let own = all.into_iter().enumerate();
+    let own = own.filter(|(column, _)| used.contains(column));
+    (options, own.map(|(_, column)| column).collect())
 }
 
 /// Laws that act as forces and forget, and losses that a description states: with a gain of nothing, or friction as large as the load,

@@ -27,8 +27,8 @@ pub(super) fn in_telling_band(
     let missing = balance.missing(machine, values).map_err(located)?;
     let exerted = balance.exerted(machine, values).map_err(located)?;
     let still = balance.unaccelerated();
-    let columns = still.added(machine, &dictionary.by_parameter, values);
-    let columns = columns.map_err(located)?;
+    let states = still.remembered(machine, values).map_err(located)?;
+    let columns = still.added(&states, &dictionary.by_parameter, values);
     // A load without acceleration is a weight, and other masses are as near to that as noise is.
     let mut options = force_options(dictionary);
     options.retain(|option| {

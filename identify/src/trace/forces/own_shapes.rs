@@ -74,7 +74,8 @@ fn in_own_shapes(
     }
     let focus = dictionary.focus(&accepted);
     let own = focus.values(&values);
-    let added = balance.added(&focus.machine, &focus.by_parameter, &own)?;
+    let states = balance.remembered(&focus.machine, &own)?;
+    let added = balance.added(&states, &focus.by_parameter, &own);
     let parameters = dictionary.parameters_of(&accepted);
     let mut options = choice.options.to_vec();
     let (mut terms, mut columns) = (Vec::new(), Vec::new());

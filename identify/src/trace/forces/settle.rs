@@ -1,6 +1,6 @@
 //! Gauss–Newton on the forces: strengths and shapes together.
 
-use super::balance::{Balance, Forces};
+use super::balance::Balance;
 use super::equations::Equations;
 use crate::machine::SolveError;
 use crate::regression::Gram;
@@ -81,7 +81,8 @@ impl At {
         let focus = dictionary.focus(accepted);
         let own = focus.values(&values);
         let missing = balance.missing(&focus.machine, &own)?;
-        let columns: Vec<Forces> = balance.added(&focus.machine, &focus.by_parameter, &own)?;
+        let states = balance.remembered(&focus.machine, &own)?;
+        let columns = balance.added(&states, &focus.by_parameter, &own);
         let gram = equations.alike(&missing, &columns).gram();
         let beliefs = dictionary.beliefs(&dictionary.parameters_of(accepted), &values);
         let gram = gram.believing(&beliefs);

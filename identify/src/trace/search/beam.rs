@@ -12,7 +12,7 @@ use super::proposal::Proposal;
 use super::score::{is_expected, structure};
 use super::standing::is_outdone;
 use crate::machine::{SolveError, States};
-use crate::regression::{Hold, ProcessNoise};
+use crate::regression::Hold;
 use crate::trace::dictionary::Dictionary;
 use crate::trace::estimate::Observed;
 use crate::trace::linearised::first_noise;
@@ -69,19 +69,8 @@ impl<'a> Search<'a> {
     /// # Errors
     /// If the equation of motion cannot be solved along the curve.
     pub fn begin(task: Task<'a>, observed: &Observed, at_most: usize) -> Result<Self, SolveError> {
-        let dictionary = task.dictionary;
-        let noise = first_noise(&dictionary.focus(&[]), observed, &dictionary.defaults)?;
-        Self::begin_with(task, observed, at_most, &noise)
-    }
-
-    /// The same with some noise, which says the least that there is.
-    fn begin_with(
-        task: Task<'a>,
-        observed: &Observed,
-        at_most: usize,
-        noise: &ProcessNoise,
-    ) -> Result<Self, SolveError> {
         let (dictionary, free_hold) = (task.dictionary, task.free_hold);
+        let noise = first_noise(&dictionary.focus(&[]), observed, &dictionary.defaults)?;
         let other = Hypothesis::nothing(observed.hold).held_otherwise().hold;
         let is_open = free_hold && !observed.record.u.is_empty();
         let holds: &[Hold] = if is_open {
@@ -94,7 +83,7 @@ impl<'a> Search<'a> {
             if task.progress.ended().is_some() && !given.is_empty() {
                 break;
             }
-            let fitted = given_with(dictionary, observed, (hold, Effort::FULL), noise)?;
+            let fitted = given_with(dictionary, observed, (hold, Effort::FULL), &noise)?;
             given.push(Arc::new(fitted));
         }
         Ok(Self::from_given(task, at_most, given))
@@ -247,11 +236,16 @@ impl<'a> Search<'a> {
             hold: found.hypothesis.hold,
             ..whole.clone()
         };
-        // The least gap of a constraint would be another in the whole than in its part.
-        let least = &self.given[0].explanation.noise;
-        let noise = first_noise(&dictionary.focus(&[]), &observed, &dictionary.defaults)?;
-        let noise = noise.at_least(least);
-        let given = Self::begin_with(self.task(false), &observed, self.at_most, &noise)?;
+        // What the part was seen to lack, the whole lacks, too; and the least gap of a constraint would be another there.
+        let holds_alike = |given: &&Arc<Fitted>| given.hypothesis.hold == observed.hold;
+        let part = self.given.iter().find(holds_alike);
+        let part = part.unwrap_or(&self.given[0]);
+        let start = Explanation {
+            observed: observed.clone(),
+            ..part.explanation.clone()
+        };
+        let given = fit(dictionary, &Hypothesis::nothing(observed.hold), start)?;
+        let given = Self::from_given(self.task(false), self.at_most, vec![Arc::new(given)]);
         self.enter(Stage::Settle);
         // A sensor that was found to misread has read another motion all along.
         let focus = dictionary.focus(found.hypothesis.candidates());

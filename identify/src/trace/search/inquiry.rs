@@ -124,7 +124,7 @@ impl<'a> Inquiry<'a> {
     ///
     /// # Errors
     /// If the equation of motion cannot be solved along the curve.
-    pub fn confirmed(self, suggested: &Selection) -> Result<Option<Answer>, SolveError> {
+    pub fn confirmed(self, suggested: &Selection) -> Result<Option<Selection>, SolveError> {
         self.task.progress.enter(Stage::Fit, &[]);
         let at_most = suggested.terms.len() + 1;
         let (mut search, part) = begun(self.task, (&self.observed, self.given), at_most)?;
@@ -138,14 +138,9 @@ impl<'a> Inquiry<'a> {
             true => on_the_whole(search, &self.observed)?,
             false => settled(search)?,
         };
-        let considered = suggested.considered.clone();
-        let selection = Selection {
-            considered,
+        Ok(Some(Selection {
+            considered: suggested.considered.clone(),
             ..answer.selection
-        };
-        Ok(Some(Answer {
-            selection,
-            ..answer
         }))
     }
 
@@ -426,8 +421,7 @@ mod tests {
                 ..known.clone()
             };
             let inquiry = Inquiry::new(task, start.observed.clone());
-            let answer = inquiry.confirmed(&suggested).unwrap()?;
-            let mut found = answer.selection.accepted();
+            let mut found = inquiry.confirmed(&suggested).unwrap()?.accepted();
             found.sort_unstable();
             Some(found)
         };

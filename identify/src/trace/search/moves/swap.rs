@@ -49,17 +49,56 @@ impl Move for Swap {
                 .exchanges(&[term], |_| true)
                 .into_iter()
                 .filter(is_worth_it);
-            exchanges.take(EXCHANGED)
+            of_laws(exchanges, EXCHANGED)
         };
         let all = at.terms().iter().flat_map(of_term);
         all.map(|one| at.proposal(one)).collect()
     }
 }
 
+/// The exchanges of so many laws that come first. What makes the log as likely is the same law by another name, as an
+/// effect and as a parameter of the model: were each name counted, those of two laws would leave no room for a third.
+fn of_laws(
+    exchanges: impl Iterator<Item = Exchange>,
+    most: usize,
+) -> impl Iterator<Item = Exchange> {
+    let mut lost: Vec<f64> = Vec::new();
+    exchanges.take_while(move |one| {
+        if lost.iter().all(|loss| (loss - one.loss).abs() > SAME_LOSS) {
+            lost.push(one.loss);
+        }
+        lost.len() <= most
+    })
+}
+
+/// Nats, to first order, within which two laws are one by two names: far below what tells any two apart.
+const SAME_LOSS: f64 = 1e-3;
+
 #[cfg(test)]
 mod tests {
+    use super::*;
     use crate::trace::wheel::{WHEEL, rectangular, traced, turned};
     use std::fmt::Write;
+
+    #[test]
+    fn names_of_one_law_take_the_room_of_one() {
+        let exchange = |(candidate, loss): (usize, f64)| Exchange {
+            out: vec![9],
+            instead: vec![candidate],
+            better: -loss,
+            loss,
+            worth: 100.0,
+            values: Vec::new(),
+        };
+        let losses = [0.0, 1e-5, 0.5, 0.5, 1e-5, 0.9, 1.4, 0.0];
+        let taken = |most: usize| -> Vec<usize> {
+            let all = losses.into_iter().enumerate().map(exchange);
+            of_laws(all, most).map(|one| one.instead[0]).collect()
+        };
+        assert_eq!(taken(1), [0, 1]);
+        assert_eq!(taken(2), [0, 1, 2, 3, 4]);
+        assert_eq!(taken(3), [0, 1, 2, 3, 4, 5]);
+    }
 
     /// A wheel on a hardening spring, `hard q³`, with another of 0.3 N·m that rests at 0.25:
     /// the other alone is `0.3 (q³ − 0.75 q² + …)`, of which the first part is more of `hard`.
