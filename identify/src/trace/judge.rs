@@ -16,7 +16,7 @@ use super::score::{
 use super::selection::{Selection, Term};
 use super::series::{Explained, Series};
 use super::subject::Subject;
-use super::unmeasured::{echo, take};
+use super::unmeasured::{begun_anew, echo, take};
 use crate::log::Record;
 use crate::machine::{Begun, States};
 use crate::regression::Hold;
@@ -126,14 +126,18 @@ pub(super) fn judge(
     let located = |error| TraceError::at(error, &test.t);
     let (accepted, values) = (selection.accepted(), &selection.values);
     // Of what nothing measures, the best estimate is that of the patched model.
+    let Models { given, patched } = Models::new(dictionary, selection);
     let mut estimated = test.clone();
     if !test.is_wholly_measured() {
-        let observed = as_observed(test, selection, hold)?;
+        let mut observed = as_observed(test, selection, hold)?;
+        if reads_otherwise(dictionary, &accepted) {
+            // Where no other motion is found, the one at hand is the best.
+            observed = begun_anew(&patched.focus, values, &observed).unwrap_or(observed);
+        }
         let known = smooth(dictionary, &accepted, observed, values).map_err(located)?;
         take(&mut estimated, &known.observed.curve);
     }
     let test = &estimated;
-    let Models { given, patched } = Models::new(dictionary, selection);
     let faultless = corrected(test, &patched.focus, &patched.values)?;
     // The states of the test log as the patched model sees them, from where faultless sensors
     // would have.
@@ -188,6 +192,14 @@ pub(super) fn judge(
         series,
         foretold,
     })
+}
+
+/// Whether sensors misread under some terms.
+fn reads_otherwise(dictionary: &Dictionary, terms: &[usize]) -> bool {
+    let inputs = &dictionary.machine.compiled.model.inputs;
+    let is_input = |name: &String| inputs.iter().any(|input| input.name == *name);
+    let mut terms = terms.iter().map(|&term| &dictionary.candidates[term]);
+    terms.any(|term| term.channel && !term.subject.on().iter().any(is_input))
 }
 
 /// A log that is judged by, with what was learnt of noise.

@@ -21,9 +21,10 @@ pub(super) use echo::{Echo, echo};
 use super::dictionary::{Dictionary, Source};
 use super::error::TraceError;
 use super::estimate::Observed;
+use super::focus::Focus;
 use super::linearised::{linearised, smooth};
 use super::refine::Explanation;
-use crate::log::Record;
+use crate::log::{Record, Sensed};
 use crate::machine::{Hold, Machine, SolveError, States};
 use crate::regression::Whitener;
 use dynamics_codegen::Library;
@@ -52,7 +53,7 @@ pub(super) fn estimated(
     let Some(sensed) = &mut record.sensed else {
         return Ok(record);
     };
-    sensed.sd.fill(UNKNOWN.map(|sd| sd / WITHIN));
+    begin_anywhere(sensed);
     noise::estimate(sensed, &record.t);
     if record.is_wholly_measured() {
         return Ok(record);
@@ -60,13 +61,9 @@ pub(super) fn estimated(
     let mut observed = Observed::new(record, hold)?;
     let mut machine = Machine::new(source.compile().map_err(Box::new)?);
     let values = source.values(&machine);
-    let cyclic = cyclic::cyclic(&mut machine, &values, &observed.record);
-    begin_at_zero(&cyclic, &mut observed);
     let logged = observed.record.clone();
     let none_found = |error| TraceError::no_motion(error, &logged);
-    let start = start::start(&mut machine, &values, &observed, &cyclic).map_err(none_found)?;
-    take(&mut observed.record, &start);
-    observed.curve = start;
+    let cyclic = begin(&mut machine, &values, &mut observed).map_err(none_found)?;
     let dictionary = Dictionary::of_parameters(source, &observed.ranges()).map_err(Box::new)?;
     let known = through_model(&dictionary, observed).map_err(none_found)?;
     let Explanation {
@@ -76,6 +73,44 @@ pub(super) fn estimated(
     take(&mut record, &observed.curve);
     determined::check(&dictionary, (&observed, &cyclic), &noise, &mut record)?;
     Ok(record)
+}
+
+/// A log with the motion that its sensors show without the model's dynamics, under these of the dictionary's values.
+/// Sensors that misread show another than those of the model as given, too far from that for steps that are linear
+/// in what they misread.
+///
+/// # Errors
+/// If no motion is found.
+pub(super) fn begun_anew(
+    focus: &Focus,
+    values: &[f64],
+    observed: &Observed,
+) -> Result<Observed, SolveError> {
+    let mut observed = observed.clone();
+    observed.record.sensed.iter_mut().for_each(begin_anywhere);
+    let mut machine = focus.machine.clone();
+    begin(&mut machine, &focus.values(values), &mut observed)?;
+    Ok(observed)
+}
+
+/// Nothing is known of where a log begins.
+fn begin_anywhere(sensed: &mut Sensed) {
+    sensed.sd.fill(UNKNOWN.map(|sd| sd / WITHIN));
+}
+
+/// Moves the curve to where the sensors show it without the model's dynamics; says which coordinates are counted from
+/// their beginning.
+fn begin(
+    machine: &mut Machine,
+    values: &[f64],
+    observed: &mut Observed,
+) -> Result<Vec<bool>, SolveError> {
+    let cyclic = cyclic::cyclic(machine, values, &observed.record);
+    begin_at_zero(&cyclic, observed);
+    let start = start::start(machine, values, observed, &cyclic)?;
+    take(&mut observed.record, &start);
+    observed.curve = start;
+    Ok(cyclic)
 }
 
 /// Where a coordinate may begin anywhere, its beginning is known: it is zero.

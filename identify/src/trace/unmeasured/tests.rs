@@ -3,27 +3,30 @@
 use super::*;
 use crate::log::Log;
 use crate::trace::swing::{SWING, motion, read_as, shown, swing};
-use crate::trace::wheel::{rectangular, traced};
+use crate::trace::wheel::{named, rectangular, traced};
 use crate::trace::{Finding, Outcome, Request, Verdict, trace};
 use dynamics_codegen::{Library, compile};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-fn record(model: &str, log: &str) -> Result<Record, TraceError> {
-    let library = Library::builtin();
-    let source = Source {
+fn with_source<T>(model: &str, then: impl FnOnce(&Source<'_>) -> T) -> T {
+    then(&Source {
         name: "swing",
         text: model,
-        library: &library,
+        library: &Library::builtin(),
         parameters: &BTreeMap::new(),
-    };
+    })
+}
+
+fn record(model: &str, log: &str) -> Result<Record, TraceError> {
+    let library = Library::builtin();
     let compiled = compile("swing", model, &library).unwrap().model;
     let names = |all: Vec<&String>| all.into_iter().cloned().collect::<Vec<String>>();
     let coordinates = names(compiled.coordinates.iter().map(|c| &c.name).collect());
     let inputs = names(compiled.inputs.iter().map(|u| &u.name).collect());
     let log = Log::from_bytes("swing.csv", log.as_bytes())?;
     let record = log.select_sensed(&coordinates, &inputs, &crate::log::Gauge::of(&compiled))?;
-    estimated(&source, record, Hold::Linear)
+    with_source(model, |source| estimated(source, record, Hold::Linear))
 }
 
 fn only(outcome: &Outcome) -> &Finding {
@@ -53,6 +56,28 @@ fn the_motion_is_found_beside_a_wrong_model() {
     for (found, expected) in noise.iter().zip([3e-3, 0.03, 0.03]) {
         assert!((found / expected - 1.0).abs() < 0.1, "{noise:?}");
     }
+}
+
+/// An accelerometer that is early by six samples shows another motion, and the right one once that is said.
+#[test]
+fn a_motion_begins_anew_under_sensors_that_misread() {
+    let early = |t: f64| shown(t + 0.06);
+    let record = record(SWING, &read_as(0.0, &["gyro_z", "felt_x"], early)).unwrap();
+    let observed = Observed::new(record, Hold::Linear).unwrap();
+    let dictionary = with_source(SWING, |source| {
+        Dictionary::new(source, &observed.ranges()).unwrap()
+    });
+    let time = named(&dictionary, "time_shift(felt_y)");
+    let mut values = dictionary.defaults.clone();
+    values[dictionary.candidates[time].parameters[0]] = -0.06;
+    let anew = begun_anew(&dictionary.focus(&[time]), &values, &observed).unwrap();
+    let error = |observed: &Observed| {
+        let each = observed.curve.t.iter().zip(&observed.curve.q[0]);
+        let errors: Vec<f64> = each.map(|(&t, x)| x - motion(t)[0]).collect();
+        crate::log::rms(&errors)
+    };
+    let errors = [error(&observed), error(&anew)];
+    assert!(errors[1] < 0.3 * errors[0], "{errors:?}");
 }
 
 #[test]
