@@ -189,6 +189,16 @@ impl Learner<'_> {
         is_driven(dictionary, &forces.observed) && leaves_less() && foretells()
     }
 
+    /// A selection beside all of the log to learn from, where it is of a part alone: of that which is searched first,
+    /// or where time was over.
+    fn in_all(&self, selection: &Selection) -> Selection {
+        let mut selection = selection.clone();
+        if selection.observed.record.len() != self.felt.record.len() {
+            selection.observed = self.felt.clone();
+        }
+        selection
+    }
+
     /// Errors of accelerations and of predictions along the log to learn from.
     fn errors(
         &self,
@@ -286,7 +296,7 @@ impl Learner<'_> {
     ) -> Result<Explained, SolveError> {
         let nearer = |motion: &Selection, share: f64| {
             let forces = forces.as_ref()?;
-            let is_nearer = self.is_nearer(dictionary, forces, motion, share);
+            let is_nearer = self.is_nearer(dictionary, forces, &self.in_all(motion), share);
             is_nearer.then(|| Explained::by_forces(forces.clone()))
         };
         let mut motion = self.motion(dictionary);
@@ -301,11 +311,9 @@ impl Learner<'_> {
         }
         if forces.is_some()
             && let Some(part) = motion.settled_at_first(MAX_TERMS, forces.as_ref())?
+            && let Some(explained) = nearer(&part, CLEARLY)
         {
-            let observed = self.felt.clone();
-            if let Some(explained) = nearer(&Selection { observed, ..part }, CLEARLY) {
-                return Ok(explained);
-            }
+            return Ok(explained);
         }
         let all = motion.ask(MAX_TERMS, forces.as_ref())?;
         Ok(nearer(&all, 1.0).unwrap_or(Explained::by_motion(all)))
@@ -384,4 +392,64 @@ fn is_immobile(dictionary: &Dictionary, observed: &Observed) -> bool {
         motion,
         Err(SolveError::Singular { .. } | SolveError::Indefinite { .. })
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::wheel::{WHEEL, rectangular, turned_for};
+    use crate::log::Log;
+    use crate::trace::{Ended, Progress, Request, Stage, trace};
+    use dynamics_codegen::Library;
+    use std::cell::RefCell;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    /// Time is over from the time on that it is asked for so often.
+    #[derive(Debug)]
+    struct Over {
+        at: usize,
+        asked: AtomicUsize,
+    }
+
+    impl Progress for Over {
+        fn enter(&self, _: Stage, _: &[String]) {}
+
+        fn notice(&self, _: &str) {}
+
+        fn ended(&self) -> Option<Ended> {
+            let asked = self.asked.fetch_add(1, Ordering::Relaxed);
+            (asked >= self.at).then_some(Ended::TimeLimit)
+        }
+    }
+
+    /// Wherever a search ends, it has an answer, though what is measured as a force was looked at in all of a long log
+    /// and the motion only in a part: a wheel with dry friction, whose torque is noisy.
+    #[test]
+    fn a_search_may_end_anywhere() {
+        let noise = RefCell::new(rectangular(5));
+        let torque = |[_, v, a]: [f64; 3]| {
+            let noise = 4e-3 * (noise.borrow_mut())();
+            0.02 * a + 0.05 * (v / 0.03).tanh() + noise
+        };
+        let text = turned_for(2600, [(0.9, 3.0), (0.5, 7.0)], (3, 1e-4), torque);
+        let log = Log::from_bytes("wheel.csv", text.as_bytes()).unwrap();
+        let library = Library::builtin();
+        let mut at = 0;
+        loop {
+            let progress = Over {
+                at,
+                asked: AtomicUsize::new(0),
+            };
+            let request = Request {
+                progress: &progress,
+                ..Request::new("wheel", WHEEL, &library, &log)
+            };
+            let outcome = trace(&request).unwrap();
+            let is_done = progress.asked.load(Ordering::Relaxed) <= at;
+            assert_eq!(outcome.unfinished.is_some(), !is_done);
+            if is_done {
+                break;
+            }
+            at += 1 + at / 2;
+        }
+    }
 }
