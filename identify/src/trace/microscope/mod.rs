@@ -118,6 +118,8 @@ pub(super) enum MicroscopeError {
 const WORTH_A_LOOK: f64 = 0.05;
 /// Coordinates at most.
 const MOST_COORDINATES: usize = 3;
+/// Samples, in stretches all along a long log, in which is looked for what a force depends on.
+const LOOKED_AT: usize = 6000;
 
 /// A model with some terms, beside a log.
 pub(super) struct View<'a> {
@@ -160,9 +162,11 @@ impl View<'_> {
         test: &Record,
     ) -> Result<Unnamed, MicroscopeError> {
         let (dictionary, selection) = (self.dictionary, self.selection);
+        let observed = &selection.observed;
+        let observed = (observed.excerpt(LOOKED_AT)).unwrap_or_else(|| observed.clone());
         let mut explanation = Explanation {
-            noise: first_noise(focus, &selection.observed, self.values)?,
-            observed: selection.observed.clone(),
+            noise: first_noise(focus, &observed, self.values)?,
+            observed,
             values: self.values.to_vec(),
         };
         refine_curve(dictionary, self.terms, &mut explanation)?;
