@@ -88,19 +88,8 @@ impl Extended {
         shapes
             .iter()
             .for_each(|&(index, value)| values[index] = value);
-        let (n, m) = (
-            self.machine.coordinate_count(),
-            self.machine.constraint_count(),
-        );
         let states = self.machine.at_rest(states, &values);
-        let mut solved = a.to_vec();
-        solved.extend(vec![vec![0.0; states.len()]; m]);
-        let rows = self.tape.residuals(&states, &values, &solved);
-        let dense = |row: &Option<Vec<f64>>| row.clone().unwrap_or_else(|| vec![0.0; states.len()]);
-        let of_variable = rows.chunks(n + m);
-        of_variable
-            .map(|rows| rows[..n].iter().map(dense).collect())
-            .collect()
+        self.tape.forces(&states, &values, a)
     }
 }
 

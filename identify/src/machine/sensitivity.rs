@@ -29,7 +29,7 @@ impl Machine {
         let mut arguments = System::arguments(model);
         arguments.extend(&sensitivity.acceleration);
         arguments.extend(&sensitivity.multiplier);
-        let rows = sensitivity.columns.first().map_or(0, Vec::len);
+        let rows = sensitivity.acceleration.len() + sensitivity.multiplier.len();
         let outputs: Vec<_> = sensitivity.columns.iter().flatten().copied().collect();
         let is_something = |place: &usize| !model.graph.is_zero(outputs[*place]);
         let occupied: Vec<usize> = (0..outputs.len()).filter(is_something).collect();
@@ -147,7 +147,26 @@ impl SensitivityTape {
         residuals
     }
 
-    /// The same where rows depend on variables.
+    /// `∂(M a − Q)/∂s` at every state, where these are the `accelerations`, one column each, and constraints exert
+    /// nothing: per variable and coordinate a value per state.
+    pub fn forces(
+        &self,
+        states: &States,
+        parameters: &[f64],
+        accelerations: &[Vec<f64>],
+    ) -> Vec<Vec<Vec<f64>>> {
+        let nothing = vec![0.0; states.len()];
+        let mut solved = accelerations.to_vec();
+        solved.resize(self.rows, nothing.clone());
+        let mut rows = self.residuals(states, parameters, &solved);
+        let of_variable = rows.chunks_mut(self.rows).map(|rows| {
+            let forces = rows[..accelerations.len()].iter_mut();
+            forces.map(|row| row.take().unwrap_or_else(|| nothing.clone()))
+        });
+        of_variable.map(Iterator::collect).collect()
+    }
+
+    /// Residuals of the rows that depend on variables, as [`Self::occupied`] counts them.
     fn entries(&self, states: &States, parameters: &[f64], solved: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let count = self.slopes.as_ref().map_or(0, |slopes| slopes.states.len());
         let past = columns_with_slopes(states, parameters, count);

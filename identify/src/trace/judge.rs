@@ -125,8 +125,8 @@ pub(super) fn judge(
     };
     let located = |error| TraceError::at(error, &test.t);
     let (accepted, values) = (selection.accepted(), &selection.values);
-    // Of what nothing measures, the best estimate is that of the patched model.
     let Models { given, patched } = Models::new(dictionary, selection);
+    // Of what nothing measures, the best estimate is that of the patched model.
     let mut estimated = test.clone();
     if !test.is_wholly_measured() {
         let mut observed = as_observed(test, selection, hold)?;

@@ -133,16 +133,9 @@ fn contained(options: &[ShapedCandidate], forces: &[Vec<Vec<f64>>]) -> BTreeSet<
 /// What a unit of each column of [`options`] adds to the force on each coordinate at each state.
 fn forces(dictionary: &Dictionary, ranges: &Ranges) -> Vec<Vec<Vec<f64>>> {
     let machine = &dictionary.machine;
-    let (n, m) = (machine.coordinate_count(), machine.constraint_count());
-    let (states, mut solved) = drawn(ranges);
-    solved.extend(vec![vec![0.0; STATES]; m]);
-    let of = |tape: &SensitivityTape, values: &[f64]| -> Vec<Vec<Vec<f64>>> {
-        let rows = tape.residuals(&machine.at_rest(&states, values), values, &solved);
-        let dense = |row: &Option<Vec<f64>>| row.clone().unwrap_or_else(|| vec![0.0; STATES]);
-        let of_variable = rows.chunks(n + m);
-        of_variable
-            .map(|rows| rows[..n].iter().map(dense).collect())
-            .collect()
+    let (states, accelerations) = drawn(ranges);
+    let of = |tape: &SensitivityTape, values: &[f64]| {
+        tape.forces(&machine.at_rest(&states, values), values, &accelerations)
     };
     let defaults = &dictionary.defaults;
     let mut forces = of(&dictionary.by_parameter, defaults);
