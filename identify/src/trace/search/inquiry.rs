@@ -295,6 +295,7 @@ fn on_the_whole(search: Search<'_>, whole: &Observed) -> Result<Answer, SolveErr
     let mut search = search.on_the_whole(&whole)?;
     search.run()?;
     search.question();
+    search.name_plainly();
     settled(search)
 }
 

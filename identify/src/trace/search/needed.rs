@@ -61,6 +61,38 @@ impl Search<'_> {
         self.question();
     }
 
+    /// Tries the special cases of the best hypothesis's laws again, from where these laws have led: fits of one law by
+    /// two names do not rest at the same distance from where both would end.
+    pub fn name_plainly(&mut self) {
+        let best = Arc::clone(self.best());
+        let dictionary = self.dictionary;
+        let as_special = |term: usize, special: usize| {
+            let hypothesis = best.hypothesis.exchange(&[term], &[special]);
+            let known = self.explored.of(&hypothesis)?;
+            let mut values = dictionary.without(&[term], &best.explanation.values);
+            for &parameter in &dictionary.candidates[special].parameters {
+                values[parameter] = known.values[parameter];
+            }
+            Some(Proposal {
+                hypothesis,
+                values,
+                promise: known.score,
+                within_reach: f64::NEG_INFINITY,
+                ahead: 0.0,
+            })
+        };
+        let as_special = &as_special;
+        let terms = best.hypothesis.candidates().iter();
+        let plain = terms.flat_map(|&term| {
+            let special_cases = dictionary.nested.special_cases(term);
+            special_cases.filter_map(move |special| as_special(term, special))
+        });
+        let plain: Vec<Proposal> = plain.collect();
+        if !self.is_over() {
+            self.try_all(&best, plain);
+        }
+    }
+
     /// A term of a hypothesis that has lost what gives it its name, beside others.
     pub fn nameless_in(&self, fitted: &Fitted) -> Option<usize> {
         let terms = fitted.hypothesis.candidates();
@@ -95,5 +127,50 @@ impl Search<'_> {
         let is_promising = fitted.score + worth - price < self.best().score;
         let is_new = self.explored.of(&alone).is_none();
         (worth <= MARGIN && is_promising && is_new).then(|| self.without(fitted, term))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::trace::progress::Silent;
+    use crate::trace::search::Task;
+    use crate::trace::search::fit::fit;
+    use crate::trace::search::hypothesis::Hypothesis;
+    use crate::trace::wheel::{WHEEL, begun, named, turned};
+
+    /// Dry friction whose fit was given up early, beside the same by the name of a law with two sides, which went on.
+    #[test]
+    fn a_law_that_is_a_special_case_is_called_by_that() {
+        let waves = [(0.9, 3.0), (0.5, 7.0)];
+        let log = turned(waves, (3, 1e-4), |[_, v, a]| {
+            0.02 * a + 0.05 * (v / 0.03).tanh()
+        });
+        let (dictionary, start) = begun(WHEEL, &log, ["angle", "motor"]);
+        let task = Task {
+            dictionary: &dictionary,
+            free_hold: false,
+            only_with_terms: false,
+            progress: &Silent,
+        };
+        let mut search = Search::begin(task, &start.observed, 2).unwrap();
+        let fitted = |name: &str, size: f64| {
+            let term = named(&dictionary, name);
+            let hypothesis = Hypothesis::nothing(start.observed.hold).exchange(&[], &[term]);
+            let mut start = start.clone();
+            for &strength in &dictionary.candidates[term].strengths {
+                start.values[strength] = size;
+            }
+            fit(&dictionary, &hypothesis, start).unwrap()
+        };
+        let mut early = fitted("coulomb(angle)", 0.04);
+        early.score += 40.0;
+        let plain = early.hypothesis.clone();
+        for fitted in [early, fitted("asymmetric_coulomb(angle)", 0.04)] {
+            search.explored.add(&dictionary, Arc::new(fitted));
+        }
+        assert_ne!(search.best().hypothesis, plain);
+        search.name_plainly();
+        assert_eq!(search.best().hypothesis, plain);
     }
 }
