@@ -148,7 +148,7 @@ fn refine_some(
     let fitted: Vec<usize> = (0..count).chain(beginning.columns(count)).collect();
     let all: Vec<usize> = (0..fitted.len()).collect();
     let mut best: Option<Step> = None;
-    let (mut uphill, mut detour) = (0, false);
+    let (mut firmness, mut detour) = (0_usize, false);
     let mut has_arrived = false;
     for step in 1..=STEPS {
         let values = focus.values(&explanation.values);
@@ -189,7 +189,8 @@ fn refine_some(
             let missed = 0.5 * (gram.data_misfit() - settled.gram.data_misfit());
             let price = beginning.price(&settled.gram.information(&all[count..]));
             let cost = settled.cost() + missed + price;
-            let promised = 0.5 * (gram.data_misfit() - fit.misfit);
+            let free = free(dictionary, (parameters, &explanation.values), (&gram, &all));
+            let promised = 0.5 * (gram.data_misfit() - gram.fit(&free).misfit);
             let finite = cost.is_finite() && fit.coefficients.iter().all(|x| x.is_finite());
             let estimate = Estimate {
                 parameters: parameters.to_vec(),
@@ -203,6 +204,7 @@ fn refine_some(
             finite.then(|| Step {
                 from: explanation.clone(),
                 fitted: fitted.clone(),
+                free,
                 estimate,
                 information: beginning.integrated(&settled.gram.information(&all)),
                 dynamics,
@@ -219,27 +221,33 @@ fn refine_some(
                 let improvement = known - next.estimate.cost;
                 let (cost, gained) = (next.estimate.cost, improvement.max(next.promised));
                 best = Some(next);
-                has_arrived = step > 1 + held && uphill == 0 && improvement < SMALL_IMPROVEMENT;
+                let is_small = improvement < SMALL_IMPROVEMENT;
+                has_arrived = step > 1 + held && firmness == 0 && is_small;
                 if has_arrived
                     || step > held + LEAST_STEPS && effort.is_hopeless(cost, gained)
                     || cost < effort.enough
                 {
                     break;
                 }
-                (uphill, detour) = (0, false);
+                // Where a valley is narrow, it mostly is so a step farther on, too.
+                firmness = match is_small {
+                    true => 0,
+                    false => firmness.saturating_sub(1),
+                };
+                detour = false;
             }
             // A valley that bends: where the way straight ahead leads uphill, the next step from
             // there may lead back to the ground, farther on.
-            Some(next) if uphill == 0 && !detour && count > 0 => {
+            Some(next) if firmness == 0 && !detour && count > 0 => {
                 detour = true;
                 *explanation = next.next(dictionary, candidates, &beginning, DAMPING[0]);
                 continue;
             }
-            _ => uphill += 1,
+            _ => firmness += 1,
         }
         let Some(best) = &best else { break };
         let choices = if count == 0 { 1 } else { DAMPING.len() };
-        let Some(&damping) = DAMPING[..choices].get(uphill) else {
+        let Some(&damping) = DAMPING[..choices].get(firmness) else {
             has_arrived = true;
             break;
         };
@@ -262,8 +270,8 @@ fn refine_some(
     }
 }
 
-/// Damping of the steps that are tried one after the other where one leads uphill: the first
-/// shorten steps along a narrow valley, the last ones all.
+/// Damping of the steps that are tried one after the other where one leads uphill: the first shorten steps along a narrow
+/// valley, the last ones all. After one that leads downhill it is the next weaker (Levenberg, Marquardt).
 const DAMPING: [f64; 5] = [0.0, 1e-6, 1e-4, 1e-2, 1.0];
 
 /// A place, and the linear equation there.
@@ -271,6 +279,8 @@ struct Step {
     from: Explanation,
     /// Which columns are fitted: those of the parameters, then of how states begin.
     fitted: Vec<usize>,
+    /// Places among these of those that a step moves.
+    free: Vec<usize>,
     estimate: Estimate,
     dynamics: ErrorDynamics,
     readings: Readings,
@@ -292,16 +302,17 @@ impl Step {
     ) -> Explanation {
         let parameters = &self.estimate.parameters;
         let count = parameters.len();
-        let all: Vec<usize> = (0..self.fitted.len()).collect();
         let mut there = self.from.clone();
-        let fit = self.gram.damped_fit(&all, damping);
-        let mut step = fit.coefficients.rows(0, count).into_owned();
+        let fit = self.gram.damped_fit(&self.free, damping);
+        let mut steps = DVector::zeros(self.fitted.len());
+        let moved = self.free.iter().zip(fit.coefficients.iter());
+        moved.for_each(|(&place, step)| steps[place] = *step);
+        let mut step = steps.rows(0, count).into_owned();
         dictionary.bend(candidates, &there.values, step.as_mut_slice());
         let change = limited(dictionary, parameters, &there.values, &step);
-        let begun = fit.coefficients.rows(count, all.len() - count).into_owned();
+        let begun = steps.rows(count, steps.len() - count).into_owned();
         let mut whole = DVector::zeros(self.dynamics.columns);
-        let steps = change.iter().chain(begun.iter());
-        let columns = self.fitted.iter().zip(steps);
+        let columns = self.fitted.iter().zip(change.iter().chain(begun.iter()));
         columns.for_each(|(&column, step)| whole[column] = *step);
         let smoothing = Smoothing::new(&self.dynamics, &self.readings, &self.from.noise);
         there.observed.move_by(&smoothing.smooth(&whole));
@@ -313,6 +324,36 @@ impl Step {
                 (there.values[index] + change[i]).clamp(parameter.lower, parameter.upper);
         }
         there
+    }
+}
+
+/// Places of the columns that a step moves: all, but parameters that rest at a bound, beyond which the linear equation
+/// would have them. With these among them it would move others by what it cannot move them by.
+fn free(
+    dictionary: &Dictionary,
+    (parameters, values): (&[usize], &[f64]),
+    (gram, all): (&Gram, &[usize]),
+) -> Vec<usize> {
+    let model = &dictionary.machine.compiled.model;
+    let mut free = all.to_vec();
+    loop {
+        let fit = gram.fit(&free);
+        let leads_out = |(&place, &step): (&usize, &f64)| {
+            let Some(&index) = parameters.get(place) else {
+                return false;
+            };
+            let (value, parameter) = (values[index], &model.parameters[index]);
+            value <= parameter.lower && step < 0.0 || value >= parameter.upper && step > 0.0
+        };
+        let steps = free.iter().zip(fit.coefficients.iter());
+        let kept: Vec<usize> = steps
+            .filter(|step| !leads_out(*step))
+            .map(|(&place, _)| place)
+            .collect();
+        if kept.len() == free.len() {
+            return free;
+        }
+        free = kept;
     }
 }
 
@@ -505,9 +546,8 @@ mod tests {
         }
     }
 
-    /// Whatever a step begins with, and wherever it leads.
-    #[test]
-    fn steps_stay_within_bounds() {
+    /// A model with one parameter, a mass of 2 kg between 0.5 and 3.
+    fn mass() -> Dictionary {
         let source = Source {
             name: "mass",
             text: "model mass; coordinate x: m; input x: N; parameter m: kg = 2 in 0.5..3;
@@ -523,7 +563,35 @@ mod tests {
             sensors: Vec::new(),
             missing: Vec::new(),
         };
-        let dictionary = Dictionary::new(&source, &ranges).unwrap();
+        Dictionary::new(&source, &ranges).unwrap()
+    }
+
+    /// A mass whose column is nearly that of what else is fitted: at a bound it moves inwards alone, and takes nothing
+    /// of the others' steps with it.
+    #[test]
+    fn what_rests_at_a_bound_takes_no_part_in_a_step() {
+        let dictionary = mass();
+        let free = |value: f64, wanted: f64| {
+            let rows = (0..30).flat_map(|k| {
+                let x = f64::from(k);
+                let [own, other] = [x.sin(), x.sin() + 0.1 * x.cos()];
+                [wanted * own + 0.5 * other, own, other]
+            });
+            let rows = DMatrix::from_row_iterator(30, 3, rows);
+            let gram = Gram::new(&rows, std::slice::from_ref(&(0..30)), 30);
+            super::free(&dictionary, (&[0], &[value]), (&gram, &[0, 1]))
+        };
+        for (value, wanted) in [(0.5, -0.2), (3.0, 0.2)] {
+            assert_eq!(free(value, wanted), [1], "{value}");
+            assert_eq!(free(value, -wanted), [0, 1], "{value}");
+            assert_eq!(free(1.0, wanted), [0, 1]);
+        }
+    }
+
+    /// Whatever a step begins with, and wherever it leads.
+    #[test]
+    fn steps_stay_within_bounds() {
+        let dictionary = mass();
         let after = |value: f64, step: f64| {
             let step = DVector::from_element(1, step);
             value + limited(&dictionary, &[0], &[value], &step)[0]
