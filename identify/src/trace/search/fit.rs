@@ -9,7 +9,7 @@ use crate::regression::{Hold, ProcessNoise};
 use crate::trace::dictionary::Dictionary;
 use crate::trace::estimate::Observed;
 use crate::trace::linearised::first_noise;
-use crate::trace::refine::{Effort, Estimate, Explanation, Refined, refine};
+use crate::trace::refine::{Effort, Estimate, Explanation, refine};
 use crate::trace::settings::{SAME_FIT, SHARP_STEPS, SHARPER, TIE};
 use rayon::prelude::*;
 
@@ -120,25 +120,26 @@ pub fn fit(
 pub fn fit_with(
     dictionary: &Dictionary,
     hypothesis: &Hypothesis,
+    start: Explanation,
+    effort: Effort,
+) -> Result<Fitted, SolveError> {
+    let fitted = fit_from(dictionary, hypothesis, start, effort)?;
+    Ok(match fitted.estimate.cost < effort.enough {
+        true => fitted,
+        false => or_beside_jumps(dictionary, fitted, effort),
+    })
+}
+
+/// Fits a hypothesis from one start alone.
+fn fit_from(
+    dictionary: &Dictionary,
+    hypothesis: &Hypothesis,
     mut explanation: Explanation,
     effort: Effort,
 ) -> Result<Fitted, SolveError> {
     explanation.observed.hold = hypothesis.hold;
     let candidates = hypothesis.candidates();
     let refined = refine(dictionary, candidates, &mut explanation, effort)?;
-    let bar = effort.bar.min(refined.estimate.cost);
-    let others = match refined.estimate.cost < effort.enough {
-        true => Vec::new(),
-        false => beside_jumps(dictionary, hypothesis, &explanation),
-    };
-    let others = others.into_par_iter().filter_map(|mut start| {
-        let refined = refine(dictionary, candidates, &mut start, Effort { bar, ..effort });
-        Some((refined.ok()?, start))
-    });
-    let others: Vec<(Refined, Explanation)> = others.collect();
-    let (refined, explanation) = (others.into_iter().chain([(refined, explanation)]))
-        .min_by(|(a, _), (b, _)| a.estimate.cost.total_cmp(&b.estimate.cost))
-        .expect("at least one");
     let prior = prior(dictionary, hypothesis, &explanation);
     Ok(Fitted {
         score: prior + evidence(dictionary, &explanation, &refined),
@@ -150,13 +151,34 @@ pub fn fit_with(
     })
 }
 
+/// A fit, or one that begins beside a jump and makes the log likelier.
+fn or_beside_jumps(dictionary: &Dictionary, fitted: Fitted, effort: Effort) -> Fitted {
+    let others = beside_jumps(dictionary, &fitted.hypothesis, &fitted.explanation);
+    let effort = Effort {
+        bar: effort.bar.min(fitted.estimate.cost),
+        ..effort
+    };
+    let others = others.into_par_iter().filter_map(|start| {
+        let other = fit_from(dictionary, &fitted.hypothesis, start, effort);
+        other.ok()
+    });
+    let others: Vec<Fitted> = others.collect();
+    others.into_iter().fold(fitted, |best, other| {
+        match other.estimate.cost < best.estimate.cost {
+            true => other,
+            false => best,
+        }
+    })
+}
+
 /// The hypothesis fitted on where it had not arrived, and from less unexplained force: as long as much counts as
-/// unexplained, a fit may rest too early. What cannot come below a cost is given up.
+/// unexplained, a fit may rest too early, and hides what lies beside a jump. What cannot come below a cost is given up.
 pub fn sharpened(dictionary: &Dictionary, fitted: Fitted, bar: f64) -> Fitted {
     let effort = Effort {
         bar,
         ..Effort::FULL
     };
+    let begun = fitted.score;
     let mut fitted = fitted;
     while fitted.leaves_forces() {
         let mut sharper = fitted.explanation.clone();
@@ -167,7 +189,7 @@ pub fn sharpened(dictionary: &Dictionary, fitted: Fitted, bar: f64) -> Fitted {
         }
         let again = starts.into_par_iter().map(|(start, held)| {
             let effort = Effort { held, ..effort };
-            fit_with(dictionary, &fitted.hypothesis, start, effort).ok()
+            fit_from(dictionary, &fitted.hypothesis, start, effort).ok()
         });
         let again: Vec<Option<Fitted>> = again.collect();
         let best = again.into_iter().flatten().min_by(by_score);
@@ -177,10 +199,13 @@ pub fn sharpened(dictionary: &Dictionary, fitted: Fitted, bar: f64) -> Fitted {
         let gained = fitted.score - best.score;
         fitted = best;
         if effort.is_hopeless(fitted.estimate.cost, gained) {
-            break;
+            return fitted;
         }
     }
-    fitted
+    match fitted.score < begun {
+        true => or_beside_jumps(dictionary, fitted, effort),
+        false => fitted,
+    }
 }
 
 /// The cost that a hypothesis must come below to matter beside one of a known score.
