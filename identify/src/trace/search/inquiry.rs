@@ -171,6 +171,7 @@ impl<'a> Inquiry<'a> {
             }
         };
         begun.search.run()?;
+        begun.search.name_plainly();
         Ok(begun)
     }
 
@@ -295,7 +296,6 @@ fn on_the_whole(search: Search<'_>, whole: &Observed) -> Result<Answer, SolveErr
     let mut search = search.on_the_whole(&whole)?;
     search.run()?;
     search.question();
-    search.name_plainly();
     settled(search)
 }
 

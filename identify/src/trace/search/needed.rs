@@ -1,11 +1,12 @@
 //! Whether a hypothesis needs each of its terms.
 
 use super::beam::Search;
-use super::fit::Fitted;
+use super::fit::{Fitted, bar, fit_with};
 use super::proposal::Proposal;
 use super::score::structure;
 use crate::trace::finding::{is_without_its_mark, worth};
-use crate::trace::settings::MARGIN;
+use crate::trace::refine::Effort;
+use crate::trace::settings::{MARGIN, SAME_FIT, SHARP_STEPS};
 use std::sync::Arc;
 
 impl Search<'_> {
@@ -61,35 +62,39 @@ impl Search<'_> {
         self.question();
     }
 
-    /// Tries the special cases of the best hypothesis's laws again, from where these laws have led: fits of one law by
-    /// two names do not rest at the same distance from where both would end.
+    /// Fits special cases of the best hypothesis's laws from where these laws have led, unless they came as far by
+    /// themselves: fits of one law by two names do not rest at the same distance from where both would end. As little
+    /// as the law leaves unexplained they leave at first, too.
     pub fn name_plainly(&mut self) {
         let best = Arc::clone(self.best());
         let dictionary = self.dictionary;
-        let as_special = |term: usize, special: usize| {
-            let hypothesis = best.hypothesis.exchange(&[term], &[special]);
-            let known = self.explored.of(&hypothesis)?;
-            let mut values = dictionary.without(&[term], &best.explanation.values);
-            for &parameter in &dictionary.candidates[special].parameters {
-                values[parameter] = known.values[parameter];
-            }
-            Some(Proposal {
-                hypothesis,
-                values,
-                promise: known.score,
-                within_reach: f64::NEG_INFINITY,
-                ahead: 0.0,
-            })
-        };
-        let as_special = &as_special;
         let terms = best.hypothesis.candidates().iter();
-        let plain = terms.flat_map(|&term| {
+        let special_cases = terms.flat_map(|&term| {
             let special_cases = dictionary.nested.special_cases(term);
-            special_cases.filter_map(move |special| as_special(term, special))
+            special_cases.map(move |special| (term, special))
         });
-        let plain: Vec<Proposal> = plain.collect();
-        if !self.is_over() {
-            self.try_all(&best, plain);
+        for (term, special) in special_cases {
+            let hypothesis = best.hypothesis.exchange(&[term], &[special]);
+            let Some(known) = self.explored.of(&hypothesis) else {
+                continue;
+            };
+            let is_as_far = known.cost < best.estimate.cost + SAME_FIT;
+            if is_as_far || known.values.is_empty() || self.is_over() {
+                continue;
+            }
+            let mut start = best.explanation.clone();
+            start.values = dictionary.without(&[term], &start.values);
+            for &parameter in &dictionary.candidates[special].parameters {
+                start.values[parameter] = known.values[parameter];
+            }
+            let effort = Effort {
+                held: SHARP_STEPS,
+                bar: bar(best.score, structure(dictionary, &hypothesis)),
+                ..Effort::FULL
+            };
+            if let Ok(fitted) = fit_with(dictionary, &hypothesis, start, effort) {
+                self.explored.add(dictionary, Arc::new(fitted));
+            }
         }
     }
 
@@ -165,6 +170,7 @@ mod tests {
         };
         let mut early = fitted("coulomb(angle)", 0.04);
         early.score += 40.0;
+        early.estimate.cost += 40.0;
         let plain = early.hypothesis.clone();
         for fitted in [early, fitted("asymmetric_coulomb(angle)", 0.04)] {
             search.explored.add(&dictionary, Arc::new(fitted));
