@@ -156,6 +156,7 @@ impl Learner<'_> {
     /// they do where their columns carry noise.
     /// Where nothing drives a coordinate there is nothing of that kind, and a part without mass would
     /// leave its forces in perfect balance. Predictions are nearer whose errors are less than this `share` of the others'.
+    /// Where time is over before the motion has a name for what is missing, that which forces have stands.
     fn is_nearer(
         &self,
         dictionary: &Dictionary,
@@ -163,6 +164,9 @@ impl Learner<'_> {
         motion: &Selection,
         share: f64,
     ) -> bool {
+        if self.is_over() && is_named(dictionary, forces) && !is_named(dictionary, motion) {
+            return true;
+        }
         if !motion.forces_remain() && self.felt.noisy_inputs().next().is_none() {
             return false;
         }
@@ -236,10 +240,8 @@ impl Learner<'_> {
         numbers: &mut Numbers<'_>,
     ) -> Explained {
         let confirmed = self.motion(dictionary).confirmed(&forces).ok().flatten();
-        let is_named = |motion: &Selection| {
-            !motion.forces_remain() && verdict(dictionary, motion, false) != Verdict::Unknown
-        };
-        match confirmed.filter(is_named) {
+        let says_all = |motion: &Selection| !motion.forces_remain() && is_named(dictionary, motion);
+        match confirmed.filter(says_all) {
             Some(motion) if is_plain(dictionary, &motion) => Explained::by_motion(motion),
             _ if self.is_settled(dictionary, &forces) => Explained::by_forces(forces),
             _ => self.by_motion_or_many_forces(dictionary, forces, numbers),
@@ -366,6 +368,14 @@ fn is_plain(dictionary: &Dictionary, forces: &Selection) -> bool {
     forces.terms.len() >= MANY && forces.terms.iter().filter(is_load).count() <= 1
 }
 
+/// Whether something was found, of which each has what gives it its name.
+fn is_named(dictionary: &Dictionary, selection: &Selection) -> bool {
+    !matches!(
+        verdict(dictionary, selection, false),
+        Verdict::Unknown | Verdict::None
+    )
+}
+
 /// Whether findings leave hardly any of what was missing before.
 fn leaves_nearly_nothing(forces: &Selection) -> bool {
     let remaining = &forces.remaining;
@@ -398,7 +408,7 @@ fn is_immobile(dictionary: &Dictionary, observed: &Observed) -> bool {
 mod tests {
     use super::super::wheel::{WHEEL, rectangular, turned_for};
     use crate::log::Log;
-    use crate::trace::{Ended, Progress, Request, Stage, trace};
+    use crate::trace::{Ended, Progress, Request, Stage, Verdict, trace};
     use dynamics_codegen::Library;
     use std::cell::RefCell;
     use std::sync::atomic::{AtomicUsize, Ordering};
@@ -422,7 +432,8 @@ mod tests {
     }
 
     /// Wherever a search ends, it has an answer, though what is measured as a force was looked at in all of a long log
-    /// and the motion only in a part: a wheel with dry friction, whose torque is noisy.
+    /// and the motion only in a part: a wheel with dry friction, whose torque is noisy. What its forces have named stands
+    /// until the motion has a name, too.
     #[test]
     fn a_search_may_end_anywhere() {
         let noise = RefCell::new(rectangular(5));
@@ -446,6 +457,7 @@ mod tests {
             let outcome = trace(&request).unwrap();
             let is_done = progress.asked.load(Ordering::Relaxed) <= at;
             assert_eq!(outcome.unfinished.is_some(), !is_done);
+            assert_eq!(outcome.verdict, Verdict::Effect, "{at}: {outcome:#?}");
             if is_done {
                 break;
             }
