@@ -7,6 +7,7 @@ mod bar;
 mod beginning;
 mod between_samples;
 mod blows;
+mod bounds;
 mod candidate;
 mod command;
 mod conclude;
