@@ -53,11 +53,16 @@ fn axes(model: &Model) -> Vec<String> {
 /// a log has.
 pub(super) fn places(model: &Model, library: &Library, sensors: &[String]) -> Vec<Place> {
     let templates = library.names().filter_map(|name| library.describe(name));
+    let driven = driven(model);
     let each = templates.flat_map(|template| {
         if template.point_mass.is_some() {
             return loads(model, &template);
         }
-        let alone = places_of(model, &template.ports, sensors).into_iter();
+        let mut alone = places_of(model, &template.ports, sensors);
+        if template.term.as_ref().is_some_and(|term| term.neighbours) {
+            alone.retain(|on| on.iter().all(|name| driven.contains(&name.as_str())));
+        }
+        let alone = alone.into_iter();
         let places = alone.chain(all_at_once(model, &template, sensors));
         places.map(|on| Place::new(&template, on)).collect()
     });
@@ -69,6 +74,21 @@ pub(super) fn places(model: &Model, library: &Library, sensors: &[String]) -> Ve
         })
     };
     each.filter(is_new).collect()
+}
+
+/// The coordinates that inputs drive: others have no part in a drive that two share.
+fn driven(model: &Model) -> Vec<&str> {
+    let mut graph = model.graph.clone();
+    let inputs = model.inputs.iter();
+    let each: Vec<_> = inputs
+        .map(|input| graph.derivatives(&model.forces, input.symbol))
+        .collect();
+    let is_driven = |row: usize| each.iter().any(|ratios| !graph.is_zero(ratios[row]));
+    let coordinates = model.coordinates.iter().enumerate();
+    coordinates
+        .filter(|(row, _)| is_driven(*row))
+        .map(|(_, coordinate)| coordinate.name.as_str())
+        .collect()
 }
 
 /// A point mass on every group of rigidly connected bodies that the model has none on.
@@ -247,5 +267,23 @@ mod tests {
         assert_eq!(loads(&loaded), std::slice::from_ref(finger));
         let locked = "model hand; urdf \"hand.urdf\" { base: fixed; lock: slide; }";
         assert_eq!(loads(locked)[0][1], ["wrist", "finger", "flange"]);
+    }
+
+    /// Of a double pendulum nothing couples joints that hang free, and no drive is shared with one of these.
+    #[test]
+    fn joints_share_a_drive_where_inputs_drive_both() {
+        let library = Library::builtin();
+        let couplings = |forces: &str| -> usize {
+            let text = format!(
+                "model two; coordinate a: rad, b: rad; input u: N*m, w: N*m; parameter i: kg*m^2 = 1 in 0..;
+                 kinetic i/2*dot(a)^2 + i/2*(dot(a) + dot(b))^2; {forces}"
+            );
+            let model = compile("two.model", &text, &library).unwrap().model;
+            let all = places(&model, &library, &[]).into_iter();
+            all.filter(|place| place.template == "joint_coupling")
+                .count()
+        };
+        assert_eq!(couplings("force a = input(u); force b = input(w);"), 1);
+        assert_eq!(couplings("force a = input(u) + input(w);"), 0);
     }
 }
