@@ -5,7 +5,6 @@ use super::reach::REACHES;
 use crate::regression::Gram;
 use crate::trace::dictionary::Dictionary;
 use crate::trace::screen::{Considered, ShapedCandidate};
-use crate::trace::search::{is_massive, is_on_a_body};
 use crate::trace::settings::{MARGIN, TIE};
 use rayon::prelude::*;
 
@@ -51,41 +50,21 @@ const THE_SAME: f64 = 0.8;
 impl Choice<'_> {
     /// The choice that explains most for its price: of what is near first, and of everything at once. Of a machine that
     /// lacks a lot, a wrong centre of mass explains some of nearly everything; a load explains more than anything near, and
-    /// laws of the joints that were taken for it stay. Where several numbers of bodies seem to be wrong, one load is tried
-    /// before anything else, too.
+    /// laws of the joints that were taken for it stay.
     pub fn choose(&self) -> State {
         let near_first: Vec<usize> = (0..REACHES).collect();
-        let from = |limits: &[usize]| self.chosen(self.state(Vec::new()), limits);
-        let (near, at_once) = rayon::join(|| from(&near_first), || from(&[REACHES - 1]));
-        let best = match at_once.cost < near.cost {
+        let (near_first, at_once) =
+            rayon::join(|| self.chosen(&near_first), || self.chosen(&[REACHES - 1]));
+        match at_once.cost < near_first.cost {
             true => at_once,
-            false => near,
-        };
-        let massive = self.candidates(&best.terms).into_iter();
-        let massive = massive.filter(|&candidate| is_massive(self.dictionary, candidate));
-        let load = (massive.count() > 1).then(|| self.best_load()).flatten();
-        match load.map(|load| self.chosen(load, &near_first)) {
-            Some(other) if other.cost < best.cost => other,
-            _ => best,
+            false => near_first,
         }
-    }
-
-    /// The one effect on a body, at one of the places there that are tried, that explains most by itself.
-    fn best_load(&self) -> Option<State> {
-        let options = (0..self.options.len()).into_par_iter();
-        let trials = options.filter_map(|option| {
-            let candidate = &self.dictionary.candidates[self.options[option].candidate];
-            let is_placed = candidate.shapes.len() > 1;
-            let is_load = is_placed && is_on_a_body(self.dictionary, &candidate.subject);
-            let terms = is_load.then(|| self.possible(&[], &[option]))??;
-            Some(self.state(terms))
-        });
-        self.best(trials, f64::INFINITY)
     }
 
     /// One term after the other, of those that reach no further than each of some limits in turn; what has become idle
     /// goes again, and what another would do better is exchanged.
-    fn chosen(&self, mut state: State, limits: &[usize]) -> State {
+    fn chosen(&self, limits: &[usize]) -> State {
+        let mut state = self.state(Vec::new());
         for &reach in limits {
             loop {
                 while state.terms.len() < MOST_TERMS {

@@ -30,7 +30,7 @@ pub(super) use answer::Answer;
 pub(super) use channel::is_time;
 pub(super) use fit::{Fitted, as_given};
 pub(super) use inquiry::{Given, Inquiry};
-pub(super) use moves::merge::{is_massive, is_on_a_body};
+pub(super) use moves::merge::is_on_a_body;
 
 /// What is searched in, and how.
 #[derive(Clone, Copy)]

@@ -49,7 +49,7 @@ impl Move for Merge {
 }
 
 /// Whether a candidate is about a part: another value of a parameter, or an effect on one body.
-pub fn is_massive(dictionary: &Dictionary, candidate: usize) -> bool {
+fn is_massive(dictionary: &Dictionary, candidate: usize) -> bool {
     let own = &dictionary.candidates[candidate];
     match &own.subject {
         Subject::Parameter(_) => !own.is_loss,
