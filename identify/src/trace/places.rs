@@ -275,7 +275,8 @@ mod tests {
         let library = Library::builtin();
         let couplings = |forces: &str| -> usize {
             let text = format!(
-                "model two; coordinate a: rad, b: rad; input u: N*m, w: N*m; parameter i: kg*m^2 = 1 in 0..;
+                "model two; coordinate a: rad; coordinate b: rad; input u: N*m; input w: N*m;
+                 parameter i: kg*m^2 = 1 in 0..;
                  kinetic i/2*dot(a)^2 + i/2*(dot(a) + dot(b))^2; {forces}"
             );
             let model = compile("two.model", &text, &library).unwrap().model;
